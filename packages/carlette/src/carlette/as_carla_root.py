@@ -1,4 +1,4 @@
-"""A folder that replaces a CARLA installation, for tools that start the server by themselves.
+"""A folder that replaces a CARLA installation, for tools that start the server themselves.
 
 CARLA's leaderboard and Bench2Drive run `$CARLA_ROOT/CarlaUE4.sh -carla-rpc-port=N ...` and read the OpenDRIVE files
 under `CarlaUE4/Content/Carla/Maps/OpenDrive`.
@@ -19,7 +19,7 @@ from carlette.opendrive.document import available_towns, load_map
 MAPS = Path("CarlaUE4/Content/Carla/Maps/OpenDrive")
 START = "CarlaUE4.sh"
 SCRIPT = """#!/bin/sh
-# Starts carlette in place of CARLA. What it cannot heed (graphics, sound) is accepted and left alone.
+# Starts carlette in place of CARLA. Options that it does not support (graphics, sound) are accepted and ignored.
 port=2000
 for argument in "$@"; do
     case "$argument" in
@@ -39,11 +39,11 @@ def write_carla_root(folder: Path, map_folders: Sequence[Path], version: str) ->
     """
     towns = {name: path for name, path in available_towns(map_folders).items() if _is_map(path)}
     if not towns:
-        raise UsageError("no town was found for it; name folders with .xodr files in --maps or STUCKSOLVER_MAPS")
+        raise UsageError("no town was found; name folders with .xodr files in --maps or STUCKSOLVER_MAPS")
     try:
         _write(folder, towns, version)
     except OSError as error:
-        raise UsageError(f"cannot write {folder}: {error.strerror}; name a folder that can be written") from error
+        raise UsageError(f"cannot write {folder}: {error.strerror}; name a writable folder") from error
     return sorted(towns)
 
 

@@ -1,4 +1,4 @@
-"""The errors of carlette: each says what, where and what to do."""
+"""The errors of carlette. Each says what is wrong, where, and what to do."""
 
 
 class CarletteError(Exception):

@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 
 FARTHEST = 1e7
-"""No map, speed or force is larger; far beyond it float32 and the carla library fail."""
+"""No map, speed or force is larger; far beyond this, float32 and the carla library fail."""
 
 
 class Vector(NamedTuple):

@@ -1,8 +1,8 @@
-"""Keeps the C library from holding unused memory.
+"""Prevents the C library from holding on to unused memory.
 
 One thread builds a town's scenery, another draws it, a third scans it, and it is freed when the next town is loaded. By
-default glibc lets each thread free into its own arena and returns only the end of an arena, so a server that loads town
-after town grew by 5 MB each time without using more. With another C library nothing is done.
+default glibc lets each thread free into its own arena and returns only the end of an arena. So a server that loaded one
+town after another grew by 5 MB each time without using more. With other C libraries nothing is done.
 """
 
 from __future__ import annotations

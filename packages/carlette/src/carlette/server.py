@@ -25,9 +25,9 @@ from carlette.watchdog.traffic_manager import TrafficManagerWatchdog
 from carlette.wire.token import WORLD_STREAM
 
 IDLE_S = 0.5
-"""Longest sleep of the loop; bounds how late it notices a stop."""
+"""Longest sleep of the loop (s); it bounds how late a stop is noticed."""
 SHORTEST_PERIOD_S = 0.001
-"""Between two ticks in asynchronous mode, however short the step is, so that requests are served, too."""
+"""Least time between two ticks in asynchronous mode (s), however short the step, so that requests are served, too."""
 SWITCHING_POLL_S = 0.001
 
 log = logging.getLogger(__name__)
@@ -59,7 +59,7 @@ class Server:
         self._is_cued = False
         """True if a client asked for a frame that is not computed yet."""
         self._is_pending = False
-        """True if a tick is done whose snapshot is still held back."""
+        """True if the snapshot of a completed tick is still held back."""
         self._next_tick = time.monotonic()
         self._held = HeldAnswers()
         self._selector.register(self._held.woken, selectors.EVENT_READ, self._on_woken)
@@ -120,7 +120,7 @@ class Server:
         try:
             key.data(events)
         except Exception:
-            # No error of one peer may end the server for the others.
+            # An error with one peer must not end the server for the others.
             log.exception("a peer is dropped: this is an error of the server, please report it")
             for connection in [one for one in self._sessions if one.socket is key.fileobj]:
                 self._drop_client(connection)
@@ -138,7 +138,7 @@ class Server:
         return IDLE_S
 
     def _cue(self, now: float) -> None:
-        """Note that a tick is wanted; the previous ones are finished."""
+        """Note that a tick is requested; the previous ones are finished."""
         if self._is_cued:
             self._tick()
         if self._is_pending:
@@ -217,14 +217,12 @@ class Server:
         except OSError as error:
             if error.errno in (errno.EMFILE, errno.ENFILE):
                 self._send_away(listener)
-            # Otherwise the peer gave up between its request and now.
+            # Otherwise the peer gave up in the meantime.
             return None
         return prepared(sock)
 
     def _send_away(self, listener: socket.socket) -> None:
-        """No file descriptor is left for a peer: accept it with the spare one and close it, or it would wait for
-        ever.
-        """
+        """Accept a peer with the spare file descriptor and close it: none is left, and it would wait forever."""
         os.close(self._spare_file)
         with contextlib.suppress(OSError):
             listener.accept()[0].close()

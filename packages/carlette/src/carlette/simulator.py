@@ -86,7 +86,7 @@ class Simulator:
             self.recorder.stop()
             self.recorder = None
         if self.episode_id:
-            # A client keeps its data of an actor under its id through all episodes, so no id may be reused.
+            # A client keeps an actor's data under its id across episodes, so ids must not be reused.
             self.world = World(roads, self.seed, self.world.next_id)
             self.sensors.close()
             self.hub.forget_late()
@@ -132,7 +132,7 @@ class Simulator:
     def stream_of(self, actor: Actor) -> int:
         """Return the number of a sensor's stream: new in each episode.
 
-        A client that still listens to a sensor of the last episode would otherwise take the data of another for its
+        A client that still listens to a sensor of the last episode would otherwise take another sensor's data for its
         own.
         """
         episode = self.episode_id % EPISODES_BEFORE_STREAMS_REPEAT
@@ -159,7 +159,7 @@ class Simulator:
         try:
             replay.step(self.world)
         except (RequestError, ValueError) as error:
-            # An actor of a log may find no room in this world. The tick continues without it.
+            # There may be no room for an actor of the log in this world. The tick continues without it.
             log.error("the replay ends here: %s", error)
             self.end_replay(keep_actors=False)
         else:

@@ -1,6 +1,6 @@
 """The differences between the client versions that carlette serves.
 
-The protocol cannot ask a client for its version, so the server gets it at start.
+The protocol cannot ask a client for its version, so the server is told it at startup.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Worlds that are stepped in this process, without server or client: for search, training and tests.
+"""Worlds that are stepped in this process, without a server or client: for search, training and tests.
 
 This module is the interface; the modules behind it may change. Units and frames are CARLA's: metres, seconds, degrees,
 its left-handed world frame. `World.tick()` is one step. `World.fork()` is an independent copy within a few milliseconds
@@ -51,7 +51,7 @@ def open_world(town: str, folders: Sequence[str | Path] = (), seed: int = 0) -> 
 
 
 def populate(world: World, cars: int, seed: int = 0, model: str = CAR) -> list[Actor]:
-    """Put so many standing cars at spawn points of the map, drawn by `seed`; fewer where there is no more room."""
+    """Put `cars` stationary cars at random spawn points of the map, by `seed`; fewer if there is not enough room."""
     spots = world.roads.spawn_points()
     random.Random(seed).shuffle(spots)
     found: list[Actor] = []

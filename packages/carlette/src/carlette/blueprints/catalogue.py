@@ -34,7 +34,7 @@ POLICE_COLORS = ("255,255,255",)
 GESTURES = ("none", "stop", "go", "slow")
 """What a flagger can show; `world.skeleton` holds the poses."""
 EXTRA = "carlette_extra"
-"""Tag and attribute of what CARLA does not have."""
+"""Tag and attribute of blueprints that CARLA does not have."""
 
 
 @dataclass(frozen=True)
@@ -45,12 +45,12 @@ class Catalogue:
     vehicles: dict[str, VehicleModel] = field(default_factory=dict)
     props: dict[str, PropModel] = field(default_factory=dict)
     walkers: dict[str, WalkerModel] = field(default_factory=dict)
-    """Pedestrians and animals: whatever takes a walker's control."""
+    """Pedestrians and animals: everything that takes walker controls."""
 
 
 @lru_cache(maxsize=1)
 def load_catalogue() -> Catalogue:
-    """The catalogue; read once, immutable."""
+    """Return the catalogue. It is read once and immutable."""
     vehicles = {model.id: model for model in vehicle_models()}
     props = {model.id: model for model in prop_models()}
     walkers = {model.id: model for model in walker_models()}
@@ -125,7 +125,9 @@ def prop_definition(model: PropModel) -> Definition:
 
 
 def mesh_definition() -> Definition:
-    """A prop whose mesh is named by the client; carlette has no meshes and shows a box of half a metre."""
+    """A prop whose mesh the client names; carlette has no such meshes and shows a box with half sizes of half a
+    metre.
+    """
     return Definition(
         "static.prop.mesh",
         (
@@ -144,7 +146,7 @@ def _definition(id: str, attributes: list[Attribute], is_extra: bool) -> Definit
 
 
 def _speed(model: WalkerModel) -> Attribute:
-    """Standing, walking and running, m/s: the order in which traffic generators expect them."""
+    """Speeds of standing, walking and running (m/s), in the order that traffic generators expect."""
     walk, run = f"{model.walk_mps:g}", f"{model.run_mps:g}"
     return Attribute("speed", AttributeType.FLOAT, walk, ("0", walk, run), True)
 

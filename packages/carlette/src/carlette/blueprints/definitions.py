@@ -1,4 +1,4 @@
-"""Actor definitions: what a blueprint library is made of."""
+"""Actor definitions: the entries of a blueprint library."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Definition:
 
     @property
     def tags(self) -> str:
-        """CARLA's tags are the parts of the id; carlette's own blueprints carry one more."""
+        """The tags: as in CARLA, the parts of the id; carlette's own blueprints have one more."""
         return ",".join((*self.id.split("."), *self.more_tags))
 
 
@@ -68,5 +68,5 @@ def option(id: str, type: AttributeType, value: str, *recommended: str) -> Attri
 
 
 def role_name(value: str, *recommended: str) -> Attribute:
-    """Every actor has one; scenario code finds its own actors by it."""
+    """The role name, which every actor has; scenario code finds its actors by it."""
     return option("role_name", AttributeType.STRING, value, *recommended)

@@ -1,6 +1,6 @@
 """The sensors' blueprints, with CARLA's attributes and defaults (its `Docs/ref_sensors.md`, 0.9.15).
 
-`carlette.sensors` holds the class behind each; what an attribute does here is told in `docs/carlette-sensors.md`.
+`carlette.sensors` holds the class of each; `docs/carlette-sensors.md` says what an attribute does here.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ FLOAT = AttributeType.FLOAT
 STRING = AttributeType.STRING
 
 IN_THE_CLIENT = ("sensor.other.lane_invasion",)
-"""Made by the client's library alone: the server sends nothing."""
+"""Sensors that the client's library implements by itself: the server sends nothing."""
 
 _PLACES = ("front", "back", "left", "right", "front_left", "front_right", "back_left", "back_right")
 _TICK = {"sensor_tick": "0.0"}

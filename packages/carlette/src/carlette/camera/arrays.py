@@ -1,4 +1,4 @@
-"""Types of the arrays that pictures and meshes are made of."""
+"""Array types for pictures and meshes."""
 
 from __future__ import annotations
 

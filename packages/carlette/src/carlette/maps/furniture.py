@@ -62,7 +62,7 @@ def controller(number: int, sequence: int, light_id: int) -> Element:
 
 
 def controller_entry(number: int, sequence: int) -> Element:
-    """What a junction says of a controller: its place in the cycle."""
+    """A junction's entry for a controller: its place in the cycle."""
     return _element("controller", {"id": number, "type": 0, "sequence": sequence})
 
 

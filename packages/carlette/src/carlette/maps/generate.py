@@ -31,11 +31,11 @@ WRITERS: Mapping[str, Callable[[], str]] = {
     "interurban": lambda: map_xml(interurban.plan()),
     "motorway": lambda: map_xml(motorway.plan()),
 }
-"""Name of a map to what makes its text."""
+"""The function that makes each map's text, by the map's name."""
 
 
 def main(arguments: list[str] | None = None, folder: Path = SHIPPED) -> int:
-    """Runs the script; 1 when `--check` finds a difference."""
+    """Run the script; return 1 if `--check` finds a difference."""
     parser = argparse.ArgumentParser(prog="python -m carlette.maps.generate", description="Writes the maps that ship.")
     parser.add_argument("--check", action="store_true", help="compare, do not write")
     check = parser.parse_args(arguments).check

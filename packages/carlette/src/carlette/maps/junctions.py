@@ -36,7 +36,7 @@ class SignalisedJunction:
                     self._join(incoming, outgoing)
 
     def roadside(self) -> Iterator[tuple[int, str, Element]]:
-        """What stands at or is painted on roads: (road id, `objects` or `signals`, element)."""
+        """Yield what is placed beside or painted on roads: (road id, `objects` or `signals`, element)."""
         for place, arm in enumerate(self.arms):
             yield arm.road.id, "objects", furniture.crosswalk(arm, self.number + _CROSSWALK_ID + place)
             yield arm.road.id, "signals", furniture.light(arm, self._light_id(arm))
@@ -83,7 +83,7 @@ class SignalisedJunction:
         self.element.add_connection(connection)
 
     def _at_kerb(self, incoming: Arm, lane_in: int, turn_rad: float) -> bool:
-        """Whether no other movement runs between this one and the kerb."""
+        """True if no other movement is between this one and the kerb."""
         turns = [_turn_rad(incoming, other) for other in self.arms if other is not incoming]
         return turn_rad == min(turns) and lane_in == incoming.profile.lanes_each_way
 

@@ -36,7 +36,7 @@ class Pose2D:
         return Pose2D(self.x, self.y, self.yaw_rad + math.pi)
 
     def after(self, segment: Segment) -> Pose2D:
-        """Where a segment that starts here ends."""
+        """Return the end of a segment that starts here."""
         turn_rad = segment.length_m * segment.curvature
         if segment.curvature == 0.0:
             return self.moved(segment.length_m)
@@ -46,7 +46,7 @@ class Pose2D:
 
 
 def end_of(start: Pose2D, segments: Iterable[Segment]) -> Pose2D:
-    """Where a chain of segments that starts at `start` ends."""
+    """Return the end of a chain of segments that starts at `start`."""
     for segment in segments:
         start = start.after(segment)
     return start

@@ -24,7 +24,7 @@ def paint(kind: xodr.RoadMarkType, color: xodr.RoadMarkColor = _WHITE, *, change
 
 @dataclass(frozen=True)
 class Profile:
-    """What a road looks like across: the same lanes on both sides of its centre line."""
+    """The cross-section of a road: the same lanes on both sides of its centre line."""
 
     lanes_each_way: int
     speed_mph: int

@@ -1,7 +1,7 @@
 """The numbers of a map, before the client's library sees them.
 
-That library takes NaN for a coordinate, walks along a road of 10^15 m for hours and asks for every lane of a sign's
-range, so each number must be one, and in its bounds.
+That library accepts NaN as a coordinate, walks along a road of 10^15 m for hours, and visits every lane in a sign's
+range. So each number must be a number, and within its bounds.
 """
 
 from __future__ import annotations
@@ -12,22 +12,24 @@ from xml.etree import ElementTree
 from carlette.errors import MapError
 
 FARTHEST_M = 1e6
-"""Coordinates: beyond it float32 resolves no more than 6 cm. Towns with real coordinates lie within."""
+"""Bound on coordinates (m): beyond it, float32 resolves no better than 6 cm. Towns with real coordinates are within
+it.
+"""
 LONGEST_ROAD_M = 1e5
 LONGEST_OF_ALL_M = 5e6
-"""All roads together; the server samples them every few metres."""
+"""Total length of all roads (m); the server samples them every few metres."""
 WIDEST_M = 100.0
-"""A lane, at the begin of each of its stretches."""
+"""Width of a lane at the start of each of its stretches (m)."""
 MOST_LANE = 1000
 SHARPEST_PER_M = 100.0
-"""Curvature; connecting roads may turn on the spot, but not more often than that."""
+"""Curvature (1/m): connecting roads may turn almost on the spot, but no tighter."""
 
 _COORDINATES = dict.fromkeys(("x", "y", "z", "s", "t", "u", "v", "sOffset", "zOffset", "length"), FARTHEST_M)
 _ANGLES = dict.fromkeys(("hdg", "pitch", "roll", "hOffset"), 1e4)
 _CURVES = dict.fromkeys(("curvature", "curvStart", "curvEnd"), SHARPEST_PER_M)
 _POLYNOMIALS = dict.fromkeys(("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV", "a", "b", "c", "d"), FARTHEST_M)
 _BOUNDS = _COORDINATES | _ANGLES | _CURVES | _POLYNOMIALS
-"""The largest amount of each attribute, wherever it stands."""
+"""Largest magnitude of each attribute, in any element."""
 _OF_ELEMENTS = {
     ("road", "length"): LONGEST_ROAD_M,
     ("geometry", "length"): LONGEST_ROAD_M,
@@ -36,13 +38,13 @@ _OF_ELEMENTS = {
     ("validity", "fromLane"): MOST_LANE,
     ("validity", "toLane"): MOST_LANE,
 }
-"""Tighter ones, and those of attributes that are numbers in these elements alone."""
+"""Tighter bounds, and those of attributes that are numbers only in these elements."""
 _LOOSE = {"width": FARTHEST_M, "height": FARTHEST_M, "radius": FARTHEST_M, "value": FARTHEST_M, "max": FARTHEST_M}
-"""May be words, such as `undefined`; as numbers they have bounds, too."""
+"""Attributes that may be words, such as `undefined`; as numbers they have bounds, too."""
 
 
 def check_bounds(root: ElementTree.Element, source: str) -> None:
-    """Raises `MapError`, naming element and attribute, for a number that is none or out of its bounds."""
+    """Raise `MapError`, naming element and attribute, for a value that is not a number or is out of bounds."""
     for element in root.iter():
         for name, text in element.attrib.items():
             most = _OF_ELEMENTS.get((element.tag, name)) or _BOUNDS.get(name)

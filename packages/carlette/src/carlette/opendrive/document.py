@@ -1,4 +1,4 @@
-"""Reading an OpenDRIVE file: enough checks that the client's own parser will not stumble."""
+"""Reads an OpenDRIVE file, with the checks that keep the client's own parser from failing."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ LAYOUTS = (
     "Unreal/CarlaUE4/Content/Carla/Maps/OpenDrive/*.xodr",
     "Unreal/CarlaUE4/Content/Carla/Maps/*/OpenDrive/*.xodr",
 )
-"""Where towns lie in a folder: loose, or as in CARLA's `Maps` folder, in its packages, or in its sources."""
+"""Where towns may be in a folder: directly in it, or as in CARLA's `Maps` folder, its packages or its sources."""
 LARGEST_MAP_BYTES = 128 << 20
-"""Of an OpenDRIVE text; Town04 has 3.4 MB."""
+"""Largest OpenDRIVE text (bytes); Town04 has 3.4 MB."""
 OPTIMISED = "_Opt"
 """CARLA's variants with layers have this after the town's name, and the same roads."""
 
@@ -59,10 +59,10 @@ def _files(folders: Sequence[Path]) -> Iterator[Path]:
 
 
 def find_town(town_or_path: str, folders: Sequence[Path]) -> MapFile:
-    """The map that a client names: by its town, or by the path of a town's file in one of the folders.
+    """Return the map that a client names: by its town, or by the path of a town's file in one of the folders.
 
-    Raises `MapError`, with the same words for a file that lies elsewhere as for one that does not exist: what else
-    there is on this machine is nobody's business.
+    Raises `MapError`, with the same message for a file elsewhere as for one that does not exist, so that clients learn
+    nothing about other files on this machine.
     """
     if town_or_path.endswith(".xodr"):
         wanted = os.path.normpath(town_or_path)
@@ -109,7 +109,7 @@ def check_opendrive(text: str, source: str) -> ElementTree.Element:
     if not text.strip():
         raise MapError(f"map file '{source}' is empty; give an OpenDRIVE file with roads")
     if "<!DOCTYPE" in text:
-        # The library's parser knows no entities: it would read other numbers than this one.
+        # The library's parser does not know entities: it would read different numbers than this one.
         raise MapError(f"map file '{source}' declares a document type; give an OpenDRIVE file without <!DOCTYPE>")
     try:
         root = ElementTree.fromstring(text.encode("utf-8", "surrogateescape"))

@@ -1,4 +1,4 @@
-"""The order in which the lights of CARLA's own towns came into being, which is the order of a junction's phases.
+"""The order in which the lights of CARLA's own towns are spawned, which is the order of a junction's phases.
 
 CARLA adds a controller to its junction's cycle when the first of its lights is spawned, so the cycle follows neither
 the file nor the controllers' sequence numbers. The ids below are OpenDRIVE signals in that order: the reverse of the
@@ -22,10 +22,10 @@ _SPAWNED = {
 
 
 def spawn_order(town: str, lights: Collection[str]) -> dict[str, int]:
-    """Signal id to its place in the order in which CARLA spawned the town's lights.
+    """Return each signal id's place in the order in which CARLA spawns the town's lights.
 
-    Empty where the town is not one of CARLA's, or where `lights` (those that the file's controllers name) lacks one of
-    them: a file of the same name that is another map.
+    Empty if the town is not one of CARLA's, or if `lights` (those that the file's controllers name) lacks one of them:
+    then the file is another map of the same name.
     """
     spawned = _SPAWNED.get(town.removesuffix("_Opt"), "").split()
     return {one: place for place, one in enumerate(spawned)} if set(spawned) <= set(lights) else {}

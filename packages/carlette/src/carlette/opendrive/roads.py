@@ -23,14 +23,14 @@ class Ground(NamedTuple):
     """Rise in z for each metre of x."""
     slope_y: float
     kerb_m: float = 0.0
-    """How much higher the feet of someone who walks here stand: sidewalks lie above the road's surface."""
+    """Height of the walking surface above the road's (m): sidewalks are higher."""
 
 
 class RoadNetwork:
     """Wraps `carla.Map` (which cannot be pickled, so a copy builds its own from the text)."""
 
     def __init__(self, file: MapFile) -> None:
-        """Raises `MapError` when the client's library cannot make a map of the file."""
+        """Raise `MapError` if the client's library cannot load the file as a map."""
         check_opendrive(file.text, file.name)
         self.file = file
         self.carla: Any = _carla()

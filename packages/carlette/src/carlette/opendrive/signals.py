@@ -15,11 +15,11 @@ from carlette.opendrive.unlisted import unlisted_stops
 
 LIGHT_TYPE, STOP_TYPE = "1000001", "206"
 ACTOR_TYPES = {LIGHT_TYPE: "traffic.traffic_light", STOP_TYPE: "traffic.stop", "205": "traffic.yield"}
-"""OpenDRIVE type of a signal to the actor that stands for it; CARLA's maps use the German numbers."""
+"""The actor for each OpenDRIVE type of signal; CARLA's maps use the German numbers."""
 BOX_HALF_DEPTH_M = 2.0
 BOX_HALF_HEIGHT_M = 2.0
 ROAD_END_M = 0.01
-"""A signal at the very end of a road is looked up this far before it: there is no waypoint at the end itself."""
+"""A signal at the very end of a road is looked up this far before the end, where there is no waypoint (m)."""
 BEYOND_EDGE_M = 0.7
 """An unlisted sign's post stands this far beyond its lane's edge."""
 BACK_FROM_JUNCTION_M = 2.5
@@ -31,11 +31,11 @@ class Turn:
     """A light's place in a cycle."""
 
     group: str
-    """The junction whose cycle it is in, or the light itself where no controller names it."""
+    """The junction whose cycle it is in, or the light itself if no controller names it."""
     phase: int = 0
     """Its place in the cycle: lights of one phase have green together."""
     alone: bool = False
-    """No controller names the light: it changes for itself, and stays red longer."""
+    """True if no controller names the light: it then changes independently, and stays red longer."""
 
 
 @dataclass(frozen=True)
@@ -52,14 +52,14 @@ class Signal:
     box: Box
     """Trigger volume in the frame of `pose`."""
     turn: Turn
-    """When a light gets green; of no meaning for a sign."""
+    """When a light turns green; meaningless for a sign."""
 
 
 def read_signals(roads: RoadNetwork, root: ElementTree.Element) -> list[Signal]:
-    """The signals that govern at least one driving lane, one for each id, in the order of the file; then, without an
-    id, the stop signs that the town is known to have although its file does not name them.
+    """Return the signals that govern at least one driving lane, one for each id, in the order of the file.
 
-    As in CARLA, a light that stands on a road of a junction and that no controller names is left out.
+    They are followed, without an id, by the stop signs that the town is known to have although its file does not list
+    them. As in CARLA, a light on a junction's road that no controller names is left out.
     """
     turns = _turns(root, roads.file.name)
     missing = _unnamed_in_junctions(root, turns)
@@ -75,7 +75,7 @@ def read_signals(roads: RoadNetwork, root: ElementTree.Element) -> list[Signal]:
 
 
 def _unlisted(roads: RoadNetwork, x: float, y: float, yaw: float) -> Signal:
-    """A stop sign at the right edge of the lane at that place, facing those who come at that yaw."""
+    """A stop sign at the right edge of the lane at that place, facing traffic that comes at that yaw."""
     lane = roads.map.get_waypoint(roads.carla.Location(x, y, 0.0))
     across = wrap_degrees(yaw + 90.0)
     half_m = lane.lane_width / 2
@@ -92,8 +92,9 @@ def _signal_ids(root: ElementTree.Element) -> list[tuple[str, str]]:
 
 
 def _turns(root: ElementTree.Element, town: str) -> dict[str, Turn]:
-    """Signal id to its turn: the phases of a junction are its controllers that hold a light, each light being held by
-    the one with the least id alone, as in CARLA's `TrafficLightManager`."""
+    """Return each signal id's turn. The phases of a junction are its controllers that hold a light; as in CARLA's
+    `TrafficLightManager`, only the controller with the lowest id holds a light.
+    """
     lights = {
         one.get("id", ""): {control.get("signalId", "") for control in one.findall("control")}
         for one in root.findall("controller")

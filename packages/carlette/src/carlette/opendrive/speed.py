@@ -1,4 +1,4 @@
-"""Speed signs of a map, as the boxes that a vehicle must touch to be given their limit.
+"""Speed signs of a map, as the boxes that set a vehicle's limit when it touches them.
 
 CARLA gives a vehicle 30 km/h when it is spawned, and a sign's limit when it touches the sign's trigger box
 (`WheeledVehicleAIController.h`, `SpeedLimitComponent.cpp`). The `<speed>` of a road or lane has no part in it.
@@ -14,18 +14,20 @@ import numpy as np
 from carlette.geometry import Floats
 
 UNSIGNED_KMH = 30.0
-"""A vehicle's limit until it passes a sign."""
+"""A vehicle's limit until it passes a sign (km/h)."""
 SPEED_SIGN = "274"
 """OpenDRIVE type of a sign with a maximum speed."""
 BOX_SHARE = 0.35
-"""Of the lane's width: half the edge of a sign's box, a cube on the lane that ends at the sign."""
+"""Half the edge of a sign's box, as a share of the lane's width. The box is a cube on the lane that ends at the
+sign.
+"""
 LEAST_HALF_M = 0.01
-"""Of a box on a lane that is just appearing."""
+"""Least half edge of a box, on a lane that is just beginning (m)."""
 
 
 @dataclass(frozen=True, eq=False)
 class SpeedBoxes:
-    """One row for each pair of a sign and a driving lane that it is valid for."""
+    """One row for each pair of a sign and a driving lane for which it is valid."""
 
     center: Floats
     """(n, 3) World frame, m; on the road's surface."""
@@ -62,7 +64,7 @@ def _places(carla: Any, town: Any, sign: Any) -> list[tuple[float, float, float,
             if at is None or at.lane_type != carla.LaneType.Driving:
                 continue
             half_m = max(BOX_SHARE * at.lane_width, LEAST_HALF_M)
-            # Lanes right of the reference line have negative numbers and lead along it.
+            # Lanes right of the reference line have negative numbers and run along it.
             before = town.get_waypoint_xodr(sign.road_id, lane, sign.s + (half_m if lane > 0 else -half_m)) or at
             transform = before.transform
             where = transform.location

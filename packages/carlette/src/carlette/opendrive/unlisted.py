@@ -1,4 +1,4 @@
-"""Stop signs that stand in CARLA's towns but not in their OpenDRIVE files."""
+"""Stop signs that are in CARLA's towns but not in their OpenDRIVE files."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _TRIGGERS: dict[str, tuple[tuple[float, float, float], ...]] = {
 
 
 def unlisted_stops(town: str, listed: int) -> tuple[tuple[float, float, float], ...]:
-    """x, y (m) and yaw (degrees) of the stop signs that `town` has beside the `listed` ones of its file.
+    """Return x, y (m) and yaw (degrees) of the stop signs that `town` has besides the `listed` ones of its file.
 
-    Empty where the file has stop signs of its own: it is another version of the town.
+    Empty if the file lists stop signs itself: then it is another version of the town.
     """
     return () if listed else _TRIGGERS.get(town.removesuffix("_Opt"), ())

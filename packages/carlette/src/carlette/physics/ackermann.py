@@ -35,7 +35,7 @@ class Ackermann:
 
     gains: tuple[float, ...] = GAINS
     active: bool = False
-    """The last command was an Ackermann command; any other takes over."""
+    """True if the last command was an Ackermann command; any other kind replaces it."""
     target: tuple[float, ...] = (0.0,) * 5
     """Wheel angle (rad), its rate (rad/s), speed (m/s), acceleration (m/s²), jerk."""
     speed: float = 0.0
@@ -49,14 +49,16 @@ class Ackermann:
     by_acceleration: _Controller = field(default_factory=_Controller)
 
     def command(self, target: Sequence[float]) -> None:
-        """Takes over a command; the controllers start afresh when another kind of control was in force."""
+        """Take a command; the controllers are reset if another kind of control was in force."""
         if not self.active:
             self.acceleration = self.wanted = self.pedal = 0.0
             self.by_speed, self.by_acceleration = _Controller(last=self.speed), _Controller()
         self.active, self.target = True, tuple(target)
 
     def control(self, ahead: float, steer: float, max_steer: float, dt: float) -> tuple[float, ...]:
-        """The pedals and switches of this tick for a vehicle with speed `ahead` and steering wheel at `steer`."""
+        """Return the pedals and switches of this tick for a vehicle at speed `ahead` (m/s) with its wheel at
+        `steer`.
+        """
         change = (ahead - self.speed) / dt
         self.speed, self.acceleration = ahead, (4.0 * self.acceleration + change) / 5.0
         angle = self._angle(steer * max_steer, max_steer, dt)

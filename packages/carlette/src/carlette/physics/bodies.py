@@ -27,15 +27,15 @@ class Bodies(Table):
     """Centre of the bounding box, actor frame."""
     extent: Floats = field(default_factory=numbers(3))
     clearance: Floats = field(default_factory=numbers())
-    """Height under the body that passes over low things."""
+    """Ground clearance: lower objects pass under the body (m)."""
     mass: Floats = field(default_factory=numbers())
     """kg; 0 = immovable."""
     solid: NDArray[np.bool_] = field(default_factory=flags())
-    """Takes part in collisions."""
+    """True if the actor takes part in collisions."""
     simulated: NDArray[np.bool_] = field(default_factory=flags())
-    """Physics is on."""
+    """True if physics is simulated for the actor."""
     record: Records = field(default_factory=lambda: np.zeros(0, RECORD))
-    """What the snapshot says of the actor."""
+    """The actor's record in the snapshot."""
 
     def pose(self, row: int) -> Pose:
         """The pose of one actor."""

@@ -1,4 +1,4 @@
-"""What happens when bodies touch: they are pushed apart and exchange momentum."""
+"""Contacts between bodies: they are pushed apart and exchange momentum."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TOUCH_M = 0.001
 STILL_MPS = 0.01
 RESTING_MPS = 1e-3
 ROUNDS = 2
-"""Pushing one pair apart may press another together; a second round settles a queue."""
+"""Separating one pair may press another together; a second round settles a queue."""
 
 Planar = tuple[float, float]
 
@@ -31,7 +31,7 @@ class Contact(NamedTuple):
     second: int
     """Rows in `Bodies`."""
     impulse: Vector
-    """On the second body, N·s, world frame; the first got the opposite."""
+    """Impulse on the second body (N·s, world frame); the first one gets the opposite."""
 
 
 class Side(NamedTuple):
@@ -39,7 +39,7 @@ class Side(NamedTuple):
 
     row: int
     inverse_mass: float
-    """1/kg; 0 where nothing moves it."""
+    """Inverse mass (1/kg); 0 if the body is immovable."""
     inverse_inertia: float
     """1/(kg·m²)."""
     arm: Planar
@@ -58,7 +58,7 @@ class Shapes(NamedTuple):
 
 
 def collide(bodies: Bodies, doors: Doors | None = None) -> list[Contact]:
-    """Resolves all contacts between solid bodies and reports those with an impulse."""
+    """Resolve all contacts between solid bodies and return those with an impulse."""
     shapes = _shapes(bodies, doors)
     rows = shapes.rows
     hits: dict[tuple[int, int], Vector] = {}
@@ -108,7 +108,7 @@ def _resolve(
     away: Planar,
     depth: float,
 ) -> Vector | None:
-    """Separates a pair and applies the impulse of the hit; None where they only rest on each other."""
+    """Separate a pair and apply the impulse of the impact; None if they only rest on each other."""
     inverse = (_inverse_mass(bodies, pair[0]), _inverse_mass(bodies, pair[1]))
     total = inverse[0] + inverse[1]
     if total == 0.0:
@@ -145,18 +145,18 @@ def _exchange(bodies: Bodies, first: Side, second: Side, away: Planar) -> Vector
 
 
 def _passive(impulse: Planar, first: Side, second: Side, closing: Planar) -> Planar:
-    """The impulse, made smaller where normal and friction part together would add energy to the pair."""
+    """Return the impulse, reduced if its normal and friction parts together would add energy to the pair."""
     work = _dot(closing, impulse)
     size = math.hypot(*impulse)
     along = (impulse[0] / size, impulse[1] / size)
     gain = 0.5 * size * size * _give(first, second, along)
-    # Half the step at which the energy would be back where it was loses the most.
+    # Half the step that would restore the initial energy dissipates the most.
     share = 1.0 if work + gain <= 0.0 else max(-work / (2.0 * gain), 0.0)
     return share * impulse[0], share * impulse[1]
 
 
 def _give(first: Side, second: Side, along: Planar) -> float:
-    """How much a pair's speed along a direction changes for each N·s."""
+    """Return how much a pair's relative speed along a direction changes per N·s."""
     turning = sum(side.inverse_inertia * _cross(side.arm, along) ** 2 for side in (first, second))
     return first.inverse_mass + second.inverse_mass + turning
 
@@ -173,7 +173,7 @@ def _inverse_mass(bodies: Bodies, row: int) -> float:
 
 
 def _touch_point(boxes: Boxes, index: tuple[int, int]) -> Planar:
-    """The middle of the corners of each box that lie within the other."""
+    """Return the mean of those corners of each box that are within the other."""
     inside = [corner for a, b in (index, index[::-1]) for corner in _corners(boxes, a) if _within(boxes, b, corner)]
     points = inside or [tuple(boxes.center[one].tolist()) for one in index]
     return sum(one[0] for one in points) / len(points), sum(one[1] for one in points) / len(points)
@@ -205,7 +205,7 @@ def _cross(a: Planar, b: Planar) -> float:
 
 
 def is_free(bodies: Bodies, candidate: Bodies, doors: Doors | None = None) -> bool:
-    """True when the single solid body of `candidate` would overlap no solid body and no open door."""
+    """True if the one solid body of `candidate` would overlap no solid body and no open door."""
     shapes = _shapes(bodies, doors)
     there = boxes_of(bodies, shapes.rows, (shapes.center, shapes.extent))
     new = boxes_of(candidate, np.zeros(1, np.int64))

@@ -1,4 +1,4 @@
-"""Open doors: boxes that stand out from a vehicle and take part in its contacts."""
+"""Open doors: boxes that stick out from a vehicle and take part in its contacts."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from carlette.physics.table import Table, flags, indices, numbers
 
 SWING_S = 0.8
 REACH_M = 0.9
-"""How far an open door stands out from the side."""
+"""How far an open door sticks out from the side (m)."""
 DEPTH_M = 0.4
-"""Length of an open door along the vehicle: it opens to some 65 degrees."""
+"""Length of an open door along the vehicle (m): it opens to about 65 degrees."""
 SILL_M = 0.35
 TOP_M = 1.25
 ALL = 6
@@ -33,7 +33,7 @@ class Place(NamedTuple):
 
 
 SIDE_DOORS = {0: Place(0.36, -1.0), 1: Place(0.36, 1.0), 2: Place(-0.08, -1.0), 3: Place(-0.08, 1.0)}
-"""Front left, front right, rear left, rear right; hood and trunk open upwards and take no room on the road."""
+"""Front left, front right, rear left, rear right; bonnet and boot open upwards and take no room on the road."""
 STOP_ARM = 7
 ARM_PLACE = Place(0.5, -1.0, 0.5)
 """The stop arm of a school bus, which swings out on the left with the stop sign."""
@@ -41,20 +41,20 @@ ARM_PLACE = Place(0.5, -1.0, 0.5)
 
 @dataclass
 class Doors(Table):
-    """One row for each side door that is not shut."""
+    """One row for each side door that is not closed."""
 
     row: NDArray[np.int64] = field(default_factory=indices())
     """The vehicle's row in `Bodies`."""
     door: NDArray[np.int64] = field(default_factory=indices())
     opening: NDArray[np.bool_] = field(default_factory=flags())
-    """Opens or stays open; else it closes."""
+    """True while it opens or stays open; otherwise it closes."""
     swing: Floats = field(default_factory=numbers())
     """0 shut, 1 open."""
     hinge: Floats = field(default_factory=numbers(2))
     """Front edge on the vehicle's side, actor frame."""
     side: Floats = field(default_factory=numbers())
     reach: Floats = field(default_factory=numbers())
-    """How far it stands out when it is open."""
+    """How far it sticks out when open (m)."""
 
     def move(self, row: int, box: Box, door: int, opening: bool) -> None:
         """Opens or closes one door (0 to 3), all (6) or the stop arm (7) of the vehicle at `row`."""
@@ -72,7 +72,7 @@ class Doors(Table):
                 self.append(row=row, door=one, opening=True, hinge=hinge, side=place.side, reach=place.reach_m)
 
     def forget(self, row: int) -> None:
-        """Drops the doors of a vehicle that leaves the world."""
+        """Remove the doors of a vehicle that leaves the world."""
         for index in reversed(np.flatnonzero(self.row == row).tolist()):
             self.delete(index)
 

@@ -1,12 +1,12 @@
 """Vehicles: their controls, engines, tyres and steering, stepped together.
 
-The model is a bicycle with a sliding body: the tyres pull the lateral velocity and the yaw rate towards those
-of the steered path as hard as they can hold, so a car slides when it is hit or steered too fast. It has no
-suspension and cannot roll over.
+The model is a bicycle model with a sliding body: the tyres pull the lateral velocity and the yaw rate towards those
+of the steered path within their grip, so a car slides when it is hit or steered too fast. It has no suspension and
+cannot roll over.
 
-How throttle, speed and acceleration hang together follows the public regression of the Lincoln MKZ 2020 in CARLA
-0.9.15 (CARLA garage, PDM-Lite): push with the square of the throttle, drag of the engine with the square of what is
-missing of it. Other vehicles have the same curves, scaled by their own power and mass.
+The relation of throttle, speed and acceleration follows the public regression of the Lincoln MKZ 2020 in CARLA 0.9.15
+(CARLA garage, PDM-Lite): the drive force grows with the square of the throttle, the engine's drag with the square of
+what is missing to full throttle. Other vehicles have the same curves, scaled by their own power and mass.
 """
 
 from __future__ import annotations
@@ -35,44 +35,45 @@ from carlette.physics.table import Table, flags, indices, numbers
 
 GRAVITY = 9.81
 BRAKE_MPS2 = 6.8
-"""At speed, the engine's drag included."""
+"""Deceleration at speed, including the engine's drag (m/s²)."""
 HEAVY_BRAKE_MPS2 = 5.2
 BITE, BITE_MPS = 2.6, 6.0
-"""Brakes hold harder at low speed: by so much of their force at rest, and up to about this speed."""
+"""Brakes hold harder at low speed: by this share of their force at rest, and up to about this speed (m/s)."""
 HAND_BRAKE_MPS2 = 6.0
 TYRE_GRIP_MPS2 = 13.0
-"""Sideways, with the friction that CARLA's tyres have; it grows and shrinks with that."""
+"""Lateral grip with the friction of CARLA's tyres (m/s²); it scales with that friction."""
 MOST_GRIP_MPS2 = 17.0
 LENGTHWISE_GRIP = 2.0
-"""Of the tyres, as a multiple of that sideways: with it the brakes' low-speed bite reaches the road."""
+"""Longitudinal grip of the tyres, as a multiple of the lateral one: enough for the brakes' force at low speed."""
 ROLLING_MPS2 = 0.12
 COAST_MPS2 = 3.9
-"""Engine drag without throttle at its largest, for a vehicle that launches with `LAUNCH_MOST_MPS2`."""
+"""Largest engine drag without throttle (m/s²), for a vehicle that launches with `LAUNCH_MOST_MPS2`."""
 COAST_RISE_MPS = 2.5
 COAST_FALL_MPS = 18.0
 NEUTRAL_COAST = 0.1
 ENGAGE_S = 0.8
-"""A vehicle is spawned in neutral; so long after the first throttle its gearbox is in first gear. That it does is
-known (CARLA issues #1640, #3256, #6477); how long is the median lead on the tuning half of docs/real-carla.md."""
+"""A vehicle is spawned in neutral; its gearbox is in first gear this long after the first throttle (s). The effect is
+known (CARLA issues #1640, #3256, #6477); the time is the median lead on the tuning half of docs/real-carla.md.
+"""
 HOLD_MPS2 = 5.0
-"""Keeps a vehicle at rest on a slope while nobody touches a pedal or the wheel: Unreal puts it to sleep."""
+"""Keeps a vehicle at rest on a slope while there is no pedal or steering input: Unreal puts it to sleep."""
 HOLD_BELOW_MPS = 0.1
 MAX_WHEEL_RAD = 1.5
 STEER_RATE_PER_S = 4.0
 BRAKING_SHARE = 0.3
-"""Of the grip, always left for braking in a bend."""
+"""Share of the grip that is always left for braking in a bend."""
 YAW_LAG_S = 0.06
 MAX_YAW_ACCELERATION = 20.0
 TIGHTEST_RADIUS_M = 3.7
-"""At full lock, of a vehicle with the wheelbase below: the fit of World on Rails to CARLA's Lincoln."""
+"""Wheel angle at full lock of a vehicle with the wheelbase below: the fit of World on Rails to CARLA's Lincoln."""
 RADIUS_WHEELBASE_M = 2.88
 SCRUB_SHARE = 0.25
-"""Of the tyres' side force, what steered front wheels take from the speed at full lock."""
+"""Share of the tyres' side force with which the steered front wheels slow the vehicle at full lock."""
 STEER_KNOT_KMH = 20.0
 STEER_KNOTS_KMH = STEER_KNOT_KMH * np.arange(10)
-"""Where a vehicle's steering curve is kept."""
+"""Speeds at which a vehicle's steering curve is stored (km/h)."""
 SLIP_SHARE = 0.72
-"""Of the path that the wheels point along: CARLA's tyres slip, more than those of a slow bicycle model."""
+"""Share of the curvature of the path that the wheels point along: CARLA's tyres slip more than a bicycle model's."""
 REVERSE_TOP_MPS = 12.0
 MOST_GEARS = 8
 
@@ -101,9 +102,9 @@ class Fleet(Table):
     launch: Floats = field(default_factory=numbers())
     """Largest acceleration, m/s²."""
     drag: Floats = field(default_factory=numbers())
-    """Deceleration by air for each (m/s)²."""
+    """Deceleration by air drag per (m/s)² of squared speed."""
     coast: Floats = field(default_factory=numbers())
-    """Engine drag without throttle at its largest, m/s²."""
+    """Largest engine drag without throttle, m/s²."""
     brake: Floats = field(default_factory=numbers())
     """Deceleration at full brake and speed, m/s²."""
     hand_brake: Floats = field(default_factory=numbers())
@@ -114,19 +115,19 @@ class Fleet(Table):
     shift_mps: Floats = field(default_factory=numbers(MOST_GEARS))
     """Speed at which the automatic gearbox leaves each gear; infinity = never."""
     top_mps: Floats = field(default_factory=numbers(MOST_GEARS))
-    """Speed at which the engine pushes no more in each gear."""
+    """Speed at which the engine stops pushing in each gear."""
     ratio: Floats = field(default_factory=numbers(MOST_GEARS))
-    """Push in each gear, as a share of that in the first."""
+    """Drive force in each gear, as a share of that in first gear."""
     max_steer: Floats = field(default_factory=numbers())
     """Wheel angle at full lock, radians."""
     sticky: NDArray[np.bool_] = field(default_factory=flags())
-    """Keeps its control until a new one comes (as CARLA's vehicles do unless told otherwise)."""
+    """True if it keeps its control until a new one comes, as CARLA's vehicles do by default."""
     light_state: NDArray[np.int64] = field(default_factory=indices())
     """Flags of `carla.VehicleLightState`."""
     engage_s: Floats = field(default_factory=numbers())
-    """Seconds of throttle that are missing until the automatic gearbox is in gear for the first time."""
+    """Seconds of throttle still needed until the automatic gearbox is in gear for the first time."""
     limit_kmh: Floats = field(default_factory=numbers())
-    """That of the last speed sign that the vehicle passed."""
+    """Speed limit of the last sign that the vehicle passed (km/h)."""
 
     def add(self, row: int, model: VehicleModel, physics: PhysicsParameters) -> int:
         """Adds a vehicle of `model` whose body is `row`."""
@@ -142,7 +143,7 @@ class Fleet(Table):
         return index
 
     def take(self, index: int, model: VehicleModel, physics: PhysicsParameters) -> None:
-        """Takes over a vehicle's technical data; what they do not name stays as the `model` has it."""
+        """Set a vehicle's technical data; what they do not define stays as in the `model`."""
         mass, usual = physics.mass_kg, parameters_of(model)
         lighter = model.mass_kg / mass
         power = physics.power_w / mass
@@ -170,7 +171,7 @@ class Fleet(Table):
         self.ratio[index, :gears] = [ratio / physics.gears[0][0] for ratio, _, _ in physics.gears]
 
     def clean_controls(self) -> Floats:
-        """The controls with NaN as full (as Unreal's clamp has it) and all within their bounds."""
+        """Return the controls within their bounds, with NaN as full input (as Unreal's clamp does)."""
         control = np.where(np.isnan(self.control), 1.0, self.control)
         return bounded(control, LEAST_CONTROL, MOST_CONTROL)
 
@@ -213,7 +214,7 @@ class Fleet(Table):
             self.control[~self.sticky] = NO_CONTROL
 
     def _engage(self, control: Floats, active: NDArray[np.bool_], dt: float) -> None:
-        """Brings new vehicles into gear: with throttle in a while, by hand or in reverse at once, as in CARLA."""
+        """Put new vehicles into gear, as in CARLA: after a while with throttle, at once by hand or in reverse."""
         chosen = (control[:, MANUAL] > 0) & (control[:, GEAR] != 0) | (control[:, REVERSE] > 0)
         pressed = active & (control[:, THROTTLE] > 0)
         self.engage_s = np.where(chosen, 0.0, np.maximum(self.engage_s - dt * pressed, 0.0))
@@ -232,7 +233,9 @@ class Fleet(Table):
         return factor
 
     def _full_push(self, speed: Floats) -> Floats:
-        """Acceleration at full throttle, m/s²: the launch at rest, the power at speed, smoothly between."""
+        """Return the acceleration at full throttle (m/s²): limited by the launch at rest, by power at speed, with a
+        smooth transition.
+        """
         push: Floats = self.launch * self.power / np.hypot(self.launch * speed, self.power)
         return push
 
@@ -250,9 +253,9 @@ class Fleet(Table):
     def _longitudinal(
         self, control: Floats, ahead: Floats, pitch: Floats, bend: tuple[Floats, Floats], dt: float
     ) -> Floats:
-        """Speed along the vehicle after `dt`: engine and slope push, friction only ever slows down.
+        """Return the speed along the vehicle after `dt`: engine and slope push; friction can only slow it down.
 
-        `bend` is the lateral acceleration, which uses up grip, and the angle of the front wheels.
+        `bend` holds the lateral acceleration, which uses up grip, and the angle of the front wheels.
         """
         side, angle = bend
         most = LENGTHWISE_GRIP * self.grip
@@ -280,7 +283,7 @@ class Fleet(Table):
         return slowed
 
     def _in_gear(self, gear: Floats, speed: Floats) -> Floats:
-        """What a gear chosen by hand leaves of the automatic gearbox's push."""
+        """Return the share of the automatic gearbox's drive force that a manually chosen gear provides."""
         place = bounded(np.abs(gear).astype(int) - 1, 0, MOST_GEARS - 1)
         every = np.arange(len(self))
         weaker = np.minimum(self.ratio[every, place] * self.launch / np.maximum(self._full_push(speed), 1e-6), 1.0)
@@ -292,7 +295,7 @@ class Fleet(Table):
         self.steer += bounded(control[:, STEER] - self.steer, -limit, limit)
 
     def _steered_rate(self, angle: Floats, ahead: Floats) -> Floats:
-        """Yaw rate (rad/s) of the path that the wheels point along, as far as the tyres hold it."""
+        """Return the yaw rate (rad/s) of the path that the wheels point along, within the tyres' grip."""
         sharpest = RADIUS_WHEELBASE_M / (TIGHTEST_RADIUS_M * self.wheelbase)
         pointed = SLIP_SHARE * np.tan(angle) / (self.wheelbase * sharpest)
         curvature = sharpest * np.tanh(pointed)
@@ -301,7 +304,7 @@ class Fleet(Table):
         return held
 
     def _lateral(self, wanted: Floats, ahead: Floats, aside: Floats, rate: Floats, dt: float) -> tuple[Floats, Floats]:
-        """Yaw rate (rad/s) and sideways speed after `dt`, on the way to those of the steered path."""
+        """Return yaw rate (rad/s) and lateral speed (m/s) after `dt`, moving towards those of the steered path."""
         change = (wanted - rate) * min(1.0, dt / YAW_LAG_S)
         rate = rate + bounded(change, -MAX_YAW_ACCELERATION * dt, MAX_YAW_ACCELERATION * dt)
         slip = 0.5 * self.wheelbase * rate - aside
@@ -310,7 +313,7 @@ class Fleet(Table):
         return rate, aside
 
     def steer_for(self, curvature: Floats, ahead: Floats) -> Floats:
-        """The steer (-1 to 1) of all vehicles whose path has this curvature (1/m): the model turned round."""
+        """Return the steer (-1 to 1) with which each vehicle's path has this curvature (1/m): the inverse model."""
         sharpest = RADIUS_WHEELBASE_M / (TIGHTEST_RADIUS_M * self.wheelbase)
         share = np.arctanh(bounded(curvature / sharpest, -0.98, 0.98))
         angle = np.arctan(share * self.wheelbase * sharpest / SLIP_SHARE)
@@ -318,7 +321,7 @@ class Fleet(Table):
         return steer
 
     def pedals_for(self, acceleration: Floats, ahead: Floats) -> tuple[Floats, Floats]:
-        """Throttle and brake of all vehicles for an acceleration (m/s²) on a level road."""
+        """Return throttle and brake with which each vehicle has an acceleration (m/s²) on a level road."""
         speed = np.abs(ahead)
         full, idle = self._full_push(speed), self._idle_drag(speed)
         wanted = acceleration + ROLLING_MPS2 + self.drag * speed * speed
@@ -331,7 +334,7 @@ class Fleet(Table):
         return throttle, brake
 
     def _publish(self, bodies: Bodies, control: Floats, ahead: Floats) -> None:
-        """Writes what the snapshot says of the controls."""
+        """Write the controls into the snapshot's records."""
         record = bodies.record
         record["pedals"][self.row] = control[:, :3]
         record["switches"][self.row] = control[:, 3:6] > 0
@@ -341,5 +344,5 @@ class Fleet(Table):
 
 
 def _share(physics: PhysicsParameters, usual: PhysicsParameters, of: Callable[[Wheel], float]) -> float:
-    """How much of the usual force of the wheels the physics leaves."""
+    """Return the wheels' force under this physics, as a share of the usual one."""
     return sum(map(of, physics.wheels)) / max(sum(map(of, usual.wheels)), 1.0)

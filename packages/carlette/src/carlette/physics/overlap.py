@@ -11,7 +11,7 @@ from carlette.geometry import Floats, columns
 from carlette.physics.bodies import Bodies
 
 RESTING_MPS = 0.1
-"""Slower approaches count little against the depth when the direction of a contact is chosen."""
+"""Approaches slower than this count little against the depth when the direction of a contact is chosen (m/s)."""
 
 Indices = NDArray[np.int64]
 
@@ -40,7 +40,7 @@ class Overlap(NamedTuple):
 def boxes_of(bodies: Bodies, rows: Indices, shapes: tuple[Floats, Floats] | None = None) -> Boxes:
     """The bounding boxes of some bodies (or other `shapes` in their frames: centres and half sizes).
 
-    What passes under a body is left out.
+    Whatever passes under a body is left out.
     """
     offset, extent = (bodies.center[rows], bodies.extent[rows]) if shapes is None else shapes
     yaw = np.radians(bodies.rotation[rows, 1])
@@ -70,9 +70,9 @@ def near_pairs(boxes: Boxes, moving: NDArray[np.bool_]) -> tuple[Indices, Indice
 
 
 def overlaps(boxes: Boxes, first: Indices, second: Indices) -> Overlap:
-    """The pairs that truly overlap, with the direction in which they met and how deep they are in it.
+    """Return the pairs that really overlap, with the direction in which they met and their depth in it.
 
-    That is the direction whose overlap began last, given the speed of approach; at rest, the least deep one.
+    That is the direction in which the overlap began last, given the speed of approach; at rest, that of least depth.
     """
     a, b = boxes.ahead[first], boxes.ahead[second]
     axes = np.stack([a, _left(a), b, _left(b)], axis=1)
@@ -90,7 +90,7 @@ def overlaps(boxes: Boxes, first: Indices, second: Indices) -> Overlap:
 
 
 def _reach(axes: Floats, ahead: Floats, half: Floats) -> Floats:
-    """Half the length of each box's shadow on each axis."""
+    """Half the length of each box's projection on each axis."""
     on_ahead = np.abs((axes * ahead[:, None, :]).sum(axis=2))
     on_left = np.abs((axes * _left(ahead)[:, None, :]).sum(axis=2))
     shadow: Floats = on_ahead * half[:, :1] + on_left * half[:, 1:]

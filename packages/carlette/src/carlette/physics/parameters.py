@@ -1,4 +1,4 @@
-"""A vehicle's technical data, as `carla.VehiclePhysicsControl` names it, and what the motion makes of it."""
+"""A vehicle's technical data in the terms of `carla.VehiclePhysicsControl`, and the values derived from them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from carlette.blueprints import VehicleModel
 Curve = tuple[tuple[float, float], ...]
 
 EFFICIENCY = 0.68
-"""Of the engine's power at the wheels; with it the Lincoln MKZ accelerates as measured in CARLA 0.9.15."""
+"""Share of the engine's power at the wheels: with it the Lincoln MKZ accelerates as measured in CARLA 0.9.15."""
 LAUNCH_BASE_MPS2 = 3.0
 LAUNCH_PER_KW_KG = 47.0
 LAUNCH_MOST_MPS2 = 7.5
@@ -77,7 +77,7 @@ class PhysicsParameters:
 
     @property
     def launch_n(self) -> float:
-        """Largest push of the engine in first gear, N."""
+        """Largest drive force in first gear (N)."""
         torque = max((nm for _, nm in self.torque_curve), default=0.0)
         ratio = self.gears[0][0] if self.gears else 1.0
         return EFFICIENCY * torque * ratio * self.final_ratio / self.radius_m
@@ -90,7 +90,7 @@ class PhysicsParameters:
         return EFFICIENCY * peak * math.tau / 60.0
 
     def gear_tops(self, share: float = UP_RATIO) -> tuple[float, ...]:
-        """Speed (m/s) at which the engine turns with `share` of its largest speed, in each gear."""
+        """Return, for each gear, the speed (m/s) at which the engine turns at `share` of its highest speed."""
         turns = self.max_rpm / 60.0 * math.tau * self.radius_m
         return tuple(share * turns / max(ratio * self.final_ratio, 0.01) for ratio, _, _ in self.gears)
 

@@ -21,7 +21,7 @@ class LooseProps(Table):
     row: NDArray[np.int64] = field(default_factory=indices())
 
     def step(self, bodies: Bodies, dt: float) -> None:
-        """Lets pushed props slide until friction stops them."""
+        """Let pushed props slide until friction stops them."""
         row = self.row
         velocity = slowed(bodies.velocity[row, :2], SLIDE_MPS2 * dt)
         velocity[~bodies.simulated[row]] = 0.0

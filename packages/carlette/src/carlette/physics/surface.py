@@ -15,12 +15,12 @@ from carlette.physics.table import Table, flags, indices, numbers
 
 STEP_M = 0.3
 RELOOK_M = 1.5
-"""A vehicle asks the map again after this many metres; in between the surface is a plane."""
+"""The map is queried again after this distance (m); in between the surface is a plane."""
 STAGED_M = 1.0
-"""Lower than this under the road an actor is staged, not standing: it is left where it is."""
+"""An actor further below the road than this has been parked there on purpose: it is left where it is (m)."""
 CONTACT_M = 0.02
 JUMP_MPS = 2.0
-"""Who leaves the ground faster than this is in the air; slower, the ground holds him."""
+"""Actors that leave the ground faster than this are in the air; slower ones stay on it (m/s)."""
 
 
 @dataclass
@@ -33,27 +33,27 @@ class Surface(Table):
     slope: Floats = field(default_factory=numbers(2))
     """Rise in z for each metre of x and of y."""
     looked: Floats = field(default_factory=numbers(2))
-    """Where the map was asked last; infinity = never."""
+    """Where the map was last queried; infinity if never."""
     stand: Floats = field(default_factory=numbers())
-    """Height of the actor's origin above the ground while it stands."""
+    """Height of the actor's origin above the ground when it stands on it (m)."""
     tilts: NDArray[np.bool_] = field(default_factory=flags())
-    """Pitch and roll follow the surface (vehicles)."""
+    """True if pitch and roll follow the surface (vehicles)."""
     on_foot: NDArray[np.bool_] = field(default_factory=flags())
-    """Steps onto kerbs (walkers): the map is asked at every step."""
+    """True if it steps onto kerbs (walkers): the map is queried at every step."""
     weightless: NDArray[np.bool_] = field(default_factory=flags())
-    """A client switched gravity off."""
+    """True if a client switched gravity off."""
 
     def add(self, row: int, stand_m: float, tilts: bool, on_foot: bool = False) -> int:
         """Adds the actor at `row` of `Bodies`."""
         return self.append(row=row, stand=stand_m, tilts=tilts, on_foot=on_foot, looked=(np.inf, np.inf))
 
     def airborne(self, bodies: Bodies) -> NDArray[np.bool_]:
-        """Who does not stand on the ground."""
+        """(rows,): True for actors that are not on the ground."""
         up: NDArray[np.bool_] = bodies.position[self.row, 2] - self._ground(bodies.position[self.row]) > CONTACT_M
         return up
 
     def look(self, bodies: Bodies, roads: RoadNetwork) -> None:
-        """Asks the map for the planes of the actors that have moved on."""
+        """Query the map for the planes under the actors that have moved on."""
         position = bodies.position[self.row]
         near = np.where(self.on_foot, STEP_M, RELOOK_M)
         gap = np.abs(position[:, :2] - self.looked)
@@ -68,7 +68,7 @@ class Surface(Table):
         self.looked[which] = position[which, :2]
 
     def settle(self, bodies: Bodies, dt: float) -> None:
-        """Lets actors fall on, and follow, the ground below them."""
+        """Let actors fall onto, and follow, the ground below them."""
         row = self.row
         position, slope = bodies.position[row], self.slope
         ground = self._ground(position)
@@ -87,7 +87,7 @@ class Surface(Table):
         self._tilt(bodies, active & self.tilts)
 
     def _ground(self, position: Floats) -> Floats:
-        """Height of each actor's origin while it stands where it is."""
+        """Return the height of each actor's origin if it stands on the ground where it is (m)."""
         rise = (position[:, :2] - self.origin[:, :2]) * self.slope
         level: Floats = self.origin[:, 2] + (rise[:, 0] + rise[:, 1]) + self.stand
         return level

@@ -11,7 +11,7 @@ import numpy as np
 class Table:
     """Base of dataclasses whose fields are arrays with one row for each thing.
 
-    Things come and go rarely and are stepped in every tick, so the arrays are kept dense and exact.
+    Rows are rarely added or removed but are stepped on every tick, so the arrays are kept dense.
     """
 
     def append(self, **values: Any) -> int:

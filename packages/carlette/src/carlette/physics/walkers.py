@@ -1,4 +1,4 @@
-"""Pedestrians and animals: they go where they are told, jump, and are knocked aside when they are hit."""
+"""Pedestrians and animals: they walk as commanded, jump, and are knocked aside when hit."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOST_MPS = 40.96
 LEAP_MPS = 4.2
 """Upward speed of a jump: Unreal's default for characters."""
 DEADLY_MPS = 2.0
-"""Change of speed by a vehicle that kills a walker who is not invincible."""
+"""Change of speed in an impact with a vehicle that kills a walker that is not invincible (m/s)."""
 LIES_S = 10.0
 """A dead walker leaves the world after this time."""
 
@@ -50,16 +50,16 @@ class Walkers(Table):
     control: Floats = field(default_factory=numbers(5))
     """Direction x, y, z (world), speed in m/s, jump: as the client sent them."""
     push: Floats = field(default_factory=numbers(2))
-    """Velocity from being hit, which wears off."""
+    """Velocity from being hit, which decays."""
     jumped: NDArray[np.bool_] = field(default_factory=flags())
-    """Has jumped for the present command: the next jump needs the button released."""
+    """True if it has already jumped for the present command: the next jump needs the button released first."""
     mortal: NDArray[np.bool_] = field(default_factory=flags())
-    """Not invincible: a vehicle can kill it."""
+    """True if it is not invincible: a vehicle can kill it."""
     dead: NDArray[np.bool_] = field(default_factory=flags())
     dead_s: Floats = field(default_factory=numbers())
 
     def step(self, bodies: Bodies, airborne: NDArray[np.bool_], dt: float) -> None:
-        """Moves all simulated walkers by `dt` seconds in the plane; who is in the air keeps its way."""
+        """Move all simulated walkers by `dt` seconds in the plane; those in the air keep their velocity."""
         row = self.row
         active = bodies.simulated[row]
         unit, going = self._will()
@@ -85,7 +85,7 @@ class Walkers(Table):
         bodies.record["walk_jump"][row] = wants
 
     def take_push(self, bodies: Bodies) -> None:
-        """After a collision: what a walker moves beyond its own will wears off slowly."""
+        """After a collision, let the part of a walker's motion that it was not commanded decay slowly."""
         unit, going = self._will()
         self.push = bodies.velocity[self.row, :2] - unit * going[:, None]
 
@@ -100,7 +100,7 @@ class Walkers(Table):
                     self.dead[index] = True
 
     def _will(self) -> tuple[Floats, Floats]:
-        """Where each walker wants to go (unit vector) and how fast (m/s); the dead want nothing."""
+        """Return each walker's commanded direction (unit vector) and speed (m/s); zero for dead ones."""
         control = np.where(np.isfinite(self.control), self.control, 0.0)
         direction = control[:, :2]
         length = np.hypot(direction[:, 0], direction[:, 1])
@@ -110,7 +110,7 @@ class Walkers(Table):
 
 
 def slowed(velocity: Floats, loss_mps: float) -> Floats:
-    """Rows of planar velocities, each shorter by `loss_mps` but never turned round."""
+    """Return rows of planar velocities, each reduced by `loss_mps` but never reversed."""
     speed = np.hypot(velocity[:, 0], velocity[:, 1])
     keep = np.maximum(speed - loss_mps, 0.0) / np.maximum(speed, 1e-9)
     shorter: Floats = velocity * keep[:, None]

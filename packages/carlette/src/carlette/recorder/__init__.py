@@ -1,4 +1,4 @@
-"""Recording what happens in a world, telling about it, and playing it again. The format is carlette's own."""
+"""Recording what happens in a world, reporting on it, and replaying it. The format is carlette's own."""
 
 from carlette.recorder.folder import default_folder, make_room, path_in
 from carlette.recorder.recorder import Recorder

@@ -1,4 +1,4 @@
-"""Where logs lie: one folder, out of which no client's name leads, as the protocol knows no authentication."""
+"""The folder of the logs. No file name from a client can lead out of it, since the protocol has no authentication."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from pathlib import Path
 from carlette.errors import RequestError
 
 LONGEST_NAME, LONGEST_PATH = 255, 1024
-"""Bytes of a name and of a path within the folder, which with the folder stays below the system's 4,096."""
+"""Longest name, and longest path within the folder (bytes): with the folder it stays below the system's 4,096."""
 LONGEST_TOLD = 200
-"""Characters of a name that an error repeats."""
+"""Characters of a name that an error message repeats."""
 
 
 def default_folder() -> Path:
@@ -26,7 +26,7 @@ def default_folder() -> Path:
 def path_in(folder: Path, name: str) -> Path:
     """The file that a client names: relative to the folder, or absolute and within it.
 
-    Raises `RequestError` for all that leads elsewhere, also through `..` or a link.
+    Raises `RequestError` for everything that leads elsewhere, also through `..` or a link.
     """
     encoded = os.fsencode(name)
     if not name or "\0" in name or len(encoded) > LONGEST_PATH or max(map(len, encoded.split(b"/"))) > LONGEST_NAME:
@@ -36,7 +36,7 @@ def path_in(folder: Path, name: str) -> Path:
         raise RequestError(_refusal(name, root))
     try:
         path = (root / name).resolve()
-    except (OSError, RuntimeError):  # links that go round
+    except (OSError, RuntimeError):  # circular links
         raise RequestError(f"'{_short(name)}' is not a file name; give one such as run.log") from None
     if path == root or not path.is_relative_to(root):
         raise RequestError(_refusal(name, root))
@@ -44,7 +44,7 @@ def path_in(folder: Path, name: str) -> Path:
 
 
 def make_room(path: Path) -> None:
-    """Makes the folder of a log that is to be written; raises `RequestError` where it cannot."""
+    """Create the folder of a log to be written; raise `RequestError` if that fails."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Writes one frame for each tick; what cannot be written ends the recording, never the simulation."""
+"""Writes one frame for each tick. A failure to write ends the recording, never the simulation."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Recorder:
     """One recording."""
 
     def __init__(self, path: Path, world: World) -> None:
-        """Begins a file; raises `RequestError` where it cannot, or where something else lies there."""
+        """Begin a file; raise `RequestError` if that fails or another kind of file is there."""
         self.path = path
         self._began_s = world.elapsed_s
         self._known: set[int] = set()
@@ -34,7 +34,7 @@ class Recorder:
         self.note(world)
 
     def note(self, world: World) -> None:
-        """Records the tick that `world` has just made."""
+        """Record the tick that `world` has just completed."""
         if self._file is None:
             return
         actors = [one for one in world.actors.values() if one.kind in RECORDED]
@@ -99,7 +99,7 @@ class Recorder:
             try:
                 broken.close()
             except OSError:
-                # What is still in its buffer fits no better now.
+                # What is still in its buffer cannot be written now either.
                 return
 
 

@@ -1,4 +1,4 @@
-"""Plays a log again: its actors are brought in, or found where they still are, and led along their recorded ways."""
+"""Replays a log: its actors are spawned, or found if they still exist, and moved along their recorded paths."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from carlette.world.spawn import spawn
 from carlette.world.world import SPECTATOR, World
 
 HIGH_M = 5000.0
-"""Where actors are brought in before they are put on their ways: nothing stands there."""
+"""Where actors are spawned before they are put on their paths: nothing else is there."""
 
 
 @dataclass
@@ -39,10 +39,10 @@ class Replay:
         follow_id: int = 0,
         options: ReplayOptions | None = None,
     ) -> None:
-        """Begins `start_s` after the log's begin (from its end if negative), for `duration_s` (0 = all of it).
+        """Begin `start_s` after the start of the log (before its end if negative), for `duration_s` (0: all of it).
 
-        The spectator follows the actor that the log calls `follow_id`, unless that is 0. Raises `RequestError` for a
-        log that is empty or of another map.
+        The spectator follows the actor with the id `follow_id` in the log, unless that is 0. Raises `RequestError` for
+        a log that is empty or belongs to another map.
         """
         if tape.map_name != world.roads.file.name:
             raise RequestError(
@@ -67,7 +67,7 @@ class Replay:
         self.is_over = False
 
     def step(self, world: World) -> None:
-        """Puts everybody where the log has them at this time, and moves the time on by one tick."""
+        """Put all actors where the log has them at this time, and advance the time by one tick."""
         now, after, share = self._frames()
         self._meet(world, now)
         later = dict(zip(after.ids.tolist(), after.motion, strict=True))
@@ -82,7 +82,7 @@ class Replay:
         self.time_s = min(self.time_s + world.step_s * self._options.time_factor, self.end_s)
 
     def stop(self, world: World, keep_actors: bool) -> None:
-        """Lets the actors go: to physics, or out of the world if the replay has brought them."""
+        """Release the actors: to the physics, or out of the world if the replay spawned them."""
         for number, actor in self._actors.items():
             if world.actors.get(actor.id) is not actor:
                 continue
@@ -93,7 +93,7 @@ class Replay:
         self.is_over = True
 
     def _frames(self) -> tuple[Frame, Frame, float]:
-        """The frames around the present time, and how far it is from the first to the second."""
+        """Return the frames around the present time, and the share of the way from the first to the second."""
         frames = self._tape.frames
         if frames[self._index].time_s > self.time_s:
             self._index = 0
@@ -104,7 +104,7 @@ class Replay:
         return now, after, min(max((self.time_s - now.time_s) / span, 0.0), 1.0) if span > 1e-9 else 0.0
 
     def _meet(self, world: World, frame: Frame) -> None:
-        """Brings in whoever is new, and takes away whom the log has lost."""
+        """Spawn the actors that are new, and destroy those that are no longer in the log."""
         there = set(frame.ids.tolist())
         for number in [one for one in self._actors if one not in there]:
             actor = self._actors.pop(number)
@@ -118,7 +118,7 @@ class Replay:
                     self._actors[number] = found
 
     def _found(self, world: World, entry: Entry) -> Actor | None:
-        """The actor of an entry: the one that has its id and kind still, or a new one."""
+        """Return the actor of an entry: the one that still has its id and kind, or a new one."""
         same = world.actors.get(entry.id)
         if entry.type_id == SPECTATOR:
             return world.spectator

@@ -1,4 +1,4 @@
-"""What a log tells, as texts in the manner of CARLA's."""
+"""Reports on a log, as texts in CARLA's format."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ KINDS = {"vehicle.": "v", "walker.": "w", "traffic.": "t"}
 
 
 def file_info(tape: Tape, show_all: bool) -> str:
-    """Map, date, length; with `show_all` each frame in which something happens."""
+    """Return map, date and length; with `show_all`, also each frame in which something happens."""
     lines = [_head(tape)]
     if show_all:
         known: set[int] = set()
@@ -53,7 +53,7 @@ def blocked(tape: Tape, least_s: float, least_m: float) -> str:
 
 
 def _stops(tape: Tape, number: int, least_s: float, least_m: float) -> list[tuple[int, float, float]]:
-    """Id, begin and length of each time in which an actor hardly moves."""
+    """Return id, start and length of each period in which an actor hardly moves."""
     if _kind(tape.entries[number]) not in ("h", "v", "w"):
         return []
     times, places = [], []

@@ -1,4 +1,4 @@
-"""The log file: a line that names the format, then msgpack arrays, each beginning with its kind.
+"""The log file: a line that names the format, then msgpack arrays that each begin with their kind.
 
     ["start", map, date]                                    once
     ["spawn", id, type, {attribute: [type, text]}, parent]  when an actor is first seen
@@ -31,7 +31,7 @@ LARGEST_BYTES = 1 << 31
 
 
 class Entry(NamedTuple):
-    """An actor that was seen."""
+    """An actor that appears in the log."""
 
     id: int
     type_id: str
@@ -45,11 +45,11 @@ class Entry(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """Where everybody was."""
+    """The positions of all actors in one frame."""
 
     number: int
     time_s: float
-    """Since the recording began."""
+    """Time since the recording began (s)."""
     ids: NDArray[np.uint32]
     motion: NDArray[np.float32]
     """(n, 9)"""
@@ -68,7 +68,7 @@ class Hit(NamedTuple):
 
 @dataclass
 class Tape:
-    """A log that was read."""
+    """A log as it was read."""
 
     path: Path
     map_name: str = ""
@@ -90,7 +90,7 @@ def pack(*parts: Any) -> bytes:
 
 
 def read_tape(path: Path) -> Tape:
-    """Reads a log; raises `RequestError` for a file that is missing, unreadable or of another make."""
+    """Read a log; raise `RequestError` for a file that is missing, unreadable or of another format."""
     try:
         if not path.is_file():
             raise FileNotFoundError
@@ -115,7 +115,7 @@ def read_tape(path: Path) -> Tape:
 
 
 def _check(tape: Tape, frame: Frame) -> None:
-    """Raises `ValueError` for a frame that could not be played."""
+    """Raise `ValueError` for a frame that cannot be replayed."""
     if len(frame.ids) != len(frame.motion) or len(frame.light_ids) != len(frame.light_colors):
         raise ValueError("a frame has different numbers of actors and of motions")
     if not math.isfinite(frame.time_s) or not (np.abs(frame.motion) < FARTHEST).all():

@@ -14,9 +14,9 @@ from carlette.rpc.frames import BAD_BYTES, Frames
 
 READ_BYTES = 1 << 20
 MOST_UNREAD_BYTES = 16 << 20
-"""While a client leaves more than this of its answers unread, its further requests wait."""
+"""While a client has more unread answers than this (bytes), its further requests wait."""
 LONGEST_TURN_S = 0.25
-"""After this the requests of others come first."""
+"""After this time the requests of other clients come first (s)."""
 
 log = logging.getLogger(__name__)
 
@@ -33,9 +33,9 @@ class RpcConnection:
         self.traffic_managers: set[int] = set()
         """Ports of the traffic managers that this client registered."""
         self.is_behind = False
-        """Requests of it are complete and not handled yet."""
+        """True if complete requests have not been handled yet."""
         self.unfinished_since: float | None = None
-        """By the clock: when the request began that is not complete yet."""
+        """When the incomplete request began, by the clock (s)."""
         self._clock = clock
         self._frames = Frames()
         self._packer = msgpack.Packer(unicode_errors="surrogateescape")
@@ -48,16 +48,16 @@ class RpcConnection:
 
     @property
     def is_paused(self) -> bool:
-        """True while so many answers are unread that no more requests are taken."""
+        """True while too many answers are unread, so that no more requests are taken."""
         return len(self._unsent) > MOST_UNREAD_BYTES
 
     @property
     def held_bytes(self) -> int:
-        """What it costs to keep: requests that are not handled, answers that are not read."""
+        """Memory that it holds (bytes): requests not yet handled and answers not yet read."""
         return self._frames.held_bytes + len(self._unsent)
 
     def read(self) -> bool:
-        """Handles what has arrived, for a while; False when the connection is over."""
+        """Handle what has arrived, for a limited time; False when the connection has ended."""
         if not self.is_behind:
             try:
                 data = self.socket.recv(READ_BYTES)
@@ -106,7 +106,7 @@ class RpcConnection:
         self.write()
 
     def write(self) -> None:
-        """Sends as much as the socket takes."""
+        """Send as much as the socket takes."""
         try:
             sent = self.socket.send(self._unsent)
         except BlockingIOError:
@@ -119,7 +119,7 @@ class RpcConnection:
 
 
 def _request(frame: bytes) -> tuple[int, str, list[Any]]:
-    """Id, method and parameters; raises `BAD_BYTES` for anything else than a request."""
+    """Return id, method and parameters; raise `BAD_BYTES` for anything but a request."""
     message = msgpack.unpackb(frame, raw=False, unicode_errors="surrogateescape", strict_map_key=False)
     if not (isinstance(message, list) and len(message) == 4 and message[0] == 0):
         raise ValueError("a message is not a request [0, id, method, parameters]")

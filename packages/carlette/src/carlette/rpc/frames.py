@@ -1,7 +1,7 @@
-"""Cuts what a client sends into requests, and bounds what it may leave unfinished.
+"""Splits what a client sends into requests, and limits how much it may leave unfinished.
 
-Bytes are only kept, not made into objects, until a request is complete: a list of empty lists has one byte for each on
-the wire and seventy in memory.
+Until a request is complete, its bytes are kept and not decoded: an empty list takes one byte on the wire and seventy
+in memory.
 """
 
 from __future__ import annotations
@@ -11,41 +11,41 @@ import msgpack
 from carlette.opendrive.document import LARGEST_MAP_BYTES
 
 LARGEST_REQUEST_BYTES = 4 << 20
-"""Without the text of a map; a batch that spawns 1,000 vehicles has 1.5 MB."""
+"""Largest request without the text of a map (bytes); a batch that spawns 1,000 vehicles has 1.5 MB."""
 WITH_A_MAP = "copy_opendrive_to_file"
-"""The one call that carries a long text, as the first of its arguments."""
+"""The one call that carries a long text, as its first argument."""
 _HEAD_BYTES = 128
 _STR_32 = 0xDB
 
 BAD_BYTES = (msgpack.UnpackException, ValueError, TypeError, OverflowError, RecursionError, MemoryError)
-"""What reading bytes that are no request raises; a map with a list as its key, for one, is a TypeError."""
+"""What decoding invalid bytes raises; a map with a list as its key, for example, is a TypeError."""
 
 
 class TooLarge(ValueError):
-    """A request goes on beyond its bound."""
+    """A request exceeds its limit."""
 
 
 class Frames:
-    """The bytes that have arrived, and where the requests in them end."""
+    """The bytes that have arrived, and the ends of the requests in them."""
 
     def __init__(self) -> None:
         self._bytes = bytearray()
         self._scanner = self._fresh()
         self._cut = 0
-        """How much the scanner has seen of what is cut off already."""
+        """How much the scanner has read of what was already cut off."""
 
     @property
     def held_bytes(self) -> int:
-        """Of requests that were not taken yet, complete or not."""
+        """Bytes of requests that have not been taken yet, complete or not."""
         return len(self._bytes)
 
     def feed(self, data: bytes) -> None:
-        """Takes over what has arrived."""
+        """Add what has arrived."""
         self._bytes += data
         self._scanner.feed(data)
 
     def next(self) -> bytes | None:
-        """The next complete request; None = there is none. Raises `BAD_BYTES` for what is no msgpack or too large."""
+        """Return the next complete request, or None. Raise `BAD_BYTES` if it is not msgpack or is too large."""
         try:
             self._scanner.skip()
         except msgpack.OutOfData:
@@ -66,7 +66,7 @@ class Frames:
 
 
 def allowance(head: bytes | bytearray) -> int:
-    """How many bytes the request that begins like this may have: more only for the text of a map, and by its length."""
+    """Return how many bytes a request with this beginning may have: more only for a map's text, by its length."""
     reader = msgpack.Unpacker(unicode_errors="surrogateescape")
     reader.feed(head)
     try:

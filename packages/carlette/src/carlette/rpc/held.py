@@ -1,4 +1,4 @@
-"""Answers that wait until something is built, while all other requests are served."""
+"""Answers that are delayed until something is built, while all other requests are served."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from typing import Any
 from carlette.rpc.connection import RpcConnection
 
 LONGEST_HOLD_S = 3.0
-"""The client's own patience is 5 s, unless it says otherwise; after this the answer comes before the first picture."""
+"""Longest delay of an answer (s). The client's default timeout is 5 s; later pictures then come after the answer."""
 
 
 @dataclass
 class Held:
-    """An answer, and what it waits for."""
+    """A delayed answer, and what it waits for."""
 
     connection: RpcConnection
     number: int
     result: Any
     until: Sequence[Future[None]]
     due: float
-    """Given at this time, whatever happens."""
+    """Time at which it is given in any case."""
     rest_s: float
-    """Between what it waits for and the answer."""
+    """Time between what it waits for and the answer (s)."""
     is_resting: bool = False
 
 
 class HeldAnswers:
-    """Answers that are not given yet; `woken` becomes readable when one may have become due."""
+    """Answers that have not been given yet. `woken` becomes readable when one may be due."""
 
     def __init__(self) -> None:
         self.woken, self._waker = socket.socketpair()
@@ -49,7 +49,7 @@ class HeldAnswers:
         longest_s: float = LONGEST_HOLD_S,
         rest_s: float = 0.0,
     ) -> None:
-        """Keeps an answer until the futures are done and a rest is over, but not for long.
+        """Hold an answer until the futures are done and a rest time has passed, up to a time limit.
 
         `woken` becomes readable for each of them, also when the answer could not wait for it.
         """
@@ -58,7 +58,7 @@ class HeldAnswers:
             one.add_done_callback(self._wake)
 
     def release(self, now: float) -> None:
-        """Gives the answers that are due."""
+        """Give the answers that are due."""
         for one in self._held:
             if not one.is_resting and all(future.done() for future in one.until):
                 one.is_resting, one.due = True, now + one.rest_s
@@ -68,15 +68,15 @@ class HeldAnswers:
             one.connection.reply(one.number, one.result)
 
     def forget(self, connection: RpcConnection) -> None:
-        """Drops the answers for a client that has gone."""
+        """Drop the answers for a client that has disconnected."""
         self._held = [one for one in self._held if one.connection is not connection]
 
     def wait_s(self, now: float, most_s: float) -> float:
-        """How long nothing becomes due by time alone."""
+        """Return how long nothing becomes due by time alone (s), at most `most_s`."""
         return max(0.0, min([most_s, *(one.due - now for one in self._held)]))
 
     def drain(self) -> None:
-        """Takes note of having been woken."""
+        """Clear the wake-up signal."""
         with contextlib.suppress(BlockingIOError):
             self.woken.recv(4096)
 
@@ -86,6 +86,6 @@ class HeldAnswers:
         self.woken.close()
 
     def _wake(self, _: Future[None]) -> None:
-        # From another thread. A full pipe wakes as well, and a server that has ended needs no waking.
+        # Called from other threads. A full pipe wakes the server too, and a server that has ended need not wake.
         with contextlib.suppress(OSError):
             self._waker.send(b"!")

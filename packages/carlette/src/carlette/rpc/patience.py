@@ -1,4 +1,4 @@
-"""How long, and for how much, the server keeps a peer that does not come to an end."""
+"""How long, and with how much data, the server keeps a peer that does not finish."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Iterable, Iterator
 from typing import Protocol, TypeVar
 
 UNFINISHED_S = 60.0
-"""A request must be complete this long after its first byte: time for the largest map at 20 Mbit/s."""
+"""A request must be complete this long after its first byte (s): enough for the largest map at 20 Mbit/s."""
 UNNAMED_S = 60.0
-"""A peer of the streaming port must say which stream it wants; the client does so at once."""
+"""Time within which a peer of the streaming port must name its stream (s); the client does so at once."""
 MOST_HELD_BYTES = 256 << 20
-"""Of all connections together: one map of the largest size and as much again."""
+"""Most bytes held by all connections together: twice the largest map."""
 
 
 class Client(Protocol):
@@ -18,11 +18,11 @@ class Client(Protocol):
 
     @property
     def unfinished_since(self) -> float | None:
-        """When the request began that is not answered yet (s, monotonic)."""
+        """When the request that is not answered yet began (s, monotonic)."""
 
     @property
     def held_bytes(self) -> int:
-        """How much waits to be sent to it."""
+        """How many bytes it holds."""
 
 
 class Listener(Protocol):
@@ -30,11 +30,11 @@ class Listener(Protocol):
 
     @property
     def stream_id(self) -> int:
-        """The stream that it listens to."""
+        """The stream to which it listens; 0 until it has named one."""
 
     @property
     def came(self) -> float:
-        """When it came (s, monotonic)."""
+        """When it connected (s, monotonic)."""
 
 
 C = TypeVar("C", bound=Client)
@@ -42,7 +42,9 @@ L = TypeVar("L", bound=Listener)
 
 
 def overstayed(clients: Iterable[C], now: float) -> Iterator[tuple[C, str]]:
-    """Those whose request has been unfinished for too long, and those who hold most while all hold too much."""
+    """Yield the clients whose request has been unfinished for too long, and the largest ones while all hold too
+    much.
+    """
     left = []
     for one in clients:
         if one.unfinished_since is not None and now - one.unfinished_since > UNFINISHED_S:
@@ -58,5 +60,5 @@ def overstayed(clients: Iterable[C], now: float) -> Iterator[tuple[C, str]]:
 
 
 def unnamed(listeners: Iterable[L], now: float) -> list[L]:
-    """Those who have not said for too long which stream they want."""
+    """Return the listeners that have taken too long to name their stream."""
     return [one for one in listeners if not one.stream_id and now - one.came > UNNAMED_S]

@@ -11,9 +11,9 @@ from carlette.errors import RequestError
 from carlette.wire import encode
 
 Handler = Callable[..., Any]
-"""Takes the session and the request's arguments, returns the value of the response."""
+"""Takes the session and the request's arguments, and returns the value of the response."""
 Call = Callable[..., Any]
-"""Like a handler, but returns the whole response and raises nothing on bad arguments."""
+"""Like a handler, but returns the whole response and does not raise on bad arguments."""
 
 log = logging.getLogger(__name__)
 
@@ -27,7 +27,7 @@ BAD_ARGUMENTS = (
     RuntimeError,
     struct.error,
 )
-"""What reading arguments of the wrong shape raises; RuntimeError comes from the carla library's map queries."""
+"""What reading arguments of the wrong shape raises. RuntimeError comes from the carla library's map queries."""
 
 
 class Methods:

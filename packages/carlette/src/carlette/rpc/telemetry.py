@@ -1,4 +1,4 @@
-"""What a vehicle's instruments show (`carla.VehicleTelemetryData`, client 0.9.16)."""
+"""A vehicle's telemetry (`carla.VehicleTelemetryData`, client 0.9.16)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def wheel_angle(world: World, actor: Actor) -> float:
 
 
 def telemetry(world: World, actor: Actor) -> list[Any]:
-    """Speed (m/s), steer, throttle, brake, engine speed (rpm), gear, drag (N) and 11 numbers for each wheel.
+    """Return speed (m/s), steer, throttle, brake, engine speed (rpm), gear, drag (N) and 11 numbers for each wheel.
 
     A wheel's numbers are friction, lateral and longitudinal slip (both 0: wheels do not slip one by one here), turning
     speed (rad/s), tyre load (N), the load as a share of its static one, longitudinal and lateral force (N), the two

@@ -18,7 +18,7 @@ Wire = Sequence[Any]
 TRACK_SHARE = 0.42
 """Half the track width, as a share of the vehicle's width."""
 WHEEL_FIELDS = 9
-"""Of a wheel, before its position."""
+"""Number of a wheel's fields before its position."""
 ABOVE_ZERO = ("mass_kg", "max_rpm", "final_ratio")
 
 
@@ -71,7 +71,7 @@ def wheel_places(world: World, actor: Actor) -> list[list[float]]:
 
 
 def take_physics_control(world: World, actor: Actor, wire: Wire) -> None:
-    """Takes over what a client wrote; the motion follows from the next tick on.
+    """Set what a client sent; the motion follows it from the next tick on.
 
     Raises `RequestError` when a number is not finite or one that must be above zero is not.
     """
@@ -94,7 +94,7 @@ def take_physics_control(world: World, actor: Actor, wire: Wire) -> None:
         drag=float(wire[12]),
         center_of_mass=_triple(wire[13]),
         steering_curve=_pairs(wire[14]) or old.steering_curve,
-        # Programs build a list of four wheels for every vehicle; the rest keeps what it had.
+        # Programs send four wheels for every vehicle; other wheels keep their values.
         wheels=(*wheels, *old.wheels[len(wheels) :])[: len(old.wheels)],
         sweeps_wheels=bool(wire[16]),
     )

@@ -1,4 +1,4 @@
-"""Sensors: what their actors measure in each tick. A new one is a new file and a line in `ALL`."""
+"""Sensors: what their actors measure on each tick. A new one is a new file and a line in `ALL`."""
 
 from carlette.errors import RequestError
 from carlette.sensors.base import Body, LateSensor, Moment, Sensor, Settings
@@ -31,7 +31,7 @@ ALL: dict[str, type[Sensor]] = {
 
 
 def make_sensor(type_id: str, attributes: Attributes) -> Sensor:
-    """The sensor of an actor; raises `RequestError` for attributes or kinds that this server cannot serve."""
+    """Return the sensor of an actor; raise `RequestError` for attributes or kinds that this server does not support."""
     kind = ALL.get(type_id)
     if kind is None:
         raise RequestError(

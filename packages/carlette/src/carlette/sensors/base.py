@@ -1,4 +1,4 @@
-"""What every sensor is: made from its blueprint's attributes, asked once in each tick in which it is due.
+"""The base of all sensors: created from the blueprint's attributes, and called once on each tick on which it is due.
 
 A new sensor is one file with a subclass of `Sensor`, one entry in `blueprints/sensors.py` and one line in `ALL` of
 this package. `suite.Suite` owns the life cycle.
@@ -22,20 +22,20 @@ from carlette.world.world import World
 
 Part = bytes | bytearray | memoryview
 Body = tuple[Part, ...]
-"""A message without its 48 bytes of header, in parts that need not be joined (a picture's header and its pixels).
+"""A message without its 48-byte header, in parts that need not be joined (a picture's header and its pixels).
 
-The parts are sent later and not copied: nobody may write to their memory again.
+The parts are sent later without being copied, so their memory must not be written again.
 """
 LONGEST_PERIOD_S = 1e6
 
 
 @dataclass(frozen=True)
 class Moment:
-    """What a sensor is asked about: the world right after a tick. It does not change while sensors measure."""
+    """The world right after a tick, as sensors measure it. It does not change while they do."""
 
     scene: Scene
     actor: Actor
-    """The sensor itself; `parent_id` says who carries it."""
+    """The sensor itself; `parent_id` names its carrier."""
     pose: Pose
     """Where the sensor is, world frame."""
     wire: Callable[[Actor], Any]
@@ -43,37 +43,37 @@ class Moment:
 
     @property
     def delta_s(self) -> float:
-        """Seconds of the tick that just ended."""
+        """Duration of the tick that has just ended (s)."""
         return self.scene.world.step_s
 
 
 class Sensor(ABC):
-    """One sensor of one actor, with whatever it must remember from one measurement to the next."""
+    """One sensor of one actor, with whatever it must remember between measurements."""
 
     wire_type: ClassVar[int]
     """The sensor's number in the header of its messages."""
 
     def __init__(self, settings: Settings) -> None:
-        """Reads the attributes; raises `RequestError` where one is out of its range."""
+        """Read the attributes; raise `RequestError` if one is out of range."""
         self.period_s = settings.number("sensor_tick", 0.0, LONGEST_PERIOD_S) if "sensor_tick" in settings else 0.0
 
     def load(self, world: World) -> Future[None] | None:
-        """Begins to build what takes long, such as a map's static scene; None = there is nothing to build."""
+        """Start building what takes long, such as a map's static scene; None if there is nothing to build."""
         del world
         return None
 
     @abstractmethod
     def measure(self, moment: Moment) -> Iterable[Body]:
-        """The messages of this tick: one for what measures, any number for what reports events.
+        """Return the messages of this tick: one for a measuring sensor, any number for one that reports events.
 
         It is called only while a client listens.
         """
 
     def pass_over(self, moment: Moment) -> None:  # noqa: B027
-        """Called instead of `measure` when the sensor is due and nobody listens: a LiDAR's head turns on."""
+        """Called instead of `measure` if the sensor is due but nobody listens: a LiDAR's head keeps turning."""
 
     def close(self) -> None:  # noqa: B027
-        """Frees what the sensor holds; its actor or its episode has ended."""
+        """Free what the sensor holds: its actor or its episode has ended."""
 
 
 class LateSensor(Sensor):
@@ -81,7 +81,7 @@ class LateSensor(Sensor):
 
     @abstractmethod
     def begin(self, moment: Moment) -> Future[list[Body]]:
-        """Takes over all that it needs of the moment, as the world goes on, and begins the work.
+        """Copy everything that it needs of the moment, since the world goes on, and start the work.
 
         It is called only while a client listens, in the order of the ticks.
         """
@@ -100,7 +100,7 @@ class Settings(Mapping[str, str]):
         self._values.update((id, text) for id, (_, text) in attributes.items())
 
     def number(self, id: str, low: float = -math.inf, high: float = math.inf) -> float:
-        """A finite number; raises `RequestError` outside `low` to `high`."""
+        """Return a finite number; raise `RequestError` if it is not within `low` to `high`."""
         try:
             value = float(self[id].removesuffix("f"))
         except ValueError:
@@ -110,14 +110,14 @@ class Settings(Mapping[str, str]):
         return value
 
     def whole(self, id: str, low: int, high: int) -> int:
-        """A whole number; raises `RequestError` outside `low` to `high`."""
+        """Return a whole number; raise `RequestError` if it is not within `low` to `high`."""
         value = self.number(id, low, high)
         if value != int(value):
             raise self._refusal(id, f"a whole number{_span(low, high)}")
         return int(value)
 
     def flag(self, id: str) -> bool:
-        """A truth value, in any of the spellings that clients send."""
+        """Return a boolean, in any of the spellings that clients send."""
         text = self[id].lower()
         if text not in ("true", "false", "1", "0"):
             raise self._refusal(id, "true or false")

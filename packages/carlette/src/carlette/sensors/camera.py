@@ -1,6 +1,6 @@
 """The four cameras as sensors: what their attributes mean, and what they send.
 
-What is to be seen is noted in the tick; the pictures are drawn by a thread beside the server's.
+What is visible is captured on the tick; the pictures are drawn by a separate thread.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _HEADER = struct.Struct("<IIf")
 
 
 class Camera(LateSensor):
-    """A camera: `image_size_x`, `image_size_y` and `fov` count; lens, exposure and colour attributes have no effect."""
+    """A camera. Only `image_size_x`, `image_size_y` and `fov` matter; lens, exposure and colour have no effect."""
 
     def __init__(self, settings: Settings) -> None:
         super().__init__(settings)
@@ -55,7 +55,7 @@ class Camera(LateSensor):
 
 
 class ColorCamera(Camera):
-    """What the eye would see."""
+    """A colour picture."""
 
     wire_type: ClassVar[int] = 13
 
@@ -95,7 +95,7 @@ class InstanceCamera(Camera):
 
 
 def seen_of(scene: Scene) -> Seen:
-    """What all cameras of one tick look at; worked out once."""
+    """Return what all cameras see on one tick; computed once."""
     seen = _seen.get(scene)
     if seen is None:
         seen = _seen[scene] = notice(scene.world)

@@ -1,4 +1,4 @@
-"""The collision sensor: one event for each body that the parent hit in the tick."""
+"""The collision sensor: one event for each body that the parent hit during the tick."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from carlette.wire.collision import encode
 
 
 class CollisionSensor(Sensor):
-    """Passes on what the world's contacts report of its parent."""
+    """Reports the world's contacts that involve its parent."""
 
     wire_type = 0
 

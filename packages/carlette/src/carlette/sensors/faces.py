@@ -20,12 +20,12 @@ Singles = NDArray[np.float32]
 Indices = NDArray[np.int64]
 
 FLAT_M = 0.002
-"""A quad whose last corner is farther out of the plane of the others is taken as two triangles."""
+"""A quad is split into two triangles if its last corner is further than this out of the plane of the others (m)."""
 
 
 @dataclass(frozen=True)
 class Faces:
-    """Quads of several bodies, those of one body one after the other, each in its body's frame."""
+    """Quads of several bodies, grouped by body, each in its body's frame."""
 
     corners: Singles
     """(n, 4, 3) metres; (b - a) x (d - a) points outwards."""

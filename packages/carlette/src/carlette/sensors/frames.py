@@ -1,4 +1,4 @@
-"""Turning between a sensor's frame and the world's, both CARLA's: x ahead, y right, z up."""
+"""Rotations between a sensor's frame and the world's, both CARLA's: x ahead, y right, z up."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ class GeoPoint(NamedTuple):
 
 
 class GnssSensor(Sensor):
-    """Where the antenna is, with a constant bias and Gaussian noise on each number, as CARLA's attributes say."""
+    """The antenna's position, with a constant bias and Gaussian noise on each number, by CARLA's attributes."""
 
     wire_type = 4
 
@@ -47,7 +47,7 @@ class GnssSensor(Sensor):
 
 
 def seeded(settings: Settings) -> np.random.Generator:
-    """The source of chance of a sensor with the attribute `noise_seed`: the same seed gives the same noise."""
+    """Return the random generator of a sensor with the attribute `noise_seed`: the same seed gives the same noise."""
     return np.random.default_rng(settings.whole("noise_seed", SMALLEST_SEED, LARGEST_SEED) - SMALLEST_SEED)
 
 

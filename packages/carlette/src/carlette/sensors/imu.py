@@ -19,7 +19,7 @@ from carlette.sensors.gnss import seeded
 _AXES = ("x", "y", "z")
 SHORTEST_STEP_S = 1e-6
 _SUPPORT = np.array([0.0, 0.0, GRAVITY])
-"""What holds the sensor against gravity, m/s²."""
+"""Acceleration that supports the sensor against gravity, m/s²."""
 
 
 @dataclass(frozen=True)
@@ -32,10 +32,11 @@ class Attitude:
 
 
 class ImuSensor(Sensor):
-    """Measures by the sensor's own path, so that it feels where on the vehicle it sits.
+    """Measures from the sensor's own path, so that its place on the vehicle matters.
 
-    Acceleration is the second difference of the last three positions, as in CARLA, plus what holds it against gravity;
-    turning is the change of attitude since the last measurement. Both are zero until enough is known.
+    Acceleration is the second difference of the last three positions, as in CARLA, plus the support against gravity.
+    The turn rate follows from the change of attitude since the last measurement. Both are zero until enough
+    measurements are available.
     """
 
     wire_type = 5

@@ -1,4 +1,4 @@
-"""The inner loops of LiDAR and radar, compiled by numba on first use; the machine code is kept for later runs.
+"""The inner loops of LiDAR and radar, compiled by numba on first use; the machine code is cached for later runs.
 
 All of it works in the sensor's frame, so a tilted sensor costs nothing extra. A ray is a column (its azimuth) and a
 channel (its elevation); `tangents` are tan(elevation), ascending.
@@ -40,7 +40,7 @@ def scan(
     its incidence.
 
     Within one column, a quad covers an interval of tangents: each edge and the sensor span a plane, which gives a
-    linear bound. So only the rays that truly meet the quad are touched.
+    linear bound. So only the rays that really hit the quad are processed.
     """
     cosines = 1.0 / np.sqrt(1.0 + tangents * tangents)
     ahead, aside = np.cos(azimuths), np.sin(azimuths)
@@ -61,7 +61,7 @@ def scan(
                 continue
             low, high = _edges(p, e, tilt)
             wx, wy, wz = nx / offset, ny / offset, nz / offset
-            # What lies behind the sensor is met from both ends of the azimuths.
+            # What is behind the sensor is reached from both ends of the azimuths.
             for part in range(-1, 2):
                 start, end = low + 2.0 * np.pi * part, high + 2.0 * np.pi * part
                 if end < -np.pi or start > np.pi or (part and high - low >= 2.0 * np.pi):
@@ -86,7 +86,7 @@ def scan(
 
 @compiled
 def _below(values: Array, bound: float) -> int:
-    """How many of the ascending `values` are less than `bound`; numpy's own takes a second to compile."""
+    """Return how many of the ascending `values` are below `bound`; numpy's function takes a second to compile."""
     low, high = 0, len(values)
     while low < high:
         middle = (low + high) >> 1
@@ -118,7 +118,7 @@ def _plane(p: Array) -> tuple[float, float, float, float, float]:
 
 @compiled
 def _nearest(p: Array) -> float:
-    """A bound on how near a quad comes: the distance of its middle less its radius."""
+    """Return a lower bound on a quad's distance: that of its middle minus its radius."""
     mx = 0.25 * (p[0, 0] + p[1, 0] + p[2, 0] + p[3, 0])
     my = 0.25 * (p[0, 1] + p[1, 1] + p[2, 1] + p[3, 1])
     mz = 0.25 * (p[0, 2] + p[1, 2] + p[2, 2] + p[3, 2])
@@ -179,7 +179,7 @@ def _fill(
     nearness: Array,
     hit: Array,
 ) -> None:
-    """Notes a face on the rays of one column within an interval of tangents, where nothing nearer is known."""
+    """Record a face on the rays of one column within an interval of tangents, unless something nearer is known."""
     while channel < len(tangents) and tangents[channel] < least:
         channel += 1
     while channel < len(tangents) and tangents[channel] <= most:

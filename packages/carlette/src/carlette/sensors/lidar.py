@@ -1,4 +1,4 @@
-"""The ray-cast LiDARs, plain and semantic: lasers one above the other on a head that turns.
+"""The ray-cast LiDARs, plain and semantic: lasers stacked on a rotating head.
 
 As in CARLA, one message holds what the head sweeps over in one tick, all of it seen from where the sensor is at the
 end of the tick. At 20 ticks per second and 10 turns per second that is half a turn.
@@ -29,7 +29,7 @@ from carlette.world.world import World
 MOST_CHANNELS = 1024
 MOST_POINTS_PER_S = 20_000_000
 MOST_RAYS = 4_000_000
-"""In one message; what a client asks for beyond that is not cast."""
+"""Most rays in one message; rays beyond that are not cast."""
 MOST_RANGE_M = 2000.0
 STEEPEST_DEG = 89.99
 _NOTHING: Singles = np.zeros((0, 0), np.float32)
@@ -38,17 +38,17 @@ log = logging.getLogger(__name__)
 
 
 class Losses(NamedTuple):
-    """What becomes of the rays of a sweep on their way, (columns, channels) each."""
+    """What happens to the rays of a sweep, (columns, channels) each."""
 
     intensity: Singles
-    """Of what comes back."""
+    """Intensity of what comes back."""
     kept: NDArray[np.bool_]
     off_m: Singles
-    """How much too long a distance is measured; empty = exact."""
+    """Range error (m, positive if too long); empty if exact."""
 
 
 class Points(NamedTuple):
-    """What the lasers met, channel after channel."""
+    """What the lasers hit, channel after channel."""
 
     rows: Singles
     """(n, 4): x, y, z in the sensor's frame, intensity."""
@@ -68,7 +68,7 @@ class Turn(NamedTuple):
 
 
 class Fan(LateSensor):
-    """The head: what both kinds have in common."""
+    """The rotating head that both kinds share."""
 
     def __init__(self, settings: Settings) -> None:
         super().__init__(settings)
@@ -113,7 +113,7 @@ class Fan(LateSensor):
 
     @abstractmethod
     def rows(self, scene: Scene, sweep: Sweep, points: Points) -> Singles:
-        """The points as they are sent, one in each row."""
+        """Return the points as they are sent, one per row."""
 
     def losses(self, sweep: Sweep) -> Losses:
         """Return what becomes of the rays on their way, each (columns, rows): here nothing is lost or off."""
@@ -147,7 +147,7 @@ class Fan(LateSensor):
 
 
 class LidarSensor(Fan):
-    """Points with an intensity that falls with the distance; some are lost, all are a little off, if asked for."""
+    """Points whose intensity falls with the distance; with dropout and range noise, if the client asks for them."""
 
     wire_type = 11
 
@@ -183,7 +183,7 @@ class LidarSensor(Fan):
 
 
 class SemanticLidarSensor(Fan):
-    """Points with what they lie on: the cosine of the angle of incidence, the actor's id and the semantic tag."""
+    """Points with the cosine of the angle of incidence, the actor's id and the semantic tag."""
 
     wire_type = 10
 
@@ -202,7 +202,7 @@ def _as_bytes(rows: Singles) -> memoryview:
 
 
 def _inverse(order: Indices) -> Indices:
-    """Where each thing went that `order` has put in order."""
+    """Return the inverse of the permutation `order`."""
     places = np.empty(len(order), np.int64)
     places[order] = np.arange(len(order))
     return places

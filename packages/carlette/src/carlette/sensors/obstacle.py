@@ -1,4 +1,4 @@
-"""The obstacle detector: a ball that is pushed ahead of the sensor until it touches something."""
+"""The obstacle detector: a sphere that is swept ahead of the sensor until it touches something."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Found(NamedTuple):
 
 
 class ObstacleSensor(LateSensor):
-    """Reports, in each tick, the first thing in the way: an actor's bounding box, or scenery; never the ground."""
+    """Reports, on each tick, the first obstacle ahead: an actor's bounding box, or scenery; never the ground."""
 
     wire_type = 7
 
@@ -143,9 +143,9 @@ def _near_quads(faces: Faces, origin: Floats, reach_m: float) -> Any:
 
 
 def _push(things: _Boxes | _Quads, start: Floats, way: Floats, radius_m: float, reach_m: float) -> tuple[int, float]:
-    """Which thing a ball meets first and how far it got; -1 where it meets none.
+    """Return which thing a sphere hits first (-1 for none) and how far it got (m).
 
-    No thing is nearer than the gap to the nearest, so the ball may always move on by that much.
+    Nothing is nearer than the gap to the nearest thing, so the sphere can always advance by that gap.
     """
     distance = 0.0
     for _ in range(MOST_STEPS):

@@ -1,4 +1,4 @@
-"""The radar: rays at random in a cone, each with the range, the direction and the closing speed of what it met."""
+"""The radar: random rays in a cone, each with the range, direction and closing speed of what it hit."""
 
 from __future__ import annotations
 
@@ -72,7 +72,9 @@ class RadarSensor(LateSensor):
         return ascending
 
     def _velocity(self, moment: Moment) -> Floats:
-        """By the radar's own path, so that it feels where on the vehicle it sits; m/s, world frame."""
+        """Return the radar's velocity from its own path, so that its place on the vehicle matters (m/s, world
+        frame).
+        """
         if self._before is None or moment.scene.world.elapsed_s <= self._before[0]:
             carried: Floats = moment.scene.world.bodies.velocity[moment.actor.row]
             return carried

@@ -1,4 +1,4 @@
-"""The world as sensors see it: what several of them need in one tick is worked out once."""
+"""The world as sensors see it: what several of them need on one tick is computed once."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ SHOWN = (Kind.VEHICLE, Kind.WALKER, Kind.PROP, Kind.LIGHT)
 
 
 class Sweep(NamedTuple):
-    """What a fan of rays met."""
+    """What a fan of rays hit."""
 
     nearness: Singles
     """(columns, channels): one through the distance in metres."""
     hit: NDArray[np.int32]
     """(columns, channels): which face; -1 = none."""
     gaps: Singles
-    """(faces,) metres from the sensor to the plane of each face that was met."""
+    """(faces,) distance from the sensor to the plane of each face that was hit (m)."""
 
 
 class Bodies(NamedTuple):
@@ -42,7 +42,7 @@ class Bodies(NamedTuple):
 
 
 class Cast:
-    """The bodies of the actors of one world, put together anew where one changes: who comes, goes or opens a door."""
+    """The bodies of the actors of one world, rebuilt when one changes: an actor comes, goes or opens a door."""
 
     def __init__(self) -> None:
         self._meshes: list[Mesh] = []
@@ -50,7 +50,7 @@ class Cast:
         self._body_of = self._faces.body_of
 
     def update(self, world: World) -> Bodies:
-        """Whoever is in the world now."""
+        """Return the bodies of the actors that are in the world now."""
         doors = _doors(world)
         far = repeaters_of(world.roads)
         shown = [(one, mesh) for one in world.actors.values() if one.kind in SHOWN for mesh in _meshes(one, doors, far)]
@@ -62,19 +62,19 @@ class Cast:
 
 
 class Scene:
-    """One frame of one world; made anew for each tick in which a sensor is due."""
+    """One frame of one world; created for each tick on which a sensor is due."""
 
     def __init__(self, world: World, cast: Cast | None = None) -> None:
         self.world = world
         self._cast = cast or Cast()
 
     def hold(self) -> None:
-        """Takes over what rays need of the actors: from now on the world may change."""
+        """Copy what rays need of the actors: after this the world may change."""
         _ = (self.cast, self.places, self.turns, self._speeds)
 
     @cached_property
     def static(self) -> Faces:
-        """What never moves; world frame."""
+        """The static faces, in the world frame."""
         return static_faces(self.world.roads)
 
     @cached_property
@@ -150,7 +150,7 @@ class Scene:
         return np.concatenate([np.zeros(len(self.static.tags), np.uint32), ids[self.cast.body_of]])
 
     def velocities(self, faces: NDArray[np.int32]) -> Floats:
-        """How fast the actors are whose faces were met, (n, 3) m/s, world frame."""
+        """Return the velocities of the actors whose faces were hit, (n, 3) (m/s, world frame)."""
         found = np.zeros((len(faces), 3))
         moving = faces >= len(self.static.tags)
         found[moving] = self._speeds[self.cast.body_of[faces[moving] - len(self.static.tags)]]
@@ -171,7 +171,7 @@ def _meshes(actor: Actor, doors: dict[int, list[tuple[int, float]]], far: list[P
 
 
 def _doors(world: World) -> dict[int, list[tuple[int, float]]]:
-    """Doors that are not shut, by the row of their vehicle: number, and swing (0 to 1) in steps that meshes keep."""
+    """Doors that are not closed, by the row of their vehicle: number, and swing (0 to 1) in steps that meshes cache."""
     found: dict[int, list[tuple[int, float]]] = {}
     table = world.doors
     for row, door, swing in zip(table.row.tolist(), table.door.tolist(), table.swing.tolist(), strict=True):

@@ -1,6 +1,6 @@
-"""The bodies of actors as rays meet them: the cameras' meshes, in the actor's frame, without lamps and shadows.
+"""The bodies of actors as rays hit them: the cameras' meshes, in the actor's frame, without lamps and shadows.
 
-People stand still here: their limbs do not swing as they do in pictures.
+People's limbs do not swing here as they do in pictures.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from carlette.world.actor import Actor, Kind
 from carlette.world.skeleton import Bone, bones
 
 GREY: Color = (128, 128, 128)
-"""Rays see no colour."""
+"""Any colour: rays do not see it."""
 
 
 def shape_of(actor: Actor) -> Mesh:
-    """The surface of an actor; empty for what has no body."""
+    """Return the surface of an actor; empty if it has no body."""
     if actor.kind is Kind.LIGHT:
         return _post(round(actor.box.center.x, 1))
     if actor.kind is Kind.WALKER and not actor.type_id.startswith("animal."):

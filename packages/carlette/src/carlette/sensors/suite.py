@@ -1,4 +1,4 @@
-"""All sensors of the running episode: made and ended with their actors, asked when due, sent after the snapshot."""
+"""All sensors of the running episode: created and removed with their actors, read when due, sent after the snapshot."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from carlette.world.actor import Actor, Kind
 from carlette.world.world import World
 
 EARLY_S = 1e-6
-"""Sums of float32 steps miss a period's multiple by less than this."""
+"""Sums of float32 steps miss a multiple of the period by less than this (s)."""
 MOST_ASKED = 256
-"""Measurements that may wait for a map's scenery; beyond, the world waits, too."""
+"""Most measurements that may wait for a map's scenery; beyond that, the world waits, too."""
 
 log = logging.getLogger(__name__)
 
@@ -35,23 +35,23 @@ class Mount:
     stream_id: int
     due_s: float
     scenery: Future[None] | None
-    """What it needs of the map, and is built once; None = nothing."""
+    """What it needs of the map, which is built once; None if nothing."""
     has_failed: bool = False
 
     @property
     def is_ready(self) -> bool:
-        """Its measurements take no longer than they must."""
+        """True if everything that it needs is built."""
         return self.scenery is None or self.scenery.done()
 
     def fail(self, error: BaseException) -> None:
-        """One broken sensor must not end the server for all clients."""
+        """Report a failure: one broken sensor must not end the server for all clients."""
         if not self.has_failed:
             log.error("sensor %d (%s) failed; it sends nothing", self.actor.id, self.actor.type_id, exc_info=error)
         self.has_failed = True
 
 
 class Asked(NamedTuple):
-    """A measurement that is under way."""
+    """A measurement in progress."""
 
     mount: Mount
     header: bytes
@@ -59,7 +59,7 @@ class Asked(NamedTuple):
 
 
 class Suite:
-    """The sensors of one world, keyed by actor id; sensors that a client brought are found by themselves."""
+    """The sensors of one world, keyed by actor id; sensors that a client spawns are found automatically."""
 
     def __init__(self, hub: Hub, stream_of: Callable[[Actor], int], wire: Callable[[Actor], Any]) -> None:
         self._hub = hub
@@ -73,13 +73,13 @@ class Suite:
         """In the order of the ticks."""
 
     def measure(self, world: World) -> None:
-        """Asks all sensors that are due in the tick which `world` has just made; `publish` sends what they say."""
+        """Read all sensors that are due on the tick that `world` has just completed; `publish` sends the results."""
         self._update_mounts(world)
         if not self._mounts:
             return
         scene = Scene(world, self._cast)
         due = [(mount, self._moment(mount, scene)) for mount in self._mounts.values() if self._takes_turn(mount)]
-        # What works beside this thread begins first.
+        # Sensors that work in other threads begin first.
         for mount, moment in sorted(due, key=lambda pair: not isinstance(pair[0].sensor, LateSensor)):
             if self._hub.is_wanted(mount.stream_id) and self._may_begin(mount, world):
                 self._ask(mount, moment)
@@ -87,10 +87,10 @@ class Suite:
                 mount.sensor.pass_over(moment)
 
     def publish(self) -> None:
-        """Sends what was measured; nothing that came after the tick can change it.
+        """Send what was measured; nothing after the tick can change it.
 
-        What waits for its scenery stays for a later call, up to a limit: the world stands still only for work that
-        comes again in each tick.
+        What waits for its scenery is left for a later call, up to a limit: the world stops only for work that recurs on
+        every tick.
         """
         asked, self._asked = self._asked, deque()
         for one in asked:
@@ -108,7 +108,7 @@ class Suite:
             self._hub.publish(asked.mount.stream_id, asked.header, *body)
 
     def close(self) -> None:
-        """Ends all sensors and forgets their world."""
+        """Close all sensors and forget their world."""
         for mount in self._mounts.values():
             mount.sensor.close()
         self._mounts.clear()
@@ -141,7 +141,7 @@ class Suite:
         now, period = self._now_s, mount.sensor.period_s
         if now < mount.due_s - EARLY_S:
             return False
-        # A period shorter than the tick does not pile up turns.
+        # A period shorter than the tick must not accumulate measurements.
         mount.due_s = max(mount.due_s + period, now)
         return True
 
@@ -154,7 +154,7 @@ class Suite:
 
     @staticmethod
     def _may_begin(mount: Mount, world: World) -> bool:
-        """In asynchronous mode a sensor that is not ready leaves ticks out, as a slow one does in CARLA."""
+        """False for a sensor that must skip this tick: in asynchronous mode one that is not ready, as in CARLA."""
         return not mount.has_failed and (mount.is_ready or world.settings.synchronous)
 
     def _ask(self, mount: Mount, moment: Moment) -> None:

@@ -1,6 +1,6 @@
-"""Threads beside the server's: one builds what takes long, once for each map; one draws, one casts rays.
+"""Threads besides the server's: one builds what takes long, once per map; one draws, and one casts rays.
 
-Drawing and casting let go of Python's lock, so both run while the server's thread moves the world on.
+Drawing and casting release Python's global lock, so both run while the server's thread advances the world.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ _faces: WeakKeyDictionary[RoadNetwork, Future[None]] = WeakKeyDictionary()
 
 
 def build_static_scene(roads: RoadNetwork) -> Future[None]:
-    """Begins to build what cameras see of a map, unless that was begun already."""
+    """Start building what cameras see of a map, unless that has already started."""
     return _begun(_static_scenes, roads, lambda: _make_static_scene(roads))
 
 
 def build_faces(roads: RoadNetwork) -> Future[None]:
-    """Begins to build what rays meet of a map, and to compile their loops (seconds where nothing is cached)."""
+    """Start building what rays hit of a map, and compiling their loops (seconds if nothing is cached)."""
     return _begun(_faces, roads, lambda: _make_faces(roads))
 
 
 class Worker:
-    """A thread that does one job after the other; a server that ends does not wait for it."""
+    """A thread that runs one job after the other; it does not keep the server from ending."""
 
     def __init__(self, name: str) -> None:
         self._jobs: SimpleQueue[tuple[Future[Any], Callable[[], Any]]] = SimpleQueue()
         threading.Thread(target=self._work, name=name, daemon=True).start()
 
     def submit(self, job: Callable[[], T]) -> Future[T]:
-        """Queues a job; what it raises is in the future."""
+        """Queue a job; the future holds what it returns or raises."""
         future: Future[T] = Future()
         self._jobs.put((future, job))
         return future
@@ -53,7 +53,7 @@ class Worker:
 
 
 def _do(future: Future[Any], job: Callable[[], Any]) -> None:
-    # A function of its own, so that the thread holds on to nothing while it waits for the next job.
+    # A separate function, so that the thread keeps no references while it waits for the next job.
     try:
         future.set_result(job())
     except BaseException as error:  # noqa: BLE001  (told to whoever asks for the result)
@@ -62,13 +62,13 @@ def _do(future: Future[Any], job: Callable[[], Any]) -> None:
 
 @lru_cache(maxsize=1)
 def drawer() -> Worker:
-    """Draws pictures one after the other: all cameras share one renderer."""
+    """Return the worker that draws pictures, one after the other: all cameras share one renderer."""
     return Worker("carlette-camera")
 
 
 @lru_cache(maxsize=1)
 def caster() -> Worker:
-    """Casts rays, scan after scan, so that what is left to chance comes in a fixed order."""
+    """Return the worker that casts rays, scan after scan, so that random numbers are drawn in a fixed order."""
     return Worker("carlette-rays")
 
 
@@ -87,7 +87,7 @@ def _begun(
 
 
 def _finish(build: Callable[[], object]) -> None:
-    # The result must not be kept: it would keep its key, and so the map, for ever.
+    # The result must not be kept: it would keep its key, and so the map, forever.
     build()
     hand_back()
 

@@ -1,1 +1,1 @@
-"""The streaming port: one connection for each stream that a client subscribed to."""
+"""The streaming port: one connection for each stream to which a client subscribes."""

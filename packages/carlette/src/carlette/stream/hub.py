@@ -1,4 +1,4 @@
-"""Who gets which stream: subscribers announce a stream's id and then only read."""
+"""Distributes the streams: a subscriber announces a stream's id and then only reads."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from collections import defaultdict, deque
 from concurrent.futures import Future
 
 MAX_BACKLOG_BYTES = 64 * 1024 * 1024
-"""A subscriber that lags this far behind is dropped (it reconnects by itself)."""
+"""A subscriber that lags this far behind (bytes) is dropped; it reconnects by itself."""
 MAX_WAIT_S = 2.0
-"""How long the world stands still for a reader of large messages that is far behind, before that happens."""
+"""How long the world stops for a reader of large messages that is far behind, before it is dropped (s)."""
 MOST_KEPT = 8
-"""Messages for a reader that nobody waits for any more, but who may still come (a client on a busy machine)."""
+"""Messages kept for a reader that is no longer awaited but may still come (a client on a busy machine)."""
 MOST_AWAITED = 4096
-"""Streams whose token was asked for in one tick."""
+"""Most streams whose token is requested within one tick."""
 MOST_LATE = 256
-"""Of such readers."""
+"""Most such readers."""
 MOST_PARTS = 64
-"""Of what is unsent, that one call of the system takes."""
+"""Most unsent parts passed to one system call."""
 
 Part = bytes | bytearray | memoryview
 _SIZE = struct.Struct("<I")
@@ -38,7 +38,7 @@ class Subscriber:
         self._unsent: deque[memoryview] = deque()
         self._backlog = 0
         self._was_waited_for = False
-        """In vain; not again."""
+        """True if the world has already waited for it in vain."""
 
     @property
     def wants_to_write(self) -> bool:
@@ -47,11 +47,11 @@ class Subscriber:
 
     @property
     def is_paused(self) -> bool:
-        """Never: a subscriber has nothing to say that could wait."""
+        """Always False: a subscriber sends nothing that could wait."""
         return False
 
     def read(self) -> bool:
-        """Takes the stream id; False when the connection is over."""
+        """Read the stream id; False when the connection has ended."""
         try:
             data = self.socket.recv(64)
         except BlockingIOError:
@@ -67,9 +67,9 @@ class Subscriber:
         return True
 
     def send(self, *framed: Part) -> None:
-        """Queues the parts of a message, of which the first carries its size, and sends what the socket takes.
+        """Queue the parts of a message, the first of which holds its size, and send what the socket takes.
 
-        The parts are not copied: nobody may change them any more.
+        The parts are not copied, so they must not change afterwards.
         """
         for part in framed:
             if len(part):
@@ -83,7 +83,7 @@ class Subscriber:
         return self._backlog > MAX_BACKLOG_BYTES
 
     def write(self) -> None:
-        """Sends as much as the socket takes."""
+        """Send as much as the socket takes."""
         try:
             while self._unsent:
                 sent = self.socket.sendmsg([self._unsent[i] for i in range(min(len(self._unsent), MOST_PARTS))])
@@ -95,7 +95,7 @@ class Subscriber:
             self._backlog = 0
 
     def catch_up(self, limit_s: float = MAX_WAIT_S) -> None:
-        """Waits until half of the backlog that is allowed is free, but not for long."""
+        """Wait, for at most `limit_s` (s), until half of the allowed backlog is free."""
         if self._backlog <= MAX_BACKLOG_BYTES // 2 or self._was_waited_for:
             return
         deadline = time.monotonic() + limit_s
@@ -123,28 +123,28 @@ class Hub:
     def __init__(self) -> None:
         self.subscribers: set[Subscriber] = set()
         self.awaited: set[int] = set()
-        """Streams whose token was asked for and whose subscriber has not come yet."""
+        """Streams whose token was requested and whose subscriber has not connected yet."""
         self._late: dict[int, list[tuple[Part, ...]]] = {}
-        """Those that were awaited in vain, and what they missed since."""
+        """Streams that were awaited in vain, and the messages they have missed since."""
         self.waits_for_readers = False
-        """A reader of large messages that is far behind holds the world up for a moment, so that it misses none."""
+        """True if a slow reader of large messages may hold the world up for a moment, so that it misses none."""
         self._partings: defaultdict[int, list[Future[None]]] = defaultdict(list)
 
     def expect(self, stream_id: int) -> None:
-        """A client asked for the token of a stream: it is about to subscribe."""
+        """Note that a client has requested a stream's token: it is about to subscribe."""
         if len(self.awaited) < MOST_AWAITED:
             self.awaited.add(stream_id)
 
     def arrived(self, subscriber: Subscriber) -> None:
-        """A subscriber has announced its stream."""
+        """Note that a subscriber has announced its stream."""
         self.awaited.discard(subscriber.stream_id)
         for parts in self._late.pop(subscriber.stream_id, ()):
             self._send([subscriber], parts)
 
     def wait_no_longer(self) -> None:
-        """Lets the world go on without the streams that are awaited.
+        """Let the world go on without the awaited streams.
 
-        Whoever waits for the first measurement of a sensor waits for ever if it was sent before it came.
+        Their messages are kept: a client would wait forever for a first measurement sent before it subscribed.
         """
         for stream_id in self.awaited:
             if len(self._late) < MOST_LATE:
@@ -152,18 +152,18 @@ class Hub:
         self.awaited.clear()
 
     def forget_late(self) -> None:
-        """Drops what is kept for readers that did not come: their streams have ended."""
+        """Drop what is kept for readers that did not connect: their streams have ended."""
         self._late.clear()
 
     def left(self, subscriber: Subscriber) -> None:
-        """A subscriber's connection is over."""
+        """Note that a subscriber's connection has ended."""
         self.subscribers.discard(subscriber)
         if not self.listens(subscriber.stream_id):
             for one in self._partings.pop(subscriber.stream_id, []):
                 one.set_result(None)
 
     def parting(self, stream_id: int) -> Future[None]:
-        """Done when nobody subscribes to a stream any more."""
+        """Return a future that is done when a stream has no subscriber left."""
         future: Future[None] = Future()
         if self.listens(stream_id):
             self._partings[stream_id].append(future)
@@ -172,7 +172,7 @@ class Hub:
         return future
 
     def publish(self, stream_id: int, *parts: Part) -> None:
-        """Sends one message to all subscribers of a stream."""
+        """Send one message to all subscribers of a stream."""
         readers = [one for one in self.subscribers if one.stream_id == stream_id]
         if readers:
             self._send(readers, parts)
@@ -189,9 +189,9 @@ class Hub:
                 one.catch_up()
 
     def is_wanted(self, stream_id: int) -> bool:
-        """True when somebody subscribed to a stream, or is expected to."""
+        """True if a stream has a subscriber, or one is expected."""
         return stream_id in self.awaited or stream_id in self._late or self.listens(stream_id)
 
     def listens(self, stream_id: int) -> bool:
-        """True when somebody subscribed to a stream."""
+        """True if a stream has a subscriber."""
         return any(one.stream_id == stream_id for one in self.subscribers)

@@ -1,1 +1,1 @@
-"""Tools beside the server: they draw the pictures of the documentation."""
+"""Tools besides the server: they draw the pictures of the documentation."""

@@ -1,4 +1,4 @@
-"""Pictures of everything that must be recognised.
+"""Pictures of everything that must be recognizable.
 
     python -m carlette.tools.gallery --out DIR                 draws all of them
     python -m carlette.tools.gallery --out DIR --only night    draws those named
@@ -349,7 +349,7 @@ SCENES: dict[str, tuple[Callable[[Studio], View], str]] = {
     ),
     "props": (_props, "rgb"),
 }  # fmt: skip
-"""Name to what is set up, and which camera looks at it."""
+"""What is set up for each picture, and the camera that looks at it, by name."""
 
 PALETTE = np.zeros((256, 3), np.uint8)
 """Colours of the tags, as CARLA's `CityScapesPalette` has them."""

@@ -1,6 +1,6 @@
 """A picture of a LiDAR scan, for the documents: `python -m carlette.tools.lidar_picture docs/images/lidar.png`.
 
-Left the scan as seen from above and behind the car, right from straight above; colours are semantic tags.
+On the left the scan is seen from above and behind the car, on the right from straight above; colours are semantic tags.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which lane points lie under or beside each body: how cars see leaders, crossing traffic and things on the road."""
+"""Finds the lane points under or beside each body: so cars see leaders, crossing traffic and objects on the road."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ Ints = NDArray[np.int64]
 
 CELL_M = 4.0
 BESIDE_M = 1.3
-"""Half a car's width and some air: a lane whose middle is nearer than this to a body is blocked there."""
+"""Half a car's width and some clearance: a lane whose middle is nearer than this to a body is blocked there (m)."""
 OTHER_LEVEL_M = 3.0
-"""What is so much higher or lower is on another level of the road."""
+"""Bodies that differ by more than this in height are on another level of the road (m)."""
 
 
 @shared
@@ -29,7 +29,7 @@ class Grid:
     """Column and row of the first cell."""
     shape: tuple[int, int]
     first: Ints
-    """(cells + 1) Where each cell's points begin in `points`."""
+    """(cells + 1): where each cell's points begin in `points`."""
     points: Ints
 
     def candidates(self, place: Floats, reach_m: float) -> tuple[Ints, Ints]:

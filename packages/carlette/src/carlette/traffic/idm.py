@@ -28,14 +28,14 @@ class Driver:
 
 
 def free_acceleration(driver: Driver, speed: Floats, wanted: Floats) -> Floats:
-    """m/s² of a car that has nothing ahead."""
+    """Return the acceleration of a car with nothing ahead (m/s²)."""
     share = speed / np.maximum(wanted, 0.1)
     free: Floats = driver.acceleration_mps2 * (1.0 - share**driver.exponent)
     return np.maximum(free, -driver.braking_mps2)
 
 
 def interaction(driver: Driver, speed: Floats, gap: Floats, leader: Floats) -> Floats:
-    """m/s² (zero or less) that a leader `gap` metres ahead with that speed takes from the free acceleration."""
+    """Return how much a leader `gap` metres ahead reduces the free acceleration (m/s², zero or less)."""
     closing = speed * (speed - leader) / (2.0 * math.sqrt(driver.acceleration_mps2 * driver.braking_mps2))
     wanted = driver.standstill_m + np.maximum(0.0, speed * driver.headway_s + closing)
     loss: Floats = -driver.acceleration_mps2 * (wanted / np.maximum(gap, 0.1)) ** 2

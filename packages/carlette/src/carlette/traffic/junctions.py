@@ -7,21 +7,21 @@ from dataclasses import dataclass, field
 from carlette.traffic.lanes import LaneGraph
 
 PATIENCE_TICKS = 60
-"""Who has waited so long keeps others, who come later, from crossing its way."""
+"""A car that has waited this long keeps later ones from crossing its path (ticks)."""
 
 Lanes = tuple[int, ...]
 
 
 @dataclass
 class Junctions:
-    """The lanes inside junctions that cars (by their number in `Traffic`) have for themselves."""
+    """The lanes inside junctions that are reserved for cars (by their number in `Traffic`)."""
 
     held: dict[int, Lanes] = field(default_factory=dict)
     waiting: dict[int, int] = field(default_factory=dict)
     """For how many ticks each car has been asking."""
 
     def grant(self, graph: LaneGraph, wishes: dict[int, Lanes]) -> set[int]:
-        """Gives junction lanes to those who may go; who has asked longest is first. Returns the cars that got them."""
+        """Reserve junction lanes for the cars that may go, the longest waiting first; return those cars."""
         self.waiting = {car: self.waiting.get(car, 0) + 1 for car in wishes}
         reserved: list[Lanes] = []
         granted = set()
@@ -36,11 +36,11 @@ class Junctions:
         return granted
 
     def take(self, car: int, lanes: Lanes) -> None:
-        """For a car that is inside already."""
+        """Reserve lanes for a car that is already inside."""
         self.held[car] = lanes
 
     def leave(self, car: int) -> None:
-        """The car is out."""
+        """Release the lanes of a car that has left."""
         self.held.pop(car, None)
 
 

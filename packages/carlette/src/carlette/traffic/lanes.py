@@ -1,4 +1,4 @@
-"""The driving lanes of a map as arrays: a point about every metre, joined to lanes, joined to a graph."""
+"""The driving lanes of a map as arrays: points about every metre, grouped into lanes, linked into a graph."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from carlette.world.fork import shared
 SPACING_M = 1.0
 LEAST_SPACING_M = 0.2
 NEAR_M = 3.0
-"""A car farther from every lane is on none."""
+"""A car further than this from every lane is on none (m)."""
 SIDE_MPS2 = 2.2
 """Lateral acceleration that drivers accept in a bend."""
 CRAWL_MPS = 2.5
@@ -41,14 +41,14 @@ class LaneGraph:
     ahead: Floats
     """(points, 2) unit vectors along the lane."""
     along: Floats
-    """Metres from the begin of the lane."""
+    """Distance from the start of the lane (m)."""
     speed: Floats
-    """m/s: what a bend allows."""
+    """Highest speed that a bend allows (m/s)."""
     lane: Ints
     """The lane of each point."""
     first: Ints
     inside: NDArray[np.bool_]
-    """(lanes) The lane leads through a junction."""
+    """(lanes): True if the lane runs through a junction."""
     after: list[list[int]]
     """Lanes that a lane leads to."""
     crossing: list[frozenset[int]]
@@ -57,7 +57,7 @@ class LaneGraph:
     """The points by where they are."""
 
     def nearest(self, place: Floats, yaw_rad: float) -> int:
-        """The lane point nearest to a vehicle that roughly heads along its lane; -1 where there is none near."""
+        """Return the lane point nearest to a vehicle that roughly heads along its lane; -1 if none is near."""
         _, points = self.grid.candidates(place[None], NEAR_M)
         gap = self.place[points] - place
         far = np.hypot(gap[:, 0], gap[:, 1])
@@ -70,7 +70,7 @@ _graphs: WeakKeyDictionary[RoadNetwork, LaneGraph] = WeakKeyDictionary()
 
 
 def lane_graph(roads: RoadNetwork) -> LaneGraph:
-    """The graph of a map; made once."""
+    """Return the graph of a map; it is built once."""
     if roads not in _graphs:
         _graphs[roads] = _build(roads)
     return _graphs[roads]
@@ -108,7 +108,7 @@ def _build(roads: RoadNetwork) -> LaneGraph:
 
 
 def _links(roads: RoadNetwork) -> dict[Key, set[Key]]:
-    """Which lanes each lane leads to; the library names a lane that ends as leading to itself."""
+    """Return the lanes to which each lane leads; the library lets a lane that ends lead to itself."""
     links: dict[Key, set[Key]] = {}
     for begin, end in roads.map.get_topology():
         if _key(begin) != _key(end):
@@ -123,12 +123,12 @@ def _lanes(roads: RoadNetwork) -> dict[Key, list[Any]]:
         lanes.setdefault(_key(begin), [begin])
     for waypoint in roads.map.generate_waypoints(SPACING_M):
         lanes.setdefault(_key(waypoint), []).append(waypoint)
-    # Lanes right of the reference line have negative numbers and lead along it.
+    # Lanes right of the reference line have negative numbers and run along it.
     return {key: _spaced(sorted(lane, key=lambda one: one.s, reverse=key[2] > 0)) for key, lane in lanes.items()}
 
 
 def _spaced(lane: list[Any]) -> list[Any]:
-    """Without points that lie almost on the one before."""
+    """Return the lane without points that almost coincide with the one before."""
     kept = [lane[0]]
     kept += [one for before, one in pairwise(lane) if abs(one.s - before.s) > LEAST_SPACING_M]
     return kept
@@ -139,7 +139,7 @@ def _key(waypoint: Any) -> Key:
 
 
 def _bend_speeds(place: Floats, yaw: Floats, lane: Ints) -> Floats:
-    """m/s that keep the lateral acceleration within `SIDE_MPS2`, from the turn over a few metres."""
+    """Return speeds (m/s) that keep the lateral acceleration within `SIDE_MPS2`, from the turn over a few metres."""
     count = len(yaw)
     before = np.maximum(np.arange(count) - BEND_POINTS, 0)
     behind = np.minimum(np.arange(count) + BEND_POINTS, count - 1)
@@ -153,7 +153,7 @@ def _bend_speeds(place: Floats, yaw: Floats, lane: Ints) -> Floats:
 
 
 def _crossings(chains: list[list[Any]], place: Floats, first: Ints, after: list[list[int]]) -> list[frozenset[int]]:
-    """For each lane in a junction, the others whose middles come near; not those that begin at the same place."""
+    """Return, for each lane in a junction, the others whose middles come near, except those with the same start."""
     junctions: dict[int, list[int]] = {}
     for number, chain in enumerate(chains):
         if chain[0].is_junction:

@@ -10,24 +10,24 @@ from carlette.traffic.grid import Ints
 from carlette.traffic.lanes import LaneGraph
 
 AHEAD_POINTS = 100
-"""How far cars look, in lane points of about a metre."""
+"""How far cars look ahead, in lane points of about a metre."""
 RENEW_POINTS = 40
-"""After so many points a car's row is written anew."""
+"""A car's row is rewritten after this many points."""
 ROW_POINTS = AHEAD_POINTS + RENEW_POINTS + 20
 
 
 class Route:
-    """The lanes of one car, from the one it is on, with the way to each lane's begin in metres."""
+    """The lanes of one car, from the one it is on, with the distance to the start of each (m)."""
 
     def __init__(self, graph: LaneGraph, point: int, chance: str) -> None:
         self.lanes = [int(graph.lane[point])]
         self.starts = [-float(graph.along[point])]
-        """Metres on the car's own count, which begins with 0 where it was taken over."""
+        """Distances on the car's own count, which starts at 0 where it was taken over (m)."""
         self.chance = chance
         self.turns = 0
 
     def extend(self, graph: LaneGraph, until_m: float) -> None:
-        """Chooses lanes by the seed until the route is known up to there, and to the end of a junction."""
+        """Choose lanes by the seed until the route is known up to `until_m`, and to the end of any junction there."""
         while self.starts[-1] < until_m or graph.inside[self.lanes[-1]]:
             last = self.lanes[-1]
             choices = graph.after[last]
@@ -42,19 +42,23 @@ class Route:
             self.lanes.append(lane)
 
     def forget(self, lane: int) -> None:
-        """Drops what lies before `lane`."""
+        """Drop the lanes before `lane`."""
         while self.lanes[0] != lane:
             del self.lanes[0], self.starts[0]
 
     def points(self, graph: LaneGraph, point: int) -> Ints:
-        """`ROW_POINTS` lane points from `point` of the first lane on; the last is repeated where the way ends."""
+        """Return `ROW_POINTS` lane points from `point` of the first lane on; the last one repeats where the route
+        ends.
+        """
         parts = [np.arange(point, graph.first[self.lanes[0] + 1])]
         parts += [np.arange(graph.first[lane], graph.first[lane + 1]) for lane in self.lanes[1:]]
         row = np.concatenate(parts)[:ROW_POINTS]
         return np.pad(row, (0, ROW_POINTS - len(row)), mode="edge")
 
     def next_junction(self, graph: LaneGraph, after_m: float) -> tuple[float, float, tuple[int, ...]]:
-        """Begin, end (m) and lanes of the first junction that begins after `after_m`; infinite where there is none."""
+        """Return start, end (m) and lanes of the first junction that starts after `after_m`; infinite if there is
+        none.
+        """
         begin = np.inf
         inside: list[int] = []
         for lane, start in zip(self.lanes, self.starts, strict=True):

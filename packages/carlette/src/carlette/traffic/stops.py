@@ -17,7 +17,7 @@ from carlette.world.world import World
 @shared
 @dataclass(frozen=True, eq=False)
 class StopLines:
-    """For each lane point, what demands to stop there; never changes within an episode."""
+    """What requires a stop at each lane point; constant within an episode."""
 
     light: Ints
     """Index of the traffic light; -1 = none."""

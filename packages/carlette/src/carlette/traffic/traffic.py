@@ -1,8 +1,8 @@
-"""Cars that drive by themselves: along their lanes, behind their leaders, by the lights, through junctions in turn.
+"""Cars that drive by themselves: they follow lanes and leaders, obey lights, and take turns at junctions.
 
-It is part of a world's state (`World.traffic`), so a fork goes on with it. Cars keep their lane; they do not overtake
-and do not change lanes but where lanes divide. Others (an ego car, walkers, things on the road) are seen by their
-boxes where they are; only cars of the same traffic take turns at junctions.
+It is part of a world's state (`World.traffic`), so a fork continues it. Cars keep their lane; they do not overtake, and
+change lanes only where lanes divide. Everything else (an ego car, walkers, objects on the road) is seen by its box
+where it is; only cars of the same traffic take turns at junctions.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from carlette.world.lights import Color
 from carlette.world.world import World
 
 SPEED_SHARE = 0.9
-"""Of the limit, and of what a bend allows: what drivers aim at."""
+"""Share of the speed limit, and of what a bend allows, that drivers aim for."""
 POINT_STEP_M = 1.0
 LOOK_S, LEAST_LOOK_M, MOST_LOOK_M = 0.25, 1.5, 10.0
-"""How far ahead on its lane a car steers at."""
+"""Distance of the point ahead on its lane at which a car steers (m)."""
 AMBER_MPS2 = 3.0
-"""Who had to brake harder drives on at yellow."""
+"""A car that would have to brake harder than this drives on at yellow (m/s²)."""
 RED_MPS2 = 7.0
 DECIDE_M = 8.0
 LEAST_SIGHT_M = 30.0
@@ -40,14 +40,14 @@ STOP_NEAR_M = 3.5
 HALTED_MPS = 0.2
 ROOM_M = 3.0
 BEFORE_GATE_M = 2.5
-"""Who waits for a junction leaves this room for those who turn in front of it."""
+"""Room that a car waiting at a junction leaves for those that turn in front of it (m)."""
 ROLLING_MPS = 4.0
 HOLD_BRAKE = 0.4
 
 
 @dataclass(frozen=True)
 class View:
-    """What all cars see in this tick; arrays with a row for each car."""
+    """What all cars see on this tick; arrays with one row per car."""
 
     rows: Ints
     """In `Bodies`."""
@@ -55,7 +55,7 @@ class View:
     """In `Fleet`."""
     speed: Floats
     run: Floats
-    """Metres that the middle has gone on its route."""
+    """Distance that the car's middle has driven on its route (m)."""
     nose: Floats
     """From the middle to the front bumper."""
     window: Ints
@@ -70,7 +70,7 @@ class Traffic:
     """Drives some of a world's cars."""
 
     def __init__(self, world: World, ids: Iterable[int] | None = None, seed: int = 0) -> None:
-        """Takes over the vehicles `ids` (all by default) as they stand or roll; see `ids` for those on a lane."""
+        """Take over the vehicles `ids` (default: all) in their present state; `self.ids` are those on a lane."""
         self.graph = lane_graph(world.roads)
         self.lines = stop_lines(world, self.graph)
         self.driver = Driver()
@@ -139,7 +139,7 @@ class Traffic:
     # -- driving
 
     def step(self, world: World) -> None:
-        """Sets the controls of all its cars for the coming tick."""
+        """Set the controls of all its cars for the coming tick."""
         gone = [car for car, actor_id in enumerate(self.ids) if actor_id not in world.actors]
         for car in reversed(gone):
             self._drop(car)
@@ -205,9 +205,9 @@ class Traffic:
         return np.maximum(free_acceleration(driver, speed, wanted) + pull, -driver.emergency_mps2)
 
     def _leaders(self, bodies: Bodies, view: View) -> tuple[Floats, Floats]:
-        """Metres to the nearest body in each car's way, and that body's speed along it."""
+        """Return the distance to the nearest body in each car's path (m), and its speed along it (m/s)."""
         who, point = blocked_points(self.graph.grid, self.graph.place, bodies)
-        # Where bodies share a point, the first and the last of them tell at least one that is not the car itself.
+        # If bodies share a point, at least one of the first and the last of them is not the car itself.
         one, other = (np.full(len(self.graph.place), -1) for _ in range(2))
         one[point], other[point[::-1]] = who, who[::-1]
         me = view.rows[:, None]
@@ -220,7 +220,7 @@ class Traffic:
         return gap - 0.5 * POINT_STEP_M, np.where(np.isfinite(gap), np.maximum(speed, 0.0), 0.0)
 
     def _lights(self, world: World, view: View) -> Floats:
-        """Metres to the stop line of a light that demands to stop."""
+        """Return the distance to the stop line of a light that requires a stop (m)."""
         color = world.signals.lights.color
         if not len(color):
             return np.full(len(view.speed), np.inf)
@@ -231,7 +231,7 @@ class Traffic:
         return _first(stop & (view.gap > 0.0), view.gap)[1]
 
     def _signs(self, view: View) -> Floats:
-        """Metres to a stop sign's line at which the car has not halted yet."""
+        """Return the distance to a stop sign's line at which the car has not stopped yet (m)."""
         sign = self.lines.sign[view.points] > 0
         if not sign.any():
             return np.full(len(view.speed), np.inf)
@@ -241,7 +241,7 @@ class Traffic:
         return np.where(halted, np.inf, gap)
 
     def _gates(self, view: View, halt_gap: Floats, leader_gap: Floats, leader_speed: Floats) -> Floats:
-        """Metres to a junction that the car may not enter yet."""
+        """Return the distance to a junction that the car may not enter yet (m)."""
         front = view.run + view.nose
         for car in np.flatnonzero(view.run - view.nose > self.way_out).tolist():
             self.junctions.leave(car)

@@ -1,7 +1,7 @@
-"""What keeps clients going whose TrafficManager would hang: when snapshots are sent, and who is woken.
+"""Keeps clients going whose TrafficManager would otherwise hang: when snapshots are sent, and which clients are woken.
 
-Why this exists stands in docs/carlette.md, "The TrafficManager's lost wake-up". The server needs two objects of it:
-`Pacing` tells when a snapshot may go out, `TrafficManagerWatchdog` is told what clients do and frees one that hangs.
+docs/carlette.md, "The TrafficManager's lost wake-up", explains why this exists. The server uses two objects: `Pacing`
+says when a snapshot may be sent, and `TrafficManagerWatchdog` is told what clients do and frees one that hangs.
 """
 
 from carlette.watchdog.pacing import Pacing

@@ -1,8 +1,8 @@
-"""Whether the process that listens on a port of this machine does anything at all, and for what its threads wait.
+"""Finds out whether the process that listens on a local port does anything at all, and what its threads wait for.
 
-A thread that waits sleeps; one that works, or would if it got a core, is runnable. So threads that are all asleep for a
-while wait for each other or for somebody else. Linux tells this in `/proc`, of processes of the same user; to those
-who may also trace the process, it tells the address on which each thread waits.
+A waiting thread sleeps; one that works, or would if it had a core, is runnable. So if all threads sleep for a while,
+they wait for each other or for something outside. Linux shows this in `/proc` for processes of the same user. To those
+who may also trace the process, it shows the address on which each thread waits.
 """
 
 from __future__ import annotations
@@ -19,12 +19,13 @@ SAMPLE_S = 0.005
 LISTENING, ASLEEP = "0A", "S"
 FUTEX_CALL = {"x86_64": "202"}
 NEIGHBOURS_BYTES = range(44, 53)
-"""Between the words on which two threads wait in glibc's condition variables (48 bytes) that lie side by side; each
-has two such words, 4 bytes apart, and uses them in turn."""
+"""Distances between the words on which two threads wait in adjacent condition variables of glibc (48 bytes each). Each
+variable has two such words, 4 bytes apart, and uses them in turn.
+"""
 
 
 def is_still(port: int) -> bool | None:
-    """True when all threads of the process that listens on `port` sleep for 50 ms; None when that cannot be told."""
+    """True if all threads of the process that listens on `port` sleep for 50 ms; None if that cannot be determined."""
     process = _listener(port)
     if process is None:
         return None
@@ -39,11 +40,11 @@ def is_still(port: int) -> bool | None:
 
 
 def waits_for_itself(port: int) -> bool | None:
-    """True when two threads of the process that listens on `port` wait on neighbouring condition variables for 50 ms.
+    """True if two threads of the process that listens on `port` wait on adjacent condition variables for 50 ms.
 
     A traffic manager has two of them: on one its worker waits for the next step, on the other its client waits for the
-    end of this step (`TrafficManagerLocal` of CARLA 0.9.15 and 0.9.16; the addresses were looked at in both clients).
-    If both wait, one of them has lost its wake-up. None when that cannot be told.
+    end of this step (`TrafficManagerLocal` of CARLA 0.9.15 and 0.9.16; the addresses were checked in both clients). If
+    both wait, one of them has lost its wake-up. None if that cannot be determined.
     """
     process = _listener(port)
     call = FUTEX_CALL.get(platform.machine())
@@ -64,7 +65,7 @@ def waits_for_itself(port: int) -> bool | None:
 
 
 def _waits(process: Path, call: str) -> Iterator[tuple[str, int]]:
-    """The threads that wait on a word of memory, and its address."""
+    """Yield the threads that wait on a word of memory, and its address."""
     for thread in (process / "task").iterdir():
         fields = (thread / "syscall").read_text().split()
         if fields[0] == call:
@@ -73,7 +74,7 @@ def _waits(process: Path, call: str) -> Iterator[tuple[str, int]]:
 
 def _states(process: Path) -> Iterator[str]:
     for thread in (process / "task").iterdir():
-        # The name in front, in brackets, may hold anything.
+        # The name in front, in brackets, may contain anything.
         yield (thread / "stat").read_text(errors="replace").rpartition(")")[2].split()[0]
 
 

@@ -1,25 +1,25 @@
-"""Frees clients that hang in the lost wake-up of their own traffic manager.
+"""Frees clients that hang because their own traffic manager has lost a wake-up.
 
-Pacing makes the loss rare, but on a loaded machine a thread may be late by any time. A client that lost it calls
-nothing any more: its main thread waits inside `world.tick()` for a worker that waits to be woken. The traffic manager
-still answers on its own port, and there leaving synchronous mode wakes the worker (`TrafficManagerLocal` of CARLA
-0.9.15 and 0.9.16), which then makes the very step that was missed. So a silent client is asked whether it is well,
-told to leave synchronous mode, and told to enter it again.
+Pacing makes the loss rare, but on a loaded machine a thread may be late by any amount of time. A client that lost the
+wake-up makes no more calls: its main thread waits inside `world.tick()` for a worker that waits to be woken. The
+traffic manager still answers on its own port, and leaving synchronous mode there wakes the worker
+(`TrafficManagerLocal` of CARLA 0.9.15 and 0.9.16), which then makes the step that was missed. So a silent client is
+asked whether it responds, told to leave synchronous mode, and told to enter it again.
 
-The other half of a step may be lost as well: the worker ends it and notifies the main thread without the mutex, too.
-Then the same waking makes the worker step once more (its cars are steered twice for one tick), and the client goes on.
+The other half of a step may be lost as well: the worker ends it and also notifies the main thread without the mutex.
+Then the same rescue makes the worker step once more (its cars are steered twice for one tick), and the client goes on.
 
 A worker that is merely late must not be woken: it would make that step twice, and be out of step with its client from
-there on. So the threads of a silent client on this machine are looked at (`stillness`): it is freed when its worker
-waits for a step while its main thread waits for the end of one, which nothing else brings about. Where the system does
-not tell for what a thread waits, a client that called nothing at all since its snapshot is freed once all its threads
-sleep, or, like a client elsewhere, when it has been silent for longer. A client that truly lost the first wake-up goes
-on, after the rescue, bit for bit as if nothing had happened.
+then on. So the threads of a silent client on this machine are examined (`threads`): it is freed if its worker waits for
+a step while its main thread waits for the end of one, which has no other cause. If the system does not show what a
+thread waits for, a client that has called nothing at all since its snapshot is freed once all its threads sleep, or,
+like a client elsewhere, when it has been silent for longer. A client that really lost the first wake-up continues after
+the rescue bit for bit as if nothing had happened.
 
-Who else is not touched: a client of unknown threads that began its step (it asks for the vehicles' lights; so a client
-that a debugger stops between ticks is well, and so is a traffic manager in asynchronous mode), a process that is
-stopped as a whole (it answers nothing), and what is no traffic manager (it answers with an error). A client that ticks
-with a traffic manager in another process is not helped: the registration is not its own.
+Three others are left alone: a client with unknown threads that began its step (it asks for the vehicles' lights; so
+this covers a client that a debugger stops between ticks, and a traffic manager in asynchronous mode), a process that is
+stopped as a whole (it answers nothing), and anything that is not a traffic manager (it answers with an error). A client
+that ticks with a traffic manager in another process is not helped, because the registration is not its own.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ from carlette.watchdog.threads import is_still, waits_for_itself
 STALLED_S = 0.5
 """A client in step with the server calls within microseconds of a snapshot."""
 FAR_STALLED_S = 3.0
-"""The same for a client whose threads cannot be looked at: on another machine, or with a thread that always works."""
+"""The same for a client whose threads cannot be examined: on another machine, or with a thread that always runs (s)."""
 LONGEST_LOOK_S = 8.0
-"""A client that goes on being silent is looked at again when it has been so for twice as long, but not later."""
+"""A client that stays silent is examined again after twice the time, but at most this much later (s)."""
 ANSWER_S = 2.0
 MOST_TRIES = 4
-"""Of a rescue that was not answered; each waits twice as long as the one before."""
+"""Most attempts if a rescue is not answered; each waits twice as long as the one before."""
 LONGEST_ANSWER_BYTES = 65536
 
 log = logging.getLogger(__name__)
@@ -52,14 +52,14 @@ log = logging.getLogger(__name__)
 
 @dataclass
 class _Silence:
-    """A client since its last snapshot."""
+    """A client's silence since its last snapshot."""
 
     since: float
     """The snapshot, or the last call that was noticed."""
     due: float
-    """When it is looked at next, if it does not call until then."""
+    """When it is examined next, unless it calls before."""
     surely_lost: float
-    """From here on it is no longer asked whether it works."""
+    """From this time on it is no longer asked whether it works."""
     host: str
     ports: tuple[int, ...]
     tries: int = 0
@@ -67,11 +67,11 @@ class _Silence:
     calls_seen: int = 0
     """At the last look."""
     has_begun: bool = False
-    """Its worker was woken: by the snapshot, or by a rescue."""
+    """True if its worker was woken by the snapshot or by a rescue."""
 
 
 class TrafficManagerWatchdog:
-    """Notices a client that went silent after the snapshot it had asked for. Times are monotonic seconds."""
+    """Notices a client that went silent after a snapshot that it requested. Times are monotonic seconds."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -86,27 +86,27 @@ class TrafficManagerWatchdog:
         return self._switching.is_set()
 
     def wait_for_switch(self) -> None:
-        """Returns when no traffic manager is between its modes; bounded by the time it has to answer."""
+        """Return when no traffic manager is between its modes; bounded by the time it has to answer."""
         if self.is_switching and self._helper is not None:
             self._helper.join(ANSWER_S)
 
     def published(self, now: float, host: str, managers: Iterable[int]) -> None:
-        """The snapshot that a client at `host` with these traffic manager ports cued is out."""
+        """Note that the snapshot requested by a client at `host` with these traffic manager ports has been sent."""
         ports = tuple(managers)
         self._silence = _Silence(now, now + STALLED_S, now + FAR_STALLED_S, host, ports) if ports else None
 
     def heard(self, has_begun: bool = True) -> None:
-        """That client called again; `has_begun` unless it may have called before it waited for its step."""
+        """Note that this client called again; `has_begun` unless it may have called before it waited for its step."""
         if self._silence is not None:
             self._silence.calls += 1
             self._silence.has_begun |= has_begun
 
     def left(self) -> None:
-        """That client has gone."""
+        """Note that this client has disconnected."""
         self._silence = None
 
     def look(self, now: float) -> None:
-        """Free the client if it has been silent for too long; called now and then."""
+        """Free the client if it has been silent for too long. To be called regularly."""
         silence = self._silence
         if silence is None:
             return
@@ -126,7 +126,7 @@ class TrafficManagerWatchdog:
     def _free(self, silence: _Silence, is_surely_lost: bool) -> None:
         calls = silence.calls
         if not self._is_lost(silence, is_surely_lost) or self._silence is not silence or silence.calls != calls:
-            # It is well, or was heard while its threads were looked at.
+            # It works, or it called while its threads were examined.
             return
         silence.tries += 1
         silence.due += STALLED_S * 2**silence.tries
@@ -163,7 +163,7 @@ def _is_here(host: str) -> bool:
 
 
 def wake(host: str, port: int, switching: threading.Event | None = None) -> None:
-    """Have a traffic manager leave and enter synchronous mode. Raises `OSError` when it does not answer.
+    """Make a traffic manager leave and re-enter synchronous mode. Raises `OSError` if it does not answer.
 
     `switching` is set while it is in asynchronous mode.
     """
@@ -189,7 +189,7 @@ def _request(number: int, method: str, *arguments: Any) -> bytes:
 
 
 def _answers(sock: socket.socket, count: int) -> list[int]:
-    """The numbers of the next requests that are answered; raises `OSError` for an error, and for none in time."""
+    """Return the numbers of the next answered requests; raise `OSError` for an error, or if there is none in time."""
     unpacker = msgpack.Unpacker(raw=True, max_buffer_size=LONGEST_ANSWER_BYTES)
     numbers: list[int] = []
     end = time.monotonic() + ANSWER_S

@@ -10,7 +10,7 @@ from carlette.geometry import Box, Pose, Rotation, Vector
 from carlette.versions import ClientVersion
 
 Wire = Any
-"""Anything that msgpack can pack: the client's own types are only known to its compiled library."""
+"""Anything that msgpack can pack: only the client's compiled library knows its types."""
 
 
 def value(result: Wire) -> Wire:

@@ -49,7 +49,7 @@ RECORD = np.dtype(
         "itemsize": RECORD_BYTES,
     }
 )
-"""One actor; the fields from byte 65 on share their place, as the kind of actor tells which apply."""
+"""One actor. The fields from byte 65 on overlap: the kind of actor says which ones apply."""
 
 Records = NDArray[np.void]
 

@@ -1,4 +1,4 @@
-"""Actors: what the world knows of each thing in it, besides its motion."""
+"""Actors: what the world knows about each of its objects, apart from its motion."""
 
 from __future__ import annotations
 
@@ -39,18 +39,18 @@ class Actor:
     """Semantic tags (`CityObjectLabel`)."""
     parent_id: int = 0
     attached: Pose | None = None
-    """Pose in the parent's frame, where there is a parent that was not destroyed."""
+    """Pose in the parent's frame, if there is a parent that was not destroyed."""
     stream_id: int = 0
     """The stream of a sensor; 0 = none."""
     index: int = -1
     """Row in the table of its kind (fleet, walkers, lights)."""
     touches: bool = False
-    """Has a shape that others can run into, unless a client switches its collisions off."""
+    """True if others can collide with it, unless a client switches its collisions off."""
     posed: dict[str, Pose] = field(default_factory=dict)
-    """Joints that a client (or a flagger's gesture) has put, each in its parent bone's frame."""
+    """Joints that a client (or a flagger's gesture) has set, each in its parent bone's frame."""
     blend: float = 0.0
-    """How far the walker takes that pose: 0 stands as usual, 1 is all in it."""
+    """How far the walker takes that pose: 0 for the usual stance, 1 for the whole pose."""
     physics: PhysicsParameters | None = None
-    """A vehicle's technical data, as a client reads them back."""
+    """A vehicle's technical data, as clients read them back."""
     surface: int = -1
     """Row in the table of the ground below; -1 = does not stand on the ground."""

@@ -1,7 +1,7 @@
-"""Copies of a world in no time: everything is copied but what never changes, which original and copy share.
+"""Fast copies of a world: everything is copied except constant data, which the original and the copy share.
 
-A fork is a pickle's way there and back, so it holds exactly what a pickle of the world holds, whatever fields the
-tables gain. Only instances of the classes named to `shared` travel as a reference.
+A fork is a pickle round trip, so it holds exactly what a pickle of the world holds, whatever fields the tables gain.
+Only instances of classes decorated with `shared` are passed by reference.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class _Pickler(pickle.Pickler):
 
 
 def shared(kind: type[T]) -> type[T]:
-    """A class decorator: instances never change, so forks share them."""
+    """Class decorator for classes whose instances never change, so that forks share them."""
     _Pickler.dispatch_table[kind] = _by_reference
     return kind
 

@@ -1,4 +1,4 @@
-"""Traffic lights: phases of each junction, times, and what clients set by hand."""
+"""Traffic lights: the phases of each junction, their times, and what clients set by hand."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ GREEN_S = 10.0
 YELLOW_S = 3.0
 RED_S = 2.0
 RED_ALONE_S = 10.0
-"""Red of a light that no controller names: it waits for nobody else's green."""
+"""Duration of red for a light that no controller names: it does not wait for another light's green (s)."""
 
 
 class Color(IntEnum):
@@ -37,7 +37,7 @@ STAGES = (Color.GREEN, Color.YELLOW, Color.RED)
 
 @dataclass
 class Group:
-    """The lights of a junction; its phases get green one after the other."""
+    """The lights of a junction; its phases turn green one after the other."""
 
     phases: list[list[int]]
     """Indices of the lights with green together."""
@@ -63,7 +63,7 @@ class Lights(Table):
     """Seconds of green, yellow and red."""
     frozen: NDArray[np.bool_] = field(default_factory=flags())
     by_hand: NDArray[np.bool_] = field(default_factory=flags())
-    """A client set the colour: it stays for that colour's time, then the group takes the light back."""
+    """True if a client set the colour: it stays for that colour's time, then the group controls the light again."""
     center: Floats = field(default_factory=numbers(3))
     """Trigger box, world frame."""
     ahead: Floats = field(default_factory=numbers(2))
@@ -77,9 +77,9 @@ class Signals:
         self.lights = Lights()
         self.groups: list[Group] = []
         self._is_news = True
-        """Something besides the time has changed since it was last published."""
+        """True if anything but the time has changed since it was last published."""
         self._is_held = False
-        """A light may be set by hand: asked first, as looking at the column costs more."""
+        """True if a light may be set by hand; checked first, because scanning the column costs more."""
 
     def form_groups(self, turns: list[Turn], random: Random) -> None:
         """Groups the lights by their turns; each group starts in a phase drawn at random."""
@@ -96,7 +96,7 @@ class Signals:
         self.reset(range(len(self.groups)), keep_phase=True)
 
     def reset(self, numbers_: range | list[int], keep_phase: bool = False) -> None:
-        """Restarts groups: the first phase gets green, all others red; times as at the start."""
+        """Restart groups: the first phase turns green, all others red; times are as at the start."""
         lights = self.lights
         for number in numbers_:
             group = self.groups[number]
@@ -133,7 +133,7 @@ class Signals:
         return [one for phase in self.groups[self.lights.group[index]].phases for one in phase]
 
     def step(self, bodies: Bodies, dt: float) -> None:
-        """Lets the time of all lights run."""
+        """Advance the time of all lights."""
         lights = self.lights
         if not len(lights):
             return

@@ -11,11 +11,11 @@ from carlette.physics.bodies import Bodies
 from carlette.physics.fleet import Fleet
 
 NEAR_M = 15.0
-"""Boxes whose middle is farther away than this, in x or y, are not looked at: no vehicle is so long."""
+"""Boxes further away than this in x or y are not examined (m): no vehicle is that long."""
 
 
 def pass_signs(bodies: Bodies, fleet: Fleet, boxes: SpeedBoxes) -> None:
-    """Gives each vehicle that touches a sign's box its limit, and writes all limits into the records."""
+    """Give each vehicle that touches a sign's box that sign's limit, and write all limits into the records."""
     rows = fleet.row
     if len(boxes) and len(rows):
         gap = bodies.position[rows, None, :2] - boxes.center[:, :2]
@@ -27,7 +27,7 @@ def pass_signs(bodies: Bodies, fleet: Fleet, boxes: SpeedBoxes) -> None:
 
 
 def _touch(bodies: Bodies, row: NDArray[np.int64], boxes: SpeedBoxes, box: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which pairs of a vehicle's row and a box overlap: no axis of either separates them, seen from above."""
+    """Return which pairs of a vehicle's row and a box overlap, seen from above: no axis of either separates them."""
     yaw = np.radians(bodies.rotation[row, 1])
     along = _unit(yaw)
     center, extent = bodies.center[row], bodies.extent[row]

@@ -1,4 +1,4 @@
-"""What a straight line through the world meets: the road's surface and actors' boxes."""
+"""What a ray through the world hits: the road's surface and actors' boxes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Hit(NamedTuple):
 
 
 def cast(world: World, start: Vector, way: Vector, distance_m: float) -> list[Hit]:
-    """What lies within `distance_m` of `start` in the direction `way` (any length but zero), nearest first."""
+    """Return what is hit within `distance_m` of `start` in the direction `way` (any non-zero length), nearest first."""
     length = math.sqrt(way.x**2 + way.y**2 + way.z**2)
     unit = Vector(way.x / length, way.y / length, way.z / length)
     hits = [
@@ -44,7 +44,7 @@ def _along(start: Vector, unit: Vector, reach_m: float) -> Vector:
 
 
 def _box_reach(pose: Pose, box: Box, start: Vector, unit: Vector) -> float | None:
-    """How far away a ray enters a box (0 when it begins inside); None where it does not."""
+    """Return the distance at which a ray enters a box (0 if it starts inside), or None if it misses it."""
     middle = pose.apply(box.center)
     gap = Vector(middle.x - start.x, middle.y - start.y, middle.z - start.z)
     enter, leave = 0.0, math.inf
@@ -68,7 +68,7 @@ def _dot(a: Vector, b: Vector) -> float:
 
 
 def _ground_hit(roads: RoadNetwork, start: Vector, unit: Vector, distance_m: float) -> Hit | None:
-    """Where a ray meets the surface from above; the surface of the nearest lane goes on beside the road."""
+    """Return where a ray hits the surface from above; beside the road, the surface of the nearest lane continues."""
     steps = max(1, min(MOST_STEPS, math.ceil(distance_m / STEP_M)))
     before = _height(roads, start)
     for step in range(1, steps + 1):

@@ -33,7 +33,7 @@ class EpisodeSettings:
 
     @cached_property
     def single_step_s(self) -> float:
-        """`step_s` as the snapshot's float32 has it."""
+        """`step_s` rounded to the snapshot's float32."""
         return float(np.float32(self.step_s))
 
 

@@ -1,4 +1,4 @@
-"""Where the joints of a walker are: of one who stands, or in the pose that a client or a gesture gives them.
+"""The joints of a walker: standing, or in the pose that a client or a gesture sets.
 
 Limbs do not swing while walking.
 """
@@ -51,11 +51,11 @@ GESTURES: dict[str, dict[str, Vector]] = {
     "go": {"crl_foreArm__R": _SIDEWAYS, "crl_hand__R": _SIDEWAYS},
     "slow": {f"crl_{one}__{side}": _LOW for one in ("foreArm", "hand") for side in "LR"},
 }
-"""A flagger's signs: where the joints are from their parents, as parts of the body's height."""
+"""A flagger's gestures: the joints' positions relative to their parents, as shares of the body's height."""
 
 
 def gesture(name: str, half_height_m: float) -> dict[str, Pose]:
-    """The joints of a flagger's sign, each in its parent's frame; an unknown name is no sign."""
+    """Return the joints of a flagger's gesture, each in its parent's frame; none for an unknown name."""
     scale = 2.0 * half_height_m
     return {bone: Pose(Vector(*(scale * one for one in at))) for bone, at in GESTURES.get(name, {}).items()}
 
@@ -65,7 +65,7 @@ def bones(
 ) -> list[Bone]:
     """All joints of a walker whose origin is at half its height, parents first.
 
-    `posed` joints (in their parents' frames) are taken by the share `blend`, and carry what hangs on them.
+    `posed` joints (in their parents' frames) are blended in by the share `blend`, and move their children with them.
     """
     usual = {"": Vector()}
     placed = {"": Pose(Vector(z=-half_height_m))}

@@ -1,4 +1,4 @@
-"""Bringing actors into the world on a client's request, and what may be in their way."""
+"""Spawning actors at a client's request, and what may be in their way."""
 
 from __future__ import annotations
 
@@ -16,15 +16,17 @@ from carlette.world.skeleton import gesture
 from carlette.world.world import World
 
 MOST_ACTORS = 4096
-"""Of a world, lights and signs included; each costs every tick some microseconds and its snapshot 119 bytes."""
+"""Most actors of a world, lights and signs included; each costs some microseconds per tick and 119 bytes per
+snapshot.
+"""
 VEHICLE_CLEARANCE_M = 0.15
-"""Height of what a car drives over without touching it."""
+"""Height of objects that a car drives over without touching them (m)."""
 CAR_TAG, TRUCK_TAG, BUS_TAG, MOTORCYCLE_TAG, BICYCLE_TAG, PEDESTRIAN_TAG, PROP_TAG = 14, 15, 16, 18, 19, 12, 21
 _VEHICLE_TAGS = {"truck": TRUCK_TAG, "bus": BUS_TAG, "motorcycle": MOTORCYCLE_TAG, "bicycle": BICYCLE_TAG}
 
 
 def spawn(world: World, type_id: str, attributes: Attributes, pose: Pose, parent_id: int = 0) -> Actor:
-    """Adds an actor as a client asked for it.
+    """Add an actor as a client requested it.
 
     `pose` is in the world, or in the parent's frame where there is a parent. Raises `SpawnCollision` when the
     place is taken and `RequestError` when the kind, the pose or the parent is not valid.
@@ -118,7 +120,7 @@ def _enter_prop(world: World, catalogue: Catalogue, type_id: str, attributes: At
 
 
 def _mesh_box(attributes: Attributes) -> Box:
-    """Half a metre each way, times the scale: this server has no meshes."""
+    """Return a box of half a metre each way, times the scale: this server has no such meshes."""
     try:
         scale = float(attributes["scale"][1])
     except (KeyError, ValueError):

@@ -1,4 +1,4 @@
-"""Builds a map in a child process first: the client's library may crash on one that a client has sent, or not end."""
+"""Builds a client's map in a child process first, because the client's library may crash on it or never finish."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from carlette.world.world import World
 LONGEST_S = 30.0
 """Town04, the largest at hand, is built within 2 s on a busy core."""
 MOST_MEMORY_BYTES = 16 << 30
-"""Of addresses, which the server's threads and libraries use lavishly."""
+"""Address space of the child (bytes); threads and libraries reserve a lot of it."""
 _NAME = "OpenDriveMap"
 _SOUND = b"."
 _LONGEST_REASON = 400
 
 
 def try_out(text: str, longest_s: float = LONGEST_S) -> None:
-    """Raises `MapError` with the reason where a map cannot be built, crashes its builder or takes too long.
+    """Raise `MapError` with the reason if a map cannot be built, crashes its builder or takes too long.
 
-    The child is forked, as importing everything anew takes longer than building most maps. Of the server's threads
-    none goes with it; it builds, tells how it went and ends without tidying up what is the server's.
+    The child is forked, because importing everything again takes longer than building most maps. It has none of the
+    server's threads. It builds the map, reports the result, and ends without cleaning up what belongs to the server.
     """
     ear, mouth = os.pipe()
     with warnings.catch_warnings():
@@ -66,7 +66,7 @@ def _build_and_tell(text: str, mouth: int) -> NoReturn:
 
 
 def _reason(text: str) -> str:
-    """Why the server cannot make of a map what it makes when it loads one; empty = it can."""
+    """Return why the server cannot load a map; empty if it can."""
     try:
         roads = RoadNetwork(MapFile(_NAME, text))
         places = roads.spawn_points()

@@ -1,4 +1,4 @@
-"""Which traffic light each vehicle stands at."""
+"""Finds the traffic light at which each vehicle is."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from carlette.world.lights import Color, Lights
 PROBES = np.array([1.0, 0.5, 0.0, -0.5, -1.0])
 """Points along a vehicle, in half lengths, that may lie in a trigger box."""
 NEAR_M = 20.0
-"""Boxes farther away, in x or y, are not looked at."""
+"""Boxes further away in x or y are not examined (m)."""
 
 
 def watch_lights(bodies: Bodies, fleet: Fleet, lights: Lights) -> None:
-    """Writes the light whose trigger box each vehicle is in into the vehicle's record."""
+    """Write the light whose trigger box contains a vehicle into the vehicle's record."""
     if not len(fleet) or not len(lights):
         return
     rows = fleet.row

@@ -1,4 +1,4 @@
-"""The world of one episode: actors, their motion, lights, weather, and the tick that moves them on."""
+"""The world of one episode: actors, their motion, lights, weather, and the tick that advances them."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ shared(RoadNetwork)
 
 
 class Drivers(Protocol):
-    """Sets the controls of cars at the begin of a tick."""
+    """Sets the controls of cars at the start of a tick."""
 
     def step(self, world: World, /) -> None:
-        """Sets the controls for the tick that begins."""
+        """Set the controls for the tick that begins."""
 
 
 @dataclass(frozen=True)
 class Collision:
-    """What a collision sensor reports: who was hit by whom, and the impulse on the first (N·s)."""
+    """What a collision sensor reports: the two actors, and the impulse on the first (N·s)."""
 
     sensor_id: int
     actor_id: int
@@ -51,7 +51,7 @@ class Collision:
 
 
 class World:
-    """Everything that a snapshot shows. `tick` is a pure function of the state: no clock, no hidden chance."""
+    """Everything that a snapshot shows. `tick` is a pure function of the state: no clock, no hidden randomness."""
 
     def __init__(self, roads: RoadNetwork, seed: int = 0, first_id: int = 1) -> None:
         self.roads = roads
@@ -71,16 +71,16 @@ class World:
         self.actors: dict[int, Actor] = {}
         self.collisions: list[Collision] = []
         self.contacts: list[Contact] = []
-        """What hit what in the last tick."""
+        """The collisions of the last tick."""
         self.traffic: Drivers | None = None
-        """Who drives cars from inside the world, as in forks (`carlette.traffic.Traffic`); None = only clients."""
+        """What drives cars from inside the world, as in forks (`carlette.traffic.Traffic`); None if only clients do."""
         self._next_id = first_id
         self.spectator = self.enter(SPECTATOR, Kind.OTHER, Pose(), Box(Vector(), Vector()))
         self._install_signals(Random(seed))
 
     @property
     def step_s(self) -> float:
-        """Seconds of the next tick, as the snapshot's float32 has them."""
+        """Duration of the next tick (s), rounded to the snapshot's float32."""
         return self.settings.single_step_s
 
     @property
@@ -94,21 +94,21 @@ class World:
         return len(self.actors), self._next_id
 
     def fork(self) -> World:
-        """An independent world in the same state: with the same commands it goes the same way, bit for bit.
+        """Return an independent world in the same state: with the same commands it develops identically, bit for bit.
 
-        It needs no server: `tick` moves it on. Only the map, which never changes, is shared.
+        It needs no server: `tick` advances it. Only the map, which never changes, is shared.
         """
         return forked(self)
 
     def actor(self, actor_id: int, method: str) -> Actor:
-        """The actor of that id; `method` is named in the `UnknownActor` raised where there is none."""
+        """Return the actor with an id; `method` is named in the `UnknownActor` raised if there is none."""
         found = self.actors.get(actor_id)
         if found is None:
             raise UnknownActor(actor_id, method)
         return found
 
     def enter(self, type_id: str, kind: Kind, pose: Pose, box: Box, attributes: Attributes | None = None) -> Actor:
-        """Adds an actor without any check (see `world.spawn` for what clients ask)."""
+        """Add an actor without any check (clients use `world.spawn`)."""
         row = self.bodies.append(position=pose.location, rotation=pose.rotation, center=box.center, extent=box.extent)
         actor = Actor(self._next_id, type_id, kind, row, box, attributes or {})
         self._next_id += 1
@@ -119,7 +119,7 @@ class World:
         return actor
 
     def remove(self, actor_id: int) -> bool:
-        """Takes an actor out of the world; False where there is none."""
+        """Remove an actor from the world; False if there is none."""
         actor = self.actors.pop(actor_id, None)
         if actor is None:
             return False
@@ -136,7 +136,7 @@ class World:
         return True
 
     def _let_go(self, parent_id: int) -> None:
-        """What was attached to an actor stays where it is, as Unreal detaches it; it keeps its parent's id."""
+        """Detach what was attached to an actor: as in Unreal, it stays where it is and keeps its parent's id."""
         for child in self.actors.values():
             if child.parent_id == parent_id and child.attached is not None:
                 child.attached = None
@@ -157,7 +157,7 @@ class World:
         return self.bodies.pose(actor.row)
 
     def teleport(self, actor: Actor, pose: Pose) -> None:
-        """Puts an actor somewhere else (an attached one: in its parent's frame); its velocity stays."""
+        """Move an actor (an attached one: in its parent's frame); its velocity is unchanged."""
         if actor.attached is not None:
             actor.attached = pose
             return
@@ -168,12 +168,12 @@ class World:
             self.turn_prop(actor)
 
     def turn_prop(self, actor: Actor) -> None:
-        """Lets a prop's collision box follow its pitch and roll: a gate goes up, a barrier falls over."""
+        """Make a prop's collision box follow its pitch and roll: a gate opens, a barrier falls over."""
         box = turned(actor.box, self.pose(actor).rotation)
         self.bodies.center[actor.row], self.bodies.extent[actor.row] = box.center, box.extent
 
     def tick(self) -> int:
-        """Moves the world on by one step and returns the new frame number."""
+        """Advance the world by one step and return the new frame number."""
         dt = self.step_s
         bodies = self.bodies
         if self.traffic is not None:
@@ -243,7 +243,7 @@ class World:
         return among_walkers
 
     def _bury(self) -> None:
-        """Takes the walkers away that have been dead long enough."""
+        """Remove the walkers that have been dead long enough."""
         rows = set(self.walkers.row[self.walkers.dead_s > LIES_S].tolist())
         for actor_id in [one.id for one in self.actors.values() if one.row in rows]:
             self.remove(actor_id)

@@ -1,1 +1,1 @@
-"""What never moves: roads, paint, signs at roads, houses and trees, read from the map or made up."""
+"""The static environment: roads, markings, signs, houses and trees, read from the map or made up."""

@@ -1,4 +1,4 @@
-"""What stands and is painted at roads by the map's word: crosswalks, stop lines, stencils, signs."""
+"""Road furniture and markings that the map defines: crosswalks, stop lines, stencils, signs."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ BAR_M = 0.5
 BAR_GAP_M = 0.5
 STOP_LINE_M = 0.4
 BEYOND_BOX_M = 1.7
-"""From the middle of a trigger box on to the stop line."""
+"""Distance from the middle of a trigger box to the stop line (m)."""
 
 
 def crosswalks(network: RoadNetwork) -> list[Mesh]:
@@ -32,7 +32,7 @@ def crosswalks(network: RoadNetwork) -> list[Mesh]:
 
 
 def stop_lines(signals: list[Signal]) -> list[Mesh]:
-    """A line across the governed lanes of each light and sign; teeth where one yields."""
+    """A line across the governed lanes of each light and sign; shark's teeth at yield signs."""
     made = []
     for signal in signals:
         half_m = signal.box.extent.x - 0.15
@@ -90,7 +90,7 @@ def stencils(root: ElementTree.Element, roads: list[Road]) -> list[Mesh]:
 
 
 def _stencil(name: str) -> Builder | None:
-    """A painting that is read by who drives along +x."""
+    """A road marking that is read by a driver who drives along +x."""
     builder = Builder(tags.ROAD_LINE)
     if name == "Stencil_STOP":
         lettering(builder, "STOP", (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), 2.4, WHITE, width_m=2.2)
@@ -110,7 +110,7 @@ def _stencil(name: str) -> Builder | None:
 
 
 def _beside(road: Road, s: float, t: float) -> tuple[Floats, float]:
-    """A place at a road, and the yaw (rad) that faces the traffic which passes it on its right."""
+    """A place beside a road, and the yaw (rad) that faces the traffic passing on that side."""
     at = np.array([min(max(s, 0.0), road.length)])
     point = road.points(at, np.array([t]))[0]
     heading = float(road.line(at)[2][0])
@@ -123,7 +123,7 @@ def _beside(road: Road, s: float, t: float) -> tuple[Floats, float]:
 
 
 def _rings(places: list[Any]) -> list[Floats]:
-    """Closed polygons from a flat list in which each ends where it began."""
+    """Closed polygons from a flat list of points; each polygon ends at its first point."""
     rings: list[Floats] = []
     current: list[tuple[float, float, float]] = []
     for place in places:

@@ -1,4 +1,4 @@
-"""Asphalt in the gaps between the roads of a junction: maps draw each turn as a road of its own, with holes between."""
+"""Asphalt in the gaps between the roads of a junction: maps define each turn as a separate road, with gaps between."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from carlette.geometry import Floats
 
 LARGEST_GAP_M2 = 450.0
 BELOW_M = 0.03
-"""Lower than the lanes, which overlap its edges."""
+"""Height below the lanes, which overlap its edges (m)."""
 CLOSE_M = 0.15
-"""Lanes this near to each other leave no gap."""
+"""Lanes this close together leave no gap (m)."""
 
 
 def fill_gaps(pavement: Pavement, color: Color = JUNCTION) -> list[Mesh]:

@@ -1,4 +1,4 @@
-"""Roads as OpenDRIVE writes them, sampled: reference line, heights, and where each lane's borders are.
+"""Roads from OpenDRIVE, sampled: reference line, heights, and the borders of each lane.
 
 Frame: CARLA's world (y is minus OpenDRIVE's). Formulas: ASAM OpenDRIVE 1.4 to 1.8, "Geometry" and "Lanes".
 """
@@ -21,14 +21,14 @@ _SPIRAL_STEP_M = 0.25
 
 @dataclass(frozen=True)
 class Cubic:
-    """Piecewise a + b ds + c ds² + d ds³, each piece from its own start on."""
+    """A piecewise cubic a + b ds + c ds² + d ds³; ds counts from the start of each piece."""
 
     starts: Floats
     rows: Floats
     """(n, 4)"""
 
     def at(self, s: Floats) -> Floats:
-        """The value at each `s`; zero where there are no pieces."""
+        """Return the value at each `s`; zero if there are no pieces."""
         if not len(self.starts):
             return np.zeros_like(s)
         index = np.maximum(self.starts.searchsorted(s + 1e-9, side="right") - 1, 0)
@@ -39,13 +39,13 @@ class Cubic:
 
     @property
     def is_flat(self) -> bool:
-        """Changes nowhere."""
+        """True if it is constant."""
         return bool((self.rows[:, 1:] == 0).all())
 
 
 @dataclass(frozen=True)
 class Mark:
-    """Paint at a lane's outer border, from `start` (m of the road) on."""
+    """A marking at a lane's outer border, from `start` (m along the road) on."""
 
     start: float
     kind: str
@@ -104,7 +104,7 @@ class Road:
         return np.stack([x - t * np.sin(heading), -(y + t * np.cos(heading)), self.elevation.at(s) + up_m], axis=1)
 
     def stations(self, start: float, end: float) -> Floats:
-        """Where to cut the road between `start` and `end` so that straight quads follow it."""
+        """Return where to cut the road between `start` and `end` (m) so that straight quads follow it."""
         cuts = {start, end}
         for s, _, _, _, length, kind, values in self.pieces:
             low, high = max(start, s), min(end, s + length)
@@ -118,7 +118,7 @@ class Road:
         return np.array([one for i, one in enumerate(ordered) if i == 0 or one - ordered[i - 1] > 1e-3])
 
     def borders(self, section: Section, s: Floats) -> list[tuple[Lane, Floats, Floats]]:
-        """Each lane with its inner and outer border (t at each `s`)."""
+        """Return each lane with the offsets t of its inner and outer border at each `s` (m)."""
         found = []
         for lanes, sign in ((section.left, 1.0), (section.right, -1.0)):
             inner = self.offset.at(s)
@@ -214,7 +214,7 @@ def _piece_at(
 
 
 def _local(kind: str, values: tuple[float, ...], ds: Floats, length: float) -> tuple[Floats, Floats, Floats]:
-    """Ahead, left and heading in the frame of a piece's start."""
+    """Return position ahead (m), to the left (m) and heading (rad) in the frame of the piece's start."""
     if kind == "arc" and abs(values[0]) > 1e-9:
         turn = ds * values[0]
         return np.sin(turn) / values[0], (1.0 - np.cos(turn)) / values[0], turn

@@ -49,14 +49,14 @@ _RAISED = {"sidewalk": KERB_M, "walking": KERB_M, "median": KERB_M}
 
 @dataclass
 class Pavement:
-    """What the lanes of a map give."""
+    """The geometry that comes from a map's lanes."""
 
     floor: list[Mesh] = field(default_factory=list)
     paint: list[Mesh] = field(default_factory=list)
     lanes: list[Floats] = field(default_factory=list)
-    """Quads of all lanes, (n, 4, 2): where nothing else may stand."""
+    """Quads of all lanes, (n, 4, 2) (m): nothing else may be placed there."""
     driving: list[Floats] = field(default_factory=list)
-    """Those of them that cars drive on."""
+    """The quads that cars drive on."""
     junctions: dict[int, list[Floats]] = field(default_factory=dict)
     """Quads (n, 4, 3) of the lanes of each junction."""
     edges: list[tuple[Road, Floats, Floats]] = field(default_factory=list)
@@ -100,7 +100,7 @@ def _lane(made: Pavement, road: Road, s: Floats, place: tuple[Lane, Floats, Floa
     plain = JUNCTION if road.junction >= 0 else ASPHALT
     color, tag = _FLOORS.get(lane.kind, (plain, tags.ROAD))
     if road.junction >= 0 and color == GUTTER:
-        color = plain  # where turns cross, a gutter would cross lanes
+        color = plain  # inside junctions, a gutter would cross lanes
     up_m = _RAISED.get(lane.kind, 0.0)
     strip = _strip(road, s, inner, outer, up_m, up_m)
     made.floor.append(quads(strip, color, tag))
@@ -129,7 +129,7 @@ def _kerbs(made: Pavement, road: Road, s: Floats, borders: list[tuple[Lane, Floa
 
 
 def _wall(road: Road, s: Floats, t: Floats, up_m: float, left: float, down_m: float = 0.0) -> Floats:
-    """An upright strip along the road that is seen from its left (`left` = 1) or right (-1)."""
+    """A vertical strip along the road, visible from its left (`left` = 1) or right (-1)."""
     low, high = road.points(s, t, -down_m), road.points(s, t, up_m)
     strip = np.stack([low[:-1], low[1:], high[1:], high[:-1]], axis=1)
     aside = road.points(s, t + left) - road.points(s, t)

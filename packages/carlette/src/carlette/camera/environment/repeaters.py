@@ -1,4 +1,6 @@
-"""Second heads of traffic lights, for drivers at the stop line who see no other: beyond it, off all lanes."""
+"""Second heads of traffic lights, for drivers at the stop line who cannot see the first: beyond the line, off all
+lanes.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,9 @@ _found: WeakKeyDictionary[RoadNetwork, list[Point | None]] = WeakKeyDictionary()
 
 
 def repeaters_of(roads: RoadNetwork) -> list[Point | None]:
-    """For each traffic light of a map, in its actor's frame: the foot of a second post; None = it needs none."""
+    """Return, for each traffic light of a map, the foot of a second post in its actor's frame (m); None if not
+    needed.
+    """
     with _finding:
         found = _found.get(roads)
         if found is None:
@@ -51,7 +55,7 @@ def eyes(signal: Signal) -> list[Point]:
 
 
 def is_in_sight(eye: Point, head: Point) -> bool:
-    """Whether a camera that looks along the lane has a head well within its picture."""
+    """True if a camera that looks along the lane sees a head well within its picture."""
     ahead = eye[1] - head[1]
     aside, up = abs(head[0] - eye[0]), abs(head[2] - eye[2])
     return ahead > 0.0 and aside <= WIDEST_TAN * ahead and up <= STEEPEST_TAN * math.hypot(ahead, aside)

@@ -1,6 +1,6 @@
 """Houses, trees, hedges and street lamps beside the roads: made up, but always the same for the same map.
 
-Nothing of it is in the map or takes part in the physics; it never stands on a lane.
+It is not in the map and takes no part in the physics, and it is never placed on a lane.
 """
 
 from __future__ import annotations
@@ -40,17 +40,17 @@ class Item:
     """One thing beside the road."""
 
     base: Mesh
-    """What is seen from afar."""
+    """The mesh that is visible from a distance."""
     detail: Mesh
-    """Drawn only near by."""
+    """The mesh that is drawn only nearby."""
     night: Mesh
-    """Drawn when it is dark: lit windows and lamps."""
+    """The mesh that is drawn in the dark: lit windows and lamps."""
     place: tuple[float, float]
     radius_m: float
 
 
 def scenery(pavement: Pavement, seed: int, taken: list[tuple[float, float]]) -> list[Item]:
-    """Everything beside the roads; `taken` are places of posts that must stay in view."""
+    """Return everything beside the roads. `taken` are places of posts that must stay visible (m)."""
     lanes = shapely.polygons(np.concatenate(pavement.lanes))
     tree = shapely.STRtree(lanes)
     sites = _Sites(tree, taken)
@@ -64,7 +64,7 @@ def scenery(pavement: Pavement, seed: int, taken: list[tuple[float, float]]) -> 
 
 
 class _Sites:
-    """Which ground is taken."""
+    """The plots that are already occupied."""
 
     def __init__(self, lanes: Any, posts: list[tuple[float, float]]) -> None:
         self._lanes = lanes
@@ -73,7 +73,7 @@ class _Sites:
             self._book(shapely.Point(x, y).buffer(2.5))
 
     def claim(self, corners: Floats) -> bool:
-        """Books a plot; False where a lane or another plot is in the way."""
+        """Claim a plot; False if a lane or another plot is in the way."""
         plot = shapely.Polygon(corners)
         wide = plot.buffer(CLEARANCE_M)
         if len(self._lanes.query(wide, predicate="intersects")):

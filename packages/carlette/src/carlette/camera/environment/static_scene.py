@@ -1,4 +1,4 @@
-"""Everything of a map that never moves, in chunks that are drawn or left out as a whole."""
+"""The static part of a map, in chunks that are drawn or skipped as a whole."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ UNDER_ROAD_M = 0.12
 MEADOW = (112, 138, 74)
 SOLID, PAINT, DETAIL, NIGHT, WATER = "solid", "paint", "detail", "night", "water"
 LAYERS = (PAINT, DETAIL, SOLID, NIGHT, WATER)
-"""Paint before the floor below it: what is hidden later costs less. Night and water are translucent: they come last."""
+"""Markings before the floor below them: hidden pixels cost less. Night and water are translucent and come last."""
 
 
 @dataclass
@@ -56,7 +56,7 @@ class Chunk:
         return kept[1]
 
     def faded(self, layer: str, light: Light, share: float) -> Bytes:
-        """The same with this share of the haze's colour; the last one is kept."""
+        """Return the same with this share of the haze's colour; the last result is cached."""
         colors = self.colors(layer, light)
         kept = self._faded.get(layer)
         if kept is None or kept[0] != share:
@@ -77,7 +77,7 @@ class StaticScene:
 
 
 def build_static_scene(network: RoadNetwork) -> StaticScene:
-    """All static meshes of a map; the same for the same map, always."""
+    """Return all static meshes of a map; always the same for the same map."""
     root = check_opendrive(network.file.text, network.file.name)
     roads = read_roads(root)
     pavement = pave(roads)
@@ -128,7 +128,7 @@ class _Cells:
             self._meshes[key][layer].append(mesh)
 
     def spread(self, layer: str, meshes: Iterable[Mesh]) -> None:
-        """Each quad goes to the square it lies in."""
+        """Assign each quad to the square that contains it."""
         every = Mesh.join(list(meshes))
         keys = np.floor(every.corners[:, :, :2].mean(axis=1) / CHUNK_M).astype(np.int64)
         if not len(keys):
@@ -160,7 +160,7 @@ def _terrain(pavement: Pavement) -> Mesh:
     xs = np.arange(low[0], high[0] + TERRAIN_M, TERRAIN_M)
     ys = np.arange(low[1], high[1] + TERRAIN_M, TERRAIN_M)
     if np.ptp(corners[:, 2]) < 0.05:
-        step = 4  # flat: large squares do
+        step = 4  # flat: large squares suffice
         xs, ys = xs[::step], ys[::step]
         heights = np.full((len(xs), len(ys)), corners[:, 2].min() - UNDER_ROAD_M)
     else:
@@ -201,7 +201,7 @@ _AROUND = ((-1, 0), (1, 0), (0, -1), (0, 1))
 
 
 def _puddles(pavement: Pavement) -> Mesh:
-    """Where water can stand; the alpha of each says from which share of wetness on it is there."""
+    """Places where water can collect; each one's alpha is the wetness from which it is shown."""
     lanes = np.concatenate(pavement.driving) if pavement.driving else np.zeros((0, 4, 2))
     floor = [one for one in pavement.floor if len(one) and one.tags[0] == tags.ROAD and one.colors[0, 0] < 100]
     random = np.random.default_rng(11)

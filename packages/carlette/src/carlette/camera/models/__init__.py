@@ -1,1 +1,1 @@
-"""The models of things: vehicles, people, animals, props, signs and lights, as meshes."""
+"""Meshes of vehicles, people, animals, props, signs and lights."""

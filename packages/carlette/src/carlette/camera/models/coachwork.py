@@ -1,4 +1,4 @@
-"""What all four-wheeled vehicles share: proportions by their kind, measures by their box, wheels."""
+"""What all four-wheeled vehicles share: proportions by kind, dimensions from their box, wheels."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FIRE_RED: Color = (196, 26, 24)
 SCHOOL_YELLOW: Color = (248, 172, 16)
 UP: Point = (0.0, 0.0, 1.0)
 ROOF_GEAR_M = (("police", 0.21), ("ambulance", 0.21), ("ford.crown", 0.17))
-"""Height of what stands on the roof: light bars and taxi signs belong to the measured box."""
+"""Height of what is on the roof: light bars and taxi signs are part of the measured box."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ STYLES: dict[str, Style] = {
 
 @dataclass(frozen=True)
 class Frame:
-    """Measures that body, lamps and doors share, in the actor's frame."""
+    """Dimensions shared by body, lamps and doors, in the actor's frame (m)."""
 
     rear: float
     front: float
@@ -128,7 +128,7 @@ def frame_of(type_id: str, box: Box) -> Frame:
 
 
 def body_kind(type_id: str) -> str:
-    """`car` (with vans), `truck` or `bus`: which way a vehicle is built."""
+    """Return how a vehicle is built: `car` (also vans), `truck` or `bus`."""
     if type_id in ("vehicle.mitsubishi.fusorosa", "vehicle.carlette.schoolbus"):
         return "bus"
     if type_id in (

@@ -1,4 +1,4 @@
-"""People on foot and on two wheels, built from where their joints are."""
+"""People on foot and on two wheels, built around their joints."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Clothes:
 
 
 def clothes_of(type_id: str, gender: str, age: str) -> Clothes:
-    """The same for the same blueprint."""
+    """Return the clothes of a person; always the same for the same blueprint."""
     random = Random(f"{type_id} {age}")
     female = gender == "female"
     return Clothes(
@@ -149,7 +149,9 @@ def _up(point: Point, rise: float) -> Point:
 
 
 def stride(joints: dict[str, Point], phase: float, share: float, height_m: float) -> dict[str, Point]:
-    """Joints of who walks: legs and arms swung to `phase` (turns of a double step), `share` of the full stride."""
+    """Return the joints of a walking person: limbs swung to `phase` (in double steps), at `share` of the full
+    stride.
+    """
     moved = dict(joints)
     for side, sign in (("L", 1.0), ("R", -1.0)):
         swing = sign * math.sin(2 * math.pi * phase) * share

@@ -23,7 +23,7 @@ ADVANCE, ROWS = 6, 7
 
 @lru_cache(maxsize=256)
 def _runs(text: str) -> list[tuple[int, int, int]]:
-    """(column, first row, row after the last) of the dots, runs in a column put together."""
+    """(column, first row, row after the last) of the dots, with runs in a column merged."""
     runs = []
     for place, letter in enumerate(text):
         columns = bytes.fromhex(_COLUMNS.get(letter, _COLUMNS["-"]))

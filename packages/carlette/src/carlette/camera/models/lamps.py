@@ -43,7 +43,7 @@ BEAM: Color = (255, 244, 206)
 
 
 def shown(flags: int, elapsed_s: float) -> tuple[int, int]:
-    """What of the light state is lit at this time (indicators blink), and the phase of flashing lights (0 or 1)."""
+    """Return which lights are lit at this time (indicators blink), and the phase of flashing lights (0 or 1)."""
     lit = flags & 0x7FF
     if (elapsed_s / BLINK_S) % 1.0 >= BLINK_LIT:
         lit &= ~int(BLINKERS)
@@ -91,7 +91,7 @@ def cycle_lamp_meshes(type_id: str, box: Box, wheelbase_m: float, lit: int) -> t
 
 
 def beam_mesh(type_id: str, box: Box, lit: int) -> Mesh:
-    """What the headlamps (and, in red, brake lamps) throw on the road: to be added to the picture in the dark."""
+    """The light that headlamps (and, in red, brake lamps) cast on the road; added to the picture in the dark."""
     builder = Builder()
     frame = frame_of(type_id, box)
     state = Lit(lit)

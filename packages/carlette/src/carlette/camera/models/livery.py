@@ -1,4 +1,4 @@
-"""What is written and painted on vehicles: police, ambulance, taxi, fire engine, school bus."""
+"""Lettering and paint on vehicles: police, ambulance, taxi, fire engine, school bus."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Mesh:
-    """`n` quads; what never changes of a thing's looks."""
+    """`n` quads: the unchanging part of an object's appearance."""
 
     corners: Singles
     """(n, 4, 3) metres; (b - a) x (d - a) points outwards."""
@@ -30,11 +30,11 @@ class Mesh:
     colors: Bytes
     """(n, 4): red, green, blue, alpha."""
     glow: NDArray[np.bool_]
-    """(n,): shines by itself, whatever the light is."""
+    """(n,): True if it emits light, whatever the lighting."""
     tags: Bytes
     """(n,): semantic tag (`CityObjectLabel`)."""
     fade: Bytes | None = None
-    """(n, 4): alpha of each corner where it changes across a quad; None = that of the colour everywhere."""
+    """(n, 4): alpha of each corner if it varies across a quad; None if the colour's alpha applies everywhere."""
 
     def __len__(self) -> int:
         return len(self.corners)
@@ -56,7 +56,7 @@ class Mesh:
         )
 
     def corner_alphas(self) -> Bytes:
-        """(n, 4)."""
+        """(n, 4): alpha of each corner."""
         return np.repeat(self.colors[:, 3:], 4, axis=1) if self.fade is None else self.fade
 
     def take(self, which: NDArray[np.bool_] | NDArray[np.int64]) -> Mesh:
@@ -71,7 +71,7 @@ class Mesh:
         )
 
     def placed(self, x: float, y: float, z: float, yaw_rad: float = 0.0, scale: float = 1.0) -> Mesh:
-        """The same thing somewhere else."""
+        """Return the mesh moved (m), turned and scaled."""
         cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
         turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]], np.float32)
         corners = self.corners @ (turn * np.float32(scale)) + np.array([x, y, z], np.float32)
@@ -108,7 +108,7 @@ def corner_colors(mesh: Mesh, lit: Bytes, *, adds: bool = False) -> Bytes:
 def normals_of(corners: Singles) -> Singles:
     """Unit normals of quads (by their diagonals, so triangles count too)."""
     (ux, uy, uz), (vx, vy, vz) = (corners[:, 2] - corners[:, 0]).T, (corners[:, 3] - corners[:, 1]).T
-    # A map is made of thousands of small meshes, for which `np.cross` takes several times as long.
+    # A map has thousands of small meshes, for which `np.cross` is several times slower.
     cross = np.empty((len(corners), 3), np.float32)
     cross[:, 0], cross[:, 1], cross[:, 2] = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     cross /= np.maximum(np.sqrt(np.einsum("ij,ij->i", cross, cross)), np.float32(1e-12))[:, None]
@@ -130,7 +130,7 @@ class Builder:
         self._fade: dict[int, tuple[int, int, int, int]] = {}
 
     def mesh(self) -> Mesh:
-        """What was built."""
+        """Return the mesh that was built."""
         if not self._corners:
             return EMPTY
         corners: Singles = np.array(self._corners, np.float32)
@@ -304,7 +304,7 @@ class Builder:
         self.hull(low, high, color)
 
     def add(self, mesh: Mesh) -> None:
-        """Takes over what was built elsewhere; what has no tag there gets this builder's."""
+        """Add a mesh that was built elsewhere; quads without a tag get this builder's."""
         self._corners.extend(tuple(one) for one in mesh.corners.tolist())
         self._colors.extend(tuple(one) for one in mesh.colors.tolist())
         self._glow.extend(mesh.glow.tolist())

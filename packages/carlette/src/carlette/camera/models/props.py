@@ -1,4 +1,4 @@
-"""Static props as meshes: by name where a thing has a form of its own, else a plain box of its size."""
+"""Static props as meshes: a specific shape by name if there is one, otherwise a plain box of the prop's size."""
 
 from __future__ import annotations
 
@@ -48,4 +48,4 @@ FORMS: tuple[tuple[tuple[str, ...], Form], ...] = (
     (("haybale",), litter.bale),
     (("cardoor",), litter.loose_door),
 )
-"""The first whose word is part of a prop's name makes it."""
+"""The first entry whose word is part of a prop's name builds it."""

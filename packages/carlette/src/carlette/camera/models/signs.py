@@ -22,7 +22,7 @@ ROAD_CLOSED, DETOUR = "250", "454"
 POST_TOP_M = 2.6
 FACE_M = 2.25
 RIGHT: Point = (0.0, 1.0, 0.0)
-"""To the right of who looks at the face: he looks along -x, and CARLA's y points right of +x."""
+"""To the right of someone who looks at the face, along -x; CARLA's y points to the right of +x."""
 READERS_RIGHT: Point = (0.0, -1.0, 0.0)
 UP: Point = (0.0, 0.0, 1.0)
 FRONT: Point = (1.0, 0.0, 0.0)
@@ -71,7 +71,7 @@ def face_of(builder: Builder, kind: str, value: str, middle: Point) -> None:
 
 
 def kind_of(name: str, type_: str, value: str) -> tuple[str, str] | None:
-    """Type and value of a sign from what the map says of it; None where it is none."""
+    """Return the type and value of a sign from its entry in the map; None if it is not a sign."""
     limit = re.search(r"speed[a-z_]*?(\d+)", name.lower())
     if limit:
         return "274", limit.group(1)
@@ -122,7 +122,7 @@ def _plate(builder: Builder, middle: Point, width: float, height: float, color: 
 
 
 def _lines(builder: Builder, middle: Point, lines: Sequence[str], ground: Color, ink: Color) -> None:
-    """A plate as wide as the longest line asks, with the lines one below the other."""
+    """A plate as wide as its longest line, with the lines one below the other."""
     _plate(builder, middle, 0.2 * max(map(len, lines)) + 0.16, 0.36 * len(lines) + 0.12, ground)
     for number, line in enumerate(lines):
         up_m = 0.36 * ((len(lines) - 1) / 2.0 - number)

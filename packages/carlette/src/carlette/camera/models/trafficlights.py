@@ -46,7 +46,7 @@ def heads(arm_m: float) -> list[Point]:
 
 
 def lamps_mesh(arm_m: float, color: int) -> tuple[Mesh, Mesh]:
-    """The lamps with `color` (0 red, 1 yellow, 2 green) lit, any other = none; and the lit ones' halos."""
+    """The lamps with `color` lit (0 red, 1 yellow, 2 green, otherwise none), and the halos of the lit ones."""
     return _lamps(heads(arm_m), color)
 
 

@@ -1,4 +1,4 @@
-"""Cars, vans, trucks and buses as meshes, made to measure of their bounding boxes."""
+"""Cars, vans, trucks and buses as meshes that fit their bounding boxes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The actors of a moment as parts to draw: which mesh, where, and their shadows and lights."""
+"""The actors at one moment as parts to draw: meshes and poses, with shadows and lights."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def cast(world: World, light: Light) -> list[Part]:
 
 
 def contains(world: World, actor: Actor, point: Vector, margin_m: float = 0.05) -> bool:
-    """Whether a point lies in an actor's box."""
+    """True if a point is within an actor's box."""
     pose = world.pose(actor)
     matrix = matrix_of(pose)
     inside = matrix[:3, :3].T @ (np.array(point) - matrix[:3, 3]) - np.array(actor.box.center)
@@ -57,7 +57,7 @@ def contains(world: World, actor: Actor, point: Vector, margin_m: float = 0.05) 
 
 
 def _open_doors(world: World) -> dict[int, list[tuple[int, float]]]:
-    """Doors that are not shut, by the row of their vehicle: number and swing (0 to 1)."""
+    """Doors that are not closed, by the row of their vehicle: number and swing (0 to 1)."""
     found: dict[int, list[tuple[int, float]]] = {}
     for row, door, swing in zip(
         world.doors.row.tolist(), world.doors.door.tolist(), world.doors.swing.tolist(), strict=True
@@ -157,7 +157,7 @@ def _heads(actor: Actor, matrix: Floats, post: Mesh, lights: tuple[Mesh, Mesh]) 
 
 
 def _shadows(actor: Actor, pose: Pose, light: Light) -> Iterator[Part]:
-    """Where the thing touches the ground, and what it keeps from the sun."""
+    """The shadow where the object touches the ground, and the one that it casts in the sun."""
     low = max(actor.box.center.z - actor.box.extent.z, -actor.box.extent.z)
     heading = round(pose.rotation.yaw / 5.0) * 5.0
     sun = light.sun if sum(light.direct) > 0.25 else None

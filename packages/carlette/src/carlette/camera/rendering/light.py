@@ -1,4 +1,4 @@
-"""What the weather does to light: sun and sky, fog, night, wetness, as numbers that the renderer uses."""
+"""How the weather affects light: sun and sky, fog, night and wetness, as numbers for the renderer."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ DARK_BELOW_DEG = 8.0
 
 @dataclass(frozen=True)
 class Light:
-    """The light of one moment. Colours are 0 to 255; hashable, so that lit meshes can be kept."""
+    """The light at one moment. Colours are 0 to 255. Hashable, so that lit meshes can be cached."""
 
     sun: tuple[float, float, float]
     """Direction to the sun (or the moon), world frame."""
     direct: tuple[float, float, float]
     """Strength of its light in red, green and blue."""
     ambient: tuple[float, float, float]
-    """Strength of the light from everywhere."""
+    """Strength of the ambient light."""
     zenith: Color
     horizon: Color
     fog: Color
@@ -51,7 +51,7 @@ class Light:
     wet: float
     """0 dry, 1 soaked."""
     puddles: float
-    """Share of the places where a puddle can be that hold one."""
+    """Share of the possible puddles that hold water."""
     rain: float
     clouds: float
     is_dark: bool

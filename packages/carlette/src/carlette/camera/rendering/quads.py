@@ -1,10 +1,10 @@
-"""The inner loops of the rasteriser, compiled by numba on first use; the machine code is kept for later runs.
+"""The inner loops of the rasteriser, compiled by numba on first use; the machine code is cached for later runs.
 
-A quad is drawn where it covers the middle of a pixel. The depth buffer holds nearness, one through the distance ahead:
-over the picture it is linear on every plane, and it is fine where it has to be, close to the camera. An edge that two
-quads share is reckoned from the same two points in the same order, so that no pixel between them is missed or drawn
-twice. Colours that change across a quad are interpolated on each of its two triangles as Olano and Greer do, "Triangle
-Scan Conversion using 2D Homogeneous Coordinates" (1997), which is right in perspective.
+A quad is drawn where it covers the centre of a pixel. The depth buffer holds nearness, the inverse of the distance
+ahead: it is linear across the picture on every plane, and precise where that matters, close to the camera. An edge that
+two quads share is computed from the same two points in the same order, so that no pixel between them is missed or drawn
+twice. Colours that vary across a quad are interpolated on each of its two triangles as in Olano and Greer, "Triangle
+Scan Conversion using 2D Homogeneous Coordinates" (1997), which is correct in perspective.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from carlette.compiling import compiled
 Array = Any
 """A numpy array, as numba sees it."""
 FLAT_M = 0.002
-"""A corner farther than this from the plane of the other three makes two triangles of a quad."""
-# A shade is four bytes in one number; constants have its type, or numba would reckon with 64 bits.
+"""A quad is split into two triangles if a corner is further than this from the plane of the other three (m)."""
+# A shade is four bytes in one number; the constants have its type, or numba would compute with 64 bits.
 _BYTE = numba.uint32(0xFF)
 _OPAQUE = numba.uint32(0xFF000000)
 _SECOND = numba.uint32(8)
@@ -47,7 +47,7 @@ def draw_quads(
 ) -> None:
     """Draws `corners` (n, 4, 3) in `shades` (n, 4) uint32, one for each corner, into `pixels` and `nearness` (h, w).
 
-    `matrix` (4, 4) leads into the camera's frame (x ahead, y right, z up); `across` and `up` are half the picture's
+    `matrix` (4, 4) maps into the camera's frame (x ahead, y right, z up); `across` and `up` are half the picture's
     width and height at a distance of one metre. Shades are mixed in by their alpha or, where it `adds`, added as light.
     """
     height, width = pixels.shape
@@ -89,7 +89,7 @@ def draw_quads(
 
 @compiled
 def _place(corners: Array, matrix: Array, across: float, up: float, p: Array) -> bool:
-    """Writes a quad in the camera's frame; False if it lies beside or behind the picture."""
+    """Write a quad in the camera's frame; False if it is outside or behind the picture."""
     behind = left = right = above = below = 0
     for k in range(4):
         x, y, z = np.float64(corners[k, 0]), np.float64(corners[k, 1]), np.float64(corners[k, 2])
@@ -122,7 +122,7 @@ def _outline(p: Array, count: int, lens: tuple[float, float, float, float], clip
             clipped[found] = p[k]
             found += 1
         if (here >= 0.0) != (there >= 0.0):
-            # From the same end whichever way the edge runs.
+            # From the same end, whichever way the edge runs.
             a, b = (k, n) if here >= 0.0 else (n, k)
             share = (p[a, 0] - NEAR_M) / (p[a, 0] - p[b, 0])
             clipped[found, 0] = NEAR_M
@@ -151,7 +151,7 @@ def _span(outline: Array, count: int, row: int, width: int) -> tuple[int, int]:
     left, right = np.inf, -np.inf
     for k in range(count):
         n = k + 1 if k + 1 < count else 0
-        # Upwards or downwards, an edge is reckoned from its upper end.
+        # Whether it runs up or down, an edge is computed from its upper end.
         a, b = (k, n) if outline[k, 1] < outline[n, 1] else (n, k)
         if outline[a, 1] <= y < outline[b, 1]:
             slope = (outline[b, 0] - outline[a, 0]) / (outline[b, 1] - outline[a, 1])

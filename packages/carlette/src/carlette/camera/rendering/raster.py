@@ -1,4 +1,4 @@
-"""The software rasteriser: a colour buffer, a depth buffer, and quads that are drawn into them in the processor."""
+"""The software rasteriser: a colour buffer, a depth buffer, and quads that the CPU draws into them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Raster:
         """Begins a picture with an empty depth buffer, `scale` times as large each way as the view's.
 
         Returns the colour buffer, uint32 (height, width), first row on top, its bytes in the order of `draw`'s colours:
-        fill it with a background, and copy what is to outlive the next `begin`.
+        fill it with a background, and copy what must outlive the next `begin`.
         """
         size = view.height * scale, view.width * scale
         if size not in self._buffers:
@@ -61,7 +61,7 @@ class Raster:
         )
 
     def place(self, matrix: Singles) -> None:
-        """Sets the frame of what is drawn without a matrix of its own."""
+        """Set the frame of everything that is drawn without its own matrix."""
         self._matrix = np.ascontiguousarray(matrix, np.float32)
 
     def blend(self, *, add: bool = False) -> None:
@@ -72,7 +72,7 @@ class Raster:
         self._adds = add
 
     def use_depth(self, wanted: bool) -> None:
-        """Whether nearer things hide what is drawn from now on."""
+        """Set whether nearer objects hide what is drawn from now on."""
         self._tests_depth = wanted
 
     def depth(self) -> Singles:

@@ -25,9 +25,9 @@ REACH_M = 420.0
 DETAIL_M = 110.0
 PART_M = 300.0
 SUPERSAMPLED_PIXELS = 700_000
-"""Pictures up to this size are drawn twice as large each way and averaged; larger ones show single samples."""
+"""Pictures up to this size are supersampled two by two; larger ones use one sample per pixel."""
 OPAQUE_AIR = 5.0
-"""Behind fog of this thickness (distance times density) nothing is seen."""
+"""Nothing is visible behind fog of this optical depth (distance times density)."""
 CLEAR_PER_M = 0.0015
 """In air clearer than this, a chunk fades as a whole."""
 KEPT_COLORS = 2048
@@ -42,17 +42,17 @@ class Part:
     """4x4, from the mesh's frame to the world."""
     actor_id: int
     tag: int
-    """Tag of those quads that have none of their own."""
+    """Tag of the quads that have none themselves."""
     radius_m: float = 4.0
     is_shade: bool = False
     """A shadow, beam or spot of light: translucent, and neither in depths nor in tags."""
     adds: bool = False
-    """Light that is added to what lies below."""
+    """True for light that is added to what is below."""
 
 
 @dataclass(frozen=True)
 class Shot:
-    """Everything that a picture of one moment is made of."""
+    """Everything that a picture of one moment shows."""
 
     static_scene: StaticScene
     parts: Sequence[Part]
@@ -61,7 +61,7 @@ class Shot:
 
 
 class Renderer:
-    """Makes pictures, one at a time; keeps its buffers, and lit colours from frame to frame."""
+    """Draws pictures, one at a time. It caches its buffers and lit colours between frames."""
 
     def __init__(self) -> None:
         self._lock = Lock()

@@ -1,4 +1,4 @@
-"""What cameras look at, worked out of a world: its static scene, built once for each map, and its actors."""
+"""What cameras see of a world: its static scene, built once for each map, and its actors."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Seen:
     frame: int
 
     def from_inside(self, world: World, carrier: Actor | None, eye: Vector) -> Seen:
-        """A camera inside its carrier's body sees nothing of it but the light that it throws on the road."""
+        """Return the view without the carrier if the camera is inside its body, except for the light that it casts."""
         if carrier is None or not contains(world, carrier, eye):
             return self
         parts = [one for one in self.parts if one.actor_id != carrier.id or one.adds]
@@ -43,7 +43,7 @@ class Seen:
 
 
 def notice(world: World) -> Seen:
-    """What is to be seen of the actors now; the world may go on."""
+    """Capture what is visible of the actors now; after that the world may continue."""
     light = light_of(world.weather)
     return Seen(world.roads, cast(world, light), light, world.frame)
 
@@ -54,7 +54,7 @@ def take(world: World) -> Shot:
 
 
 def static_scene_of(roads: RoadNetwork) -> StaticScene:
-    """The static scene of a map; built when it is first seen, once, whichever threads ask."""
+    """Return the static scene of a map; it is built on first use, once, whichever threads ask."""
     with _building:
         static_scene = _static_scenes.get(roads)
         if static_scene is None:
@@ -69,7 +69,7 @@ def the_renderer() -> Renderer:
 
 
 def encode_depth(metres: Singles) -> Bytes:
-    """CARLA's coding: (R + 256 G + 65536 B) / (2^24 - 1) is the share of 1000 m; bytes B G R A."""
+    """Encode depths (m) as CARLA does: (R + 256 G + 65536 B) / (2^24 - 1) is the share of 1000 m; bytes B G R A."""
     value = (np.clip(metres / FAR_M, 0.0, 1.0).astype(np.float64) * 0xFFFFFF + 0.5).astype(np.uint32)
     packed = value >> 16 | value & 0xFF00 | (value & 0xFF) << 16 | np.uint32(0xFF000000)
     coded: Bytes = packed.astype(np.uint32).view(np.uint8).reshape(*metres.shape, 4)

@@ -39,7 +39,7 @@ class View:
         return axes_of(self.pose.rotation)
 
     def into_camera(self) -> Singles:
-        """4x4, from the world to the camera's frame."""
+        """4x4 matrix from the world to the camera's frame."""
         matrix = np.eye(4)
         axes = self.axes()
         matrix[:3, :3] = axes

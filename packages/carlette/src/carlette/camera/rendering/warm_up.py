@@ -1,4 +1,4 @@
-"""Compiles the loops of the rasteriser once, with the types that they are called with."""
+"""Compiles the loops of the rasteriser once, for the types with which they are called."""
 
 from __future__ import annotations
 

@@ -15,12 +15,12 @@ GEO_REFERENCE = (
     "+proj=tmerc +lat_0=0 +lon_0=0 +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m "
     "+geoidgrids=egm96_15.gtx +vunits=m +no_defs "
 )
-# CARLA takes the number of a junction for that of a road where both exist.
+# CARLA confuses a junction with the road of the same number if both exist.
 _FIRST_JUNCTION, _FIRST_CONNECTING_ROAD, _FIRST_SIGNAL, _FIRST_CONTROLLER = 500, 1000, 10_000, 20_000
 
 
 def map_xml(plan: Plan) -> str:
-    """The whole map; the same plan gives the same text on every machine."""
+    """Return the whole map; the same plan gives the same text on every machine."""
     nodes = {node.name: node for node in plan.nodes}
     junction_ids = {node.name: junction_id for junction_id, node in enumerate(plan.nodes, _FIRST_JUNCTION)}
     streets = [build_street(street, road_id, nodes, junction_ids) for road_id, street in enumerate(plan.streets, 1)]

@@ -18,14 +18,14 @@ _STRAIGHT_RAD = math.radians(30)
 
 @dataclass(frozen=True)
 class Movement:
-    """One lane's way through a junction."""
+    """One lane's path through a junction."""
 
     incoming: Arm
     lane_in: int
     outgoing: Arm
     lane_out: int
     at_kerb: bool
-    """Whether nothing runs between it and the kerb."""
+    """True if no other movement is between it and the kerb."""
 
 
 @dataclass(frozen=True)

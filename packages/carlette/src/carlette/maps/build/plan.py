@@ -1,4 +1,4 @@
-"""What a map is made of: nodes where streets meet, and streets between them, in the right-handed map frame."""
+"""The plan of a map: nodes where streets meet, and the streets between them, in the right-handed map frame."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ class End:
     bearing_deg: float
     """The direction from the node's middle along the street, counter-clockwise from the x axis."""
     control: Control = "none"
-    """What those obey who come out of this street into the node."""
+    """What traffic from this street obeys at the node."""
     left_m: float = 0.0
-    """How far the street's line lies left of the node's middle, looking along the bearing."""
+    """Lateral offset of the street's line from the node's middle (m), to the left when looking along the bearing."""
     reach_m: float | None = None
-    """Instead of the node's."""
+    """Replaces the node's own value if given."""
     ramp: bool = False
     """Ramps meet the outermost lane of a motorway, whatever their direction."""
 
@@ -77,12 +77,12 @@ class Street:
 
 
 class PlanError(ValueError):
-    """A plan does not hold together; the message names the street and the remedy."""
+    """A plan is inconsistent. The message names the street and the remedy."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A whole map. Raises `PlanError` where a street ends nowhere or two nodes share a name."""
+    """A whole map. Raises `PlanError` if a street ends at no node or two nodes share a name."""
 
     name: str
     nodes: Sequence[Node]

@@ -1,4 +1,4 @@
-"""Cross-sections: which lanes a street has, how wide, with which paint between them."""
+"""Cross-sections: the lanes of a street, their widths, and the markings between them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SIDEWALK_M = 2.5
 
 @dataclass(frozen=True)
 class Mark:
-    """A line between two lanes. Paint that is broken permits lane changes, all other paint forbids them."""
+    """A line between two lanes. A broken line permits lane changes, all others forbid them."""
 
     paint: Literal["broken", "solid", "solid solid", "curb", "none"]
     color: Literal["white", "yellow"] = "white"
@@ -50,7 +50,7 @@ class Section:
     kind: Literal["town", "rural", "motorway"] = "town"
 
     def half_width_m(self) -> float:
-        """From the reference line to the outer edge of what wheels may touch, on the wider side."""
+        """Distance from the reference line to the outer edge of what wheels may touch, on the wider side (m)."""
         return max(sum(lane.width_m for lane in side if lane.kind != "sidewalk") for side in (self.left, self.right))
 
 
@@ -70,13 +70,13 @@ BUS = Lane("restricted", BUS_M, KERB)
 
 
 def lanes(count: int, edge: Mark, *beside: Lane) -> tuple[Lane, ...]:
-    """One side: driving lanes with broken lines between them, `edge` beyond the last, then what is beside."""
+    """One side: driving lanes with broken lines between them, `edge` beyond the last one, then the lanes `beside`."""
     inner = tuple(Lane("driving", LANE_M, BROKEN) for _ in range(count - 1))
     return (*inner, Lane("driving", LANE_M, edge), *beside)
 
 
 def two_way(name: str, side: tuple[Lane, ...], centre: Mark, limit_kmh: float) -> Section:
-    """The same lanes both ways."""
+    """Return a section with the same lanes in both directions."""
     return Section(name, side, side, centre, limit_kmh)
 
 

@@ -1,8 +1,8 @@
-"""Traffic lights, signs and what is painted or built beside the road, as OpenDRIVE elements.
+"""Traffic lights, signs, markings and buildings beside the road, as OpenDRIVE elements.
 
-Written the way CARLA's own towns are: a light's post stands beside its arm and is valid for no lane there; each
-connecting road refers to it at its start, which is where CARLA makes cars stop. Signs stand at the end of their
-arm and are valid for the lanes that come in. `orientation` is the way the face of a post looks.
+They are written as in CARLA's own towns: a light's post is beside its arm and is valid for no lane there; each
+connecting road refers to it at its start, which is where CARLA makes cars stop. Signs are at the end of their arm and
+are valid for the incoming lanes. `orientation` is the direction that the face of a post looks in.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ Roadside = Iterator[tuple[int, str, Element]]
 def junction_roadside(
     junction: Junction, ids: count[int], controller_ids: count[int]
 ) -> tuple[list[Element], Roadside]:
-    """The controllers of a junction's lights, and all that stands at the junction."""
+    """Return the controllers of a junction's lights, and everything that is placed at the junction."""
     lights = {arm: next(ids) for arm in junction.arms if arm.end.control == "light"}
     controllers = []
     for sequence, group in enumerate(_phases(junction)):
@@ -104,7 +104,7 @@ def _phases(junction: Junction) -> list[list[Arm]]:
 
 
 def _beside(arm: Arm, before_end_m: float, leaving: bool = False) -> dict[str, str]:
-    """A place at the right kerb of those who come to the node (or leave it), looking at them."""
+    """A place at the right kerb of traffic that approaches the node (or leaves it), facing that traffic."""
     forward = arm.at_end is not leaving
     lanes = arm.outgoing if leaving else arm.incoming
     t = sum(lane.width_m for lane in lanes if lane.kind != "sidewalk") + _BEHIND_KERB_M
@@ -128,7 +128,7 @@ def _signal(
     element.attrib.update(zOffset="0.0", roll="0.0", pitch="0.0", dynamic="yes" if dynamic else "no")
     element.attrib.update(country="OpenDRIVE", type=kind, subtype="-1", value=number(value), text="")
     if kind == LIMIT:
-        # The German catalogue numbers speed signs 274-30 and so on, and CARLA puts up a sign for these subtypes alone.
+        # The German catalogue numbers speed signs 274-30 and so on; CARLA creates signs only for these subtypes.
         element.attrib.update(subtype=f"{value:g}", unit="km/h")
     element.attrib.update(height="1.16" if dynamic else "2.5", width="0.525" if dynamic else "0.8")
     SubElement(element, "validity", fromLane=str(min(lanes)), toLane=str(max(lanes)))
@@ -143,7 +143,9 @@ def _reference(light_id: int) -> Element:
 
 
 def _crosswalk_at(arm: Arm, object_id: int) -> Element:
-    """From kerb to kerb, just inside the junction, so that cars which stop at its edge keep off it."""
+    """A crosswalk from kerb to kerb, just inside the junction, so that cars that stop at its edge do not stand on
+    it.
+    """
     ahead = 1 if arm.at_end else -1
     near_m, far_m = (ahead * distance for distance in _CROSSWALK_M)
     return _crosswalk(arm, arm.station(0.0), (near_m, far_m), object_id)

@@ -23,7 +23,7 @@ class Arm:
     road_id: int
     length_m: float
     at_end: bool
-    """Whether the road ends (else: starts) at the node."""
+    """True if the road ends at the node, False if it starts there."""
     end: End
     pose: Pose2D
     """The end of the reference line, looking into the node."""
@@ -47,7 +47,7 @@ class Arm:
         return -self.incoming_id(position)
 
     def station(self, before_end_m: float) -> float:
-        """The road's s that lies this far before the node."""
+        """Return the road's s at this distance before the node (m)."""
         return self.length_m - before_end_m if self.at_end else before_end_m
 
 
@@ -125,7 +125,7 @@ def complete_road(road: Element, kind: str, limit_kmh: float, heights: list[tupl
 
 
 def lane_element(lane_id: int, kind: str, width: tuple[float, float], length_m: float, mark: Mark) -> Element:
-    """A lane whose width goes smoothly from the first value to the second: its middle has no kink at the ends."""
+    """A lane whose width changes smoothly from the first value to the second (m), without a kink at the ends."""
     lane = Element("lane", id=str(lane_id), type=kind, level="false")
     c, d = _ease(width[0], width[1], length_m)
     SubElement(lane, "width", sOffset="0", a=number(width[0]), b="0", c=c, d=d)
@@ -140,7 +140,7 @@ def mark_element(mark: Mark) -> Element:
 
 
 def number(value: float) -> str:
-    """Rounded to 10 nanometres: the last bits of a sine differ between machines."""
+    """Round to 10 nanometres, since the last bits of a sine differ between machines."""
     return repr(round(float(value), 8) + 0.0)
 
 

@@ -10,7 +10,7 @@ It is a ring of two lanes each way and a street of one lane each way across it:
       +------------+
         ring south
 
-Nothing ends blindly, so traffic can go round for ever.
+There are no dead ends, so traffic can drive round forever.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ GEO_REFERENCE = (
 )
 _WEST, _EAST = 100, 200
 _REACH_M = 18.0
-"""From the middle of a junction to where its arms begin."""
+"""Distance from the middle of a junction to where its arms begin (m)."""
 _CORNER_M = 40.0
 _NORTH_M = 190.0
 _SOUTH_M = -150.0

@@ -20,7 +20,7 @@ _HALF_MEDIAN_M = 6.0
 _EXITS_AND_ENTRIES_M = (150.0, 680.0, 1010.0, 1500.0)
 """Where the first and second exit and entry begin, along a straight: exit, entry, exit, entry."""
 _JOINT_M = 60.0
-"""Over this length a ramp and the motorway part or meet."""
+"""Length over which a ramp and the motorway diverge or merge (m)."""
 _RAMP_LEFT_M = 3 * LANE_M + 3.0
 """From the motorway's reference line to a ramp's."""
 _COLLECTOR_M = 34.0

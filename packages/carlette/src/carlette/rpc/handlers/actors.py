@@ -18,7 +18,7 @@ from carlette.world.spawn import spawn
 methods = Methods()
 
 MOST_TEXT = 20_000
-"""Characters of all of an actor's attributes; a colour camera has 1,000."""
+"""Most characters of all of an actor's attributes together; a colour camera has 1,000."""
 
 
 @methods.value("get_actor_definitions")
@@ -53,12 +53,12 @@ def spawn_actor_with_parent(
 
 
 def bring_in(session: Session, description: list[Any], transform: list[Any], parent: int = 0) -> Actor:
-    """Spawns what the wire describes."""
+    """Spawn what the request describes."""
     type_id, attributes = description[1], encode.read_attributes(description[2], session.simulator.version)
     if sum(len(name) + len(text) for name, (_, text) in attributes.items()) > MOST_TEXT:
         raise RequestError(f"Spawn of '{type_id}' refused: its attributes have more than {MOST_TEXT:,} characters")
     if type_id.startswith("sensor.") and type_id not in IN_THE_CLIENT:
-        # What cannot be made is refused before it is there.
+        # What cannot be created is refused before it exists.
         scenery = make_sensor(type_id, attributes).load(session.world)
         if scenery is not None and scenery not in session.simulator.sceneries:
             session.simulator.sceneries.append(scenery)
@@ -69,7 +69,9 @@ def bring_in(session: Session, description: list[Any], transform: list[Any], par
 def destroy_actor(session: Session, actor_id: int) -> bool:
     actor = session.world.actors.get(actor_id)
     if actor is not None and (actor is session.world.spectator or actor.type_id.startswith("traffic.")):
-        raise RequestError(f"destroy_actor: actor {actor_id} ({actor.type_id}) is part of the map: it stays")
+        raise RequestError(
+            f"destroy_actor: actor {actor_id} ({actor.type_id}) is part of the map and cannot be destroyed"
+        )
     if actor is not None and actor.stream_id:
         session.simulator.parting = session.simulator.hub.parting(session.simulator.stream_of(actor))
     return session.world.remove(actor_id)
@@ -77,9 +79,9 @@ def destroy_actor(session: Session, actor_id: int) -> bool:
 
 @methods.value("get_actor_bounding_box")
 def get_actor_bounding_box(session: Session, actor_id: int) -> Any:
-    """For an actor that is gone: a box without size.
+    """Return an actor's box; for an actor that no longer exists, a box without size.
 
-    The traffic manager of 0.9.16 asks from a thread in which an error ends the client's process.
+    The traffic manager of 0.9.16 asks in a thread in which an error would end the client's process.
     """
     actor = session.world.actors.get(actor_id)
     return encode.box(actor.box if actor else Box(Vector(), Vector()))

@@ -15,7 +15,7 @@ methods = Methods()
 
 Payload = list[Any]
 MOST_COMMANDS = 10_000
-"""In one batch: the world stands still until it is carried out."""
+"""Most commands in one batch: the world stops until the batch is done."""
 SPAWN_ACTOR, DESTROY_ACTOR, VEHICLE_CONTROL, CONSOLE_COMMAND = 0, 1, 2, 20
 
 
@@ -55,10 +55,10 @@ COMMANDS: dict[int, Callable[..., Any]] = {
 
 @methods.bare("apply_batch")
 def apply_batch(session: Session, commands: Sequence[Sequence[Any]], do_tick: bool = False) -> Any:
-    """Carries out the commands in order, and ticks once after them if asked; one answer for each command."""
+    """Run the commands in order, and then tick once if requested; return one answer for each command."""
     number = _count(commands)
     if number > MOST_COMMANDS:
-        # One answer for each command, as the client takes nothing else.
+        # One answer for each command: the client accepts nothing else.
         refusal = encode.failure(f"{number:,} commands in one batch; send at most {MOST_COMMANDS}")
         return [refusal] * len(commands)
     responses = [_run(session, *command[0]) for command in commands]
@@ -68,12 +68,12 @@ def apply_batch(session: Session, commands: Sequence[Sequence[Any]], do_tick: bo
 
 
 def _count(commands: Sequence[Sequence[Any]]) -> int:
-    """With those that are to be carried out after a spawn, and after theirs; raises `BAD_ARGUMENTS` for no list."""
+    """Count the commands, including those nested after spawns; raise `BAD_ARGUMENTS` if they are not a list."""
     number, left = 0, [commands]
     while left:
         here = left.pop()
         number += len(here)
-        # Those that are no commands get their own answers later.
+        # Invalid commands get their own answers later.
         spawns = (one[0][1] for one in here if _is_spawn(one))
         left += [payload[-1] for payload in spawns if payload and isinstance(payload[-1], list)]
     return number

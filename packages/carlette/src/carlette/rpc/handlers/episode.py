@@ -60,7 +60,7 @@ def set_episode_settings(session: Session, wire: list[Any]) -> int:
     if fixed and not SHORTEST_STEP_S <= fixed <= LONGEST_STEP_S:
         bounds = f"{SHORTEST_STEP_S:g} to {LONGEST_STEP_S:g}"
         raise RequestError(f"fixed_delta_seconds is {fixed}; give {bounds} seconds, or 0 for a variable step")
-    # Whatever is kept here, all other clients read.
+    # All other clients read what is stored here.
     kinds = (bool, float, int, float, bool, float, float, bool)
     others = [kind(one) for kind, one in zip(kinds, wire[3:11], strict=False)]
     if not all(map(math.isfinite, others)) or not all(abs(one) < 2**31 for one in others):

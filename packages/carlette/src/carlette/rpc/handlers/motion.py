@@ -21,7 +21,7 @@ Wire = Sequence[Any]
 
 
 def finite(wire: Wire, method: str) -> Vector:
-    """A vector of a request; raises `RequestError` when it is not finite, so NaN never enters the world."""
+    """Return a vector of a request; raise `RequestError` if it is not finite, so that NaN never enters the world."""
     vector = encode.read_vector(wire)
     if not vector.is_finite():
         raise RequestError(f"{method}: the vector {tuple(vector)} is not finite; give real numbers")
@@ -116,7 +116,7 @@ def add_actor_torque(session: Session, actor_id: int, torque: Wire) -> None:
 
 
 def kick(session: Session, actor: Actor, impulse: Vector) -> None:
-    """Changes an actor's velocity by an impulse in N·s, world frame."""
+    """Change an actor's velocity by an impulse (N·s, world frame)."""
     bodies = session.world.bodies
     mass = float(bodies.mass[actor.row])
     if mass > 0 and bodies.simulated[actor.row]:
@@ -125,7 +125,7 @@ def kick(session: Session, actor: Actor, impulse: Vector) -> None:
 
 
 def spin(session: Session, actor: Actor, moment: float) -> None:
-    """Changes an actor's yaw rate by an angular impulse about z, in N·m·s."""
+    """Change an actor's yaw rate by an angular impulse about z (N·m·s)."""
     bodies = session.world.bodies
     mass = float(bodies.mass[actor.row])
     if mass > 0 and bodies.simulated[actor.row]:
@@ -134,7 +134,7 @@ def spin(session: Session, actor: Actor, moment: float) -> None:
 
 
 def _let_walk_on(session: Session) -> None:
-    """What a walker moves beyond its own will wears off, wherever it comes from."""
+    """Let the part of a walker's motion that was not commanded decay, whatever caused it."""
     if len(session.world.walkers):
         session.world.walkers.take_push(session.world.bodies)
 
@@ -174,7 +174,7 @@ def set_actor_enable_gravity(session: Session, actor_id: int, enabled: bool) -> 
 
 @methods.void("set_actor_dead")
 def set_actor_dead(session: Session, actor_id: int) -> None:
-    """A walker falls and lies; a vehicle stands with its hand brake on."""
+    """Let a walker fall and lie, or stop a vehicle with its hand brake."""
     actor = session.actor(actor_id, "set_actor_dead")
     world = session.world
     if actor.kind is Kind.WALKER:
@@ -185,5 +185,5 @@ def set_actor_dead(session: Session, actor_id: int) -> None:
 
 @methods.void("set_actor_autopilot")
 def accept(session: Session, actor_id: int, *_: Any) -> None:
-    """Without effect: the traffic manager lives in the client."""
+    """Accept the call without effect: the traffic manager runs in the client."""
     session.actor(actor_id, "set_actor_autopilot")

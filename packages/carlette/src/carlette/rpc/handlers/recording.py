@@ -1,4 +1,4 @@
-"""The recorder and the replayer. Like CARLA's, they answer with texts, also where a file is missing."""
+"""The recorder and the replayer. As in CARLA, they answer with texts, even if a file is missing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""What needs a renderer, named scenery or a ROS node: refused by name, so that nobody waits for pictures."""
+"""Calls that need a renderer, named scenery or a ROS node: refused with a message, so that nobody waits for
+pictures.
+"""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def set_weather_parameters(session: Session, weather: Sequence[float]) -> None:
 
 @methods.void("update_day_night_cycle", "update_lights_state", "enable_environment_objects", "draw_debug_shape")
 def ignore_for_show(session: Session, *_: Any) -> None:
-    """Nobody looks: there are no street lights, no buildings and no screen."""
+    """Ignore the call: there are no street lights, no buildings and no screen."""
     del session
 
 
@@ -45,14 +45,14 @@ def ignore_translucency(session: Session, *_: Any) -> None:
 
 @methods.value("query_lights_state", "get_names_of_all_objects", "get_environment_objects")
 def nothing_there(session: Session, *_: Any) -> list[Any]:
-    """There are no street lights and no scenery beside the actors."""
+    """Return an empty list: there are no street lights and no scenery besides the actors."""
     del session
     return []
 
 
 @methods.value("get_all_level_BBs")
 def get_all_level_boxes(session: Session, label: int) -> Any:
-    """The boxes, in the world's frame, of the actors that carry a `CityObjectLabel`; in CARLA of scenery, too."""
+    """Return the boxes (world frame) of the actors with this `CityObjectLabel`; in CARLA also of scenery."""
     world = session.world
     return [
         encode.box(actor.box._replace(center=pose.apply(actor.box.center), rotation=pose.rotation))

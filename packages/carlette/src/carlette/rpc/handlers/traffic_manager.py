@@ -27,7 +27,7 @@ def get_traffic_manager_running(session: Session, port: int) -> Any:
 
 @methods.value("add_traffic_manager_running")
 def add_traffic_manager_running(session: Session, endpoint: list[Any]) -> bool:
-    """Notes where a client's TrafficManager listens; False where one does already. Raises `RequestError`."""
+    """Register where a client's TrafficManager listens; False if the port is taken. Raise `RequestError` if invalid."""
     address, port = str(endpoint[0]), int(endpoint[1])
     if not 0 < port <= LAST_PORT or len(address) > LONGEST_ADDRESS:
         raise RequestError(

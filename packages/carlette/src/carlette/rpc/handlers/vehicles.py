@@ -23,7 +23,7 @@ ACKERMANN_VALUES = 5
 MOST_LIGHTS = 2**32 - 1
 SCHOOL_BUS = "school"
 SPECIAL_1 = 512
-"""`carla.VehicleLightState.Special1`: the flashing lights of a school bus, with which its stop arm comes out."""
+"""`carla.VehicleLightState.Special1`: the flashing lights of a school bus, which also swing out its stop arm."""
 
 
 @methods.void("apply_control_to_vehicle")
@@ -111,14 +111,14 @@ def close_vehicle_door(session: Session, actor_id: int, door: int) -> None:
 
 
 def _move_door(session: Session, actor: Actor, door: int, opening: bool) -> None:
-    """Does nothing, as in CARLA, for a vehicle whose blueprint says that its doors do not move."""
+    """Move a door. Does nothing, as in CARLA, if the vehicle's blueprint says that its doors do not move."""
     if load_catalogue().vehicles[actor.type_id].has_doors:
         session.world.doors.move(actor.row, actor.box, door, opening)
 
 
 @methods.value("get_wheel_steer_angle")
 def get_wheel_steer_angle(session: Session, actor_id: int, wheel: int) -> float:
-    """Degrees, after the steering curve; the rear wheels do not steer."""
+    """Return a wheel's angle after the steering curve (degrees); the rear wheels do not steer."""
     actor = session.vehicle(actor_id, "get_wheel_steer_angle")
     return math.degrees(wheel_angle(session.world, actor)) if wheel < 2 else 0.0
 

@@ -22,7 +22,7 @@ def apply_control_to_walker(session: Session, actor_id: int, control: Sequence[A
 
 
 def apply_walker_state(session: Session, actor_id: int, transform: Sequence[Any], speed: float) -> None:
-    """The client's own navigation places a walker (a command of a batch)."""
+    """Place a walker where the client's own navigation has it (a batch command)."""
     actor = session.walker(actor_id, "apply_walker_state")
     pose = encode.read_pose(transform)
     if not pose.is_finite():
@@ -33,7 +33,7 @@ def apply_walker_state(session: Session, actor_id: int, transform: Sequence[Any]
 
 @methods.value("get_bones_transform")
 def get_bones_transform(session: Session, actor_id: int) -> Any:
-    """Joints of a standing figure, or of the pose it was given; the limbs of walkers do not swing here."""
+    """Return the joints of a standing figure, or of the pose that it was given; limbs do not swing here."""
     actor = session.walker(actor_id, "get_bones_transform")
     joints = bones(session.world.pose(actor), actor.box.extent.z, actor.posed, actor.blend)
     return [[[one.name, *map(encode.pose, (one.world, one.component, one.relative))] for one in joints]]
@@ -41,7 +41,7 @@ def get_bones_transform(session: Session, actor_id: int) -> Any:
 
 @methods.void("set_bones_transform")
 def set_bones_transform(session: Session, actor_id: int, control: Sequence[Any]) -> None:
-    """Puts joints, each in its parent bone's frame; `blend_pose` shows them."""
+    """Set joints, each in its parent bone's frame; `blend_pose` shows them."""
     actor = session.walker(actor_id, "set_bones_transform")
     posed = {str(name): encode.read_pose(transform) for name, transform in control[0]}
     if not all(one.is_finite() for one in posed.values()):
@@ -60,5 +60,5 @@ def blend_pose(session: Session, actor_id: int, share: float) -> None:
 
 @methods.void("get_pose_from_animation")
 def get_pose_from_animation(session: Session, actor_id: int) -> None:
-    """The pose to blend to becomes the one the walker has by itself."""
+    """Make the walker's own pose the one to blend to."""
     session.walker(actor_id, "get_pose_from_animation").posed = {}
