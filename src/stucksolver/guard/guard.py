@@ -15,6 +15,7 @@ from stucksolver.guard import backing, checks, marking, obstacles, oncoming, rul
 from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_beside
 from stucksolver.guard.abreast import from_behind
 from stucksolver.guard.context import CheckContext
+from stucksolver.guard.early_return import early_return
 from stucksolver.guard.hand_back import clear_to_hand_back
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.guard.sight import seen
@@ -157,7 +158,8 @@ class Guard:
         way = tracked(proven.path, view, self.policy.tracking, reverse=proven.reverse)
         commit_s = proven.commit_s(view.ego_s)
         case = CheckContext(view, way, self.policy, guided, approvals=approvals, commit_s=commit_s)
-        rejects = self._run(proven.checks, case) or self._swings(case, proven) or stops_are_safe(case, proven.no_stop)
+        rejects = self._run(proven.checks, case) or self._swings(case, proven) or early_return(case, proven.no_stop)
+        rejects = rejects or stops_are_safe(case, proven.no_stop)
         if stops:
             rejects = rejects or (backing.backing_place if proven.reverse else rules.stopping_place)(case)
         return (Verdict(rejects=tuple(rejects)), None) if rejects else (Verdict(sight=oncoming.proof_of(case)), proven)
