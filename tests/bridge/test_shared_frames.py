@@ -129,13 +129,13 @@ def test_what_is_missing_or_not_finite_is_silent(both):
     [
         ({"CAM": np.zeros((450, 800, 4), np.uint8)}, "picture is 800 x 450 x 4, the rig says 1600 x 900"),
         ({"CAM": np.zeros((900, 1600, 3), np.uint8)}, "picture is 1600 x 900 x 3"),
-        ({"CAM": np.zeros((900, 1600, 4), np.float32)}, "numbers of type 'f', 'B' is expected"),
+        ({"CAM": np.zeros((900, 1600, 4), np.float32)}, "numbers of type 'f', expected 'B'"),
         ({"CAM": "a picture"}, "picture is str"),
-        ({"LIDAR": np.zeros((10, 3), np.float32)}, r"array of shape \(10, 3\): \(n, 4\) is expected"),
+        ({"LIDAR": np.zeros((10, 3), np.float32)}, r"array of shape \(10, 3\): expected \(n, 4\)"),
         ({"LIDAR": np.zeros((10, 4), np.float64)}, "numbers of type 'd'"),
         ({"LIDAR": np.zeros((2_000_000, 4), np.float32)}, "more than the bridge takes"),
-        ({"IMU": np.zeros(6)}, "the IMU gives 6 numbers, 7 are expected"),
-        ({"GPS": np.zeros(2)}, "the GNSS gives 2 numbers, 3 are expected"),
+        ({"IMU": np.zeros(6)}, "the IMU gives 6 numbers, expected 7"),
+        ({"GPS": np.zeros(2)}, "the GNSS gives 2 numbers, expected 3"),
     ],
 )
 def test_data_of_another_sensor_are_named(both, changed, told):

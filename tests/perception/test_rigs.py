@@ -63,7 +63,7 @@ def test_a_field_that_is_missing_or_wrong_is_named(written, old, new, told):
 
 
 def test_a_rig_of_another_version_is_named_before_its_fields_are(written):
-    with pytest.raises(RigError, match=r"mine\.toml: version 2 of rig files, this release reads 1"):
+    with pytest.raises(RigError, match=r"mine\.toml: version 2 of rig files; this release reads 1"):
         load_rig(written("version = 1", "version = 2\nnew_field = 3"))
     with pytest.raises(RigError, match="version unnamed"):
         load_rig(written("version = 1", ""))

@@ -1,4 +1,4 @@
-"""The passenger's page and HTTP API to talk to the car, beside the control loop and never in it."""
+"""The passenger's page and HTTP API for talking to the car, outside the control loop."""
 
 from stucksolver.passenger.desk import Desk
 from stucksolver.passenger.link import LinkError

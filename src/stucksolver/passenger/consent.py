@@ -1,4 +1,4 @@
-"""When a passenger's own words are already the yes to the plan that follows from them."""
+"""When a passenger's own words already approve the plan that follows from them."""
 
 from __future__ import annotations
 

@@ -15,9 +15,9 @@ from stucksolver.solver import Event, QuestionKind
 from stucksolver.solver.machine.state import AwaitingApproval, AwaitingGap, Executing, State, StateName
 
 FRESH_S = 4.0
-"""A decision about a standing vehicle is shown as the car's thought for this long; it is renewed every few seconds."""
+"""A decision about a stopped car is shown as its thought for this long (s); it is renewed every few seconds."""
 SLOW_MPS = 5 / 3.6
-"""As the detector's bound: below it the car stands, or nearly."""
+"""Below this speed the car counts as stopped, or nearly: the detector's threshold (m/s)."""
 NEAR_M, LIGHT_M = 45.0, 60.0
 MOVING_MPS = 0.5
 STATES: dict[StateName, str] = {

@@ -29,14 +29,14 @@ HOLD_S = 5.0
 MOVING_MPS = 0.5
 """Below this speed the car stands."""
 LONGEST_WORD = 45
-"""Characters: as the longest word in English dictionaries. A longer one is no word, and the reader of words,
-which has never seen such input, may take it for a yes.
+"""Longest word accepted (characters): as in English dictionaries. The reader has never seen longer input and may take
+it for a yes.
 """
 CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2066-\u2069\ufeff]+")
-"""Control and direction marks, which would disguise a line."""
+"""Control and direction marks, which could disguise a line."""
 HEARD = "Heard."
 READ_S = 6.0
-"""Words that the solver has not read after this long are given up: its own limit is 5 s."""
+"""Words that the solver has not read after this time are dropped (s): its own limit is 5 s."""
 
 
 class Seat:

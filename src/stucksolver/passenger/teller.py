@@ -199,7 +199,7 @@ class Conversation:
 
 
 def _why_not(event: Event) -> str | None:
-    """Why a decision does not do what was asked for; None where it does."""
+    """Return why a decision does not do what was asked for; None if it does."""
     decision, verdict = event.decision, event.verdict
     if decision is None:
         return None

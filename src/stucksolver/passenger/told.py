@@ -83,7 +83,7 @@ class Now(Model):
     lines: tuple[Line, ...] = ()
     """The conversation's last lines, the newest last."""
     ended: bool = False
-    """The ride is over: nothing more is heard."""
+    """True if the ride is over: nothing more is accepted."""
 
 
 class CommandKind(str, Enum):

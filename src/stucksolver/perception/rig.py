@@ -117,7 +117,7 @@ def load_rig(file: Path = SHIPPED) -> Rig:
         # Checked first: fields of another version may be unknown.
         if told.get("version") != VERSION:
             raise RigError(
-                f"{file}: version {told.get('version', 'unnamed')} of rig files, this release reads {VERSION}: "
+                f"{file}: version {told.get('version', 'unnamed')} of rig files; this release reads {VERSION}: "
                 f"rewrite the file, starting from {SHIPPED.name} of this release"
             )
         return Rig.model_validate(told)

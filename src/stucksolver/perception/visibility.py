@@ -1,19 +1,19 @@
-"""Not seen is not free: in which directions, and how far, the LiDAR saw that nothing stands there.
+"""Not seen is not free: how far, in each direction, the LiDAR saw that nothing is there.
 
-What counts as evidence is a ray that came back. A ray that hit the ground at distance r passed through everything
-before it, and over the last part of its way it was so low that a thing of `height_m` would have been in its way: that
-part was seen to be free. A ray that hit a thing shows the same up to that thing; the thing's shadow was not seen, even
-where other rays of the same direction passed beside it. A ray that did not come back shows nothing: it may have gone to
-the sky, or been lost (drop-off, wet or black surfaces). With 64 channels between +10 and -30 degrees, 2.5 m up, the
-ground is hit at 40 to 60 m for the last time; beyond, nothing was seen.
+Only a ray that came back is evidence. A ray that hit the ground at distance r passed through everything before it, and
+over the last part of its path it was so low that an object of `height_m` would have blocked it: that part was seen to
+be free. A ray that hit an object shows the same up to that object. The object's shadow was not seen, even if other rays
+in the same direction passed beside it. A ray that did not come back shows nothing: it may have gone to the sky or been
+lost (drop-off, wet or black surfaces). With 64 channels between +10 and -30 degrees, 2.5 m up, the last rays hit the
+ground at 40 to 60 m; beyond that, nothing was seen.
 
-Assumptions, each of which a reader may want to check for a new vehicle:
+Assumptions to be checked for a new vehicle:
 
-* Things lower than `height_m` are not covered by what is said here. They are the detector's business.
-* A thing as tall as `height_m` is solid and as wide as a bin (1 degree: 0.35 m at 20 m, 0.9 m at 50 m), or it sends
-  back rays of its own. Where a thing's edge runs through a bin, the bin counts as seen: an error of up to a degree.
-* The ground's slope changes slowly (`ground_heights`). Where it rises faster, it counts as a thing that hides.
-* The points are of one full turn, all moved to one moment. Space seen 0.1 s ago may have been entered since.
+* Objects lower than `height_m` are not covered here. They are the detector's task.
+* An object as tall as `height_m` is solid and as wide as a bin (1 degree: 0.35 m at 20 m, 0.9 m at 50 m), or it returns
+  rays itself. If an object's edge runs through a bin, the bin counts as seen: an error of up to a degree.
+* The ground's slope changes slowly (`ground_heights`). Where it rises faster, it counts as an object that hides.
+* The points are those of one full turn, all moved to one moment. Space seen 0.1 s ago may have been entered since.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class SeenSpace:
     """A polar map around the LiDAR, made by `from_points`; queried in the vehicle frame."""
 
     cells: NDArray[np.bool_]
-    """(AZIMUTHS, cells of CELL_M): a thing of the given height would have been seen there. Bin 0 begins at -pi."""
+    """(AZIMUTHS, cells of CELL_M): True if an object of this height would have been seen there. Bin 0 begins at -pi."""
     blocked_m: Floats
     """(AZIMUTHS,): distance of the nearest return between the height and `OVERHEAD_M` above ground; inf without one."""
     far_m: Floats

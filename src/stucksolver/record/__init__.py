@@ -1,4 +1,4 @@
-"""The event log of each intervention: hash-chained, and derived again offline."""
+"""The event log of each intervention: hash-chained, and replayed offline."""
 
 from stucksolver.record.anchor import Anchor, check_anchor, head_of, read_heads, write_heads
 from stucksolver.record.chain import RecordError

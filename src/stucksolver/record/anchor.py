@@ -1,4 +1,4 @@
-"""Stores the heads of records elsewhere, so that a chain rewritten from its first line is detected.
+"""Stores the heads of records elsewhere, so that a chain that was rewritten from its first line is detected.
 
 A file of heads has one line for each record, `HASH  LINE  PATH`, like the files of `sha256sum`. Whoever signs it,
 timestamps it, or keeps it out of reach of the records' writer can later prove that nothing was changed up to that line.
@@ -46,7 +46,7 @@ def check_anchor(record: Path, anchor: Anchor) -> None:
     digests = read_digests(record)
     if len(digests) < anchor.line:
         raise RecordError(
-            f"{record}: its anchor is of line {anchor.line}, but it has only {len(digests)} lines; the end was cut off"
+            f"{record}: its anchor is for line {anchor.line}, but it has only {len(digests)} lines; its end was cut off"
         )
     found = digests[anchor.line - 1]
     if found != anchor.digest:
@@ -68,9 +68,7 @@ def write_heads(path: Path, records: Iterable[Path]) -> Mapping[Path, Anchor]:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except OSError as error:
-        raise RecordError(
-            f"cannot write {path}: {error.strerror}; name a new file in a folder that is there"
-        ) from error
+        raise RecordError(f"cannot write {path}: {error.strerror}; name a new file in an existing folder") from error
     return heads
 
 

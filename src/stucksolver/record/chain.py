@@ -1,4 +1,4 @@
-"""Lines of JSON, each with a hash over itself and the previous hash, so that any changed byte is found."""
+"""Lines of JSON, each with a hash over itself and the previous hash, so that any changed byte is detected."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class RecordError(RuntimeError):
 
 
 class ChainWriter:
-    """Appends lines to a new file. Each is written in one call, so that a killed process leaves complete lines."""
+    """Appends lines to a new file, each in one call, so that a killed process leaves complete lines."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -61,9 +61,9 @@ class ChainWriter:
 
 
 def read_chain(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Yield the line numbers, counted from 1, and the content of the lines.
+    """Yield the number, counted from 1, and the content of each line.
 
-    An incomplete last line, as a killed process may leave it, ends the reading without an error.
+    An incomplete last line, which a killed process may leave, ends the reading without an error.
 
     Raises:
         RecordError: A line was changed. The message has the number of the first one.
@@ -106,7 +106,7 @@ def _hash_stands_in(line: bytes) -> bool:
 
 
 def _looks_whole(last: bytes) -> bool:
-    """True if the last line has its hash but no line feed; a killed process does not leave that."""
+    """True if the last line has its hash but no line feed: a killed process cannot leave that."""
     mark = last.rfind(_MARK)
     return mark >= 0 and len(last) - mark >= _TAIL
 

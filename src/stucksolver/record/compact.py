@@ -1,4 +1,4 @@
-"""Surroundings in few bytes: the road once, and otherwise only what changed since the line before."""
+"""Compact surroundings: the road once, and otherwise only what has changed since the previous line."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Data = dict[str, Any]
 class Packer:
     """Computes differences. Use one per file, in the order of its lines.
 
-    It runs in the control loop and is fast: unchanged parts are compared, never written out.
+    It runs in the control loop and is fast: unchanged parts are only compared, never converted.
     """
 
     def __init__(self) -> None:

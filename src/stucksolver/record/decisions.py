@@ -1,4 +1,4 @@
-"""Reads the decisions of a record with the camera image of each question, without deriving anything again."""
+"""Reads the decisions of a record with the camera image of each question, without replaying it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def read_decisions(path: Path) -> Iterator[RecordedDecision]:
     for _, line in read_chain(path):
         if isinstance(line.get("asked"), dict):
             image = _image(line["asked"].get("scene"), path.parent)
-        # A decision that arrived with this line is not repeated.
+        # Do not repeat a decision that arrived with this line.
         answer = (line.get("in") or {}).get("answer") or {}
         for told in line.get("told", ()):
             if "event" not in told:

@@ -1,4 +1,4 @@
-"""Converts states and inputs to JSON values and back: everything from which a step of the solver is derived again."""
+"""Converts states and inputs to JSON values and back: everything from which a step of the solver is replayed."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ def inputs_of(data: Data, sight: Sight, snapshot: Snapshot, question: Question |
     """
     heard, reply, answer = data.get("heard"), data.get("reply"), data.get("answer")
     if reply is not None and question is None:
-        raise ValueError("a person answers a question that nobody asked")
+        raise ValueError("a person's answer belongs to no open question")
     return Inputs(
         status=Status.model_validate(data["status"]),
         look=lambda: sight,
@@ -187,12 +187,12 @@ def _answer_of(data: Data | None) -> Answer | NoAnswer | None:
 
 
 def sight_of(data: Data | None, seen: Surroundings | None) -> Sight:
-    """Return what the senses showed. A step that did not look has no sight and must not look again."""
+    """Return what the senses showed. A step that did not look has no sight, and must not look in the replay either."""
     return Sight(None, NOT_LOOKED, math.inf) if data is None else Sight(seen, data["fault"], of_finite(data["blind_s"]))
 
 
 def snapshot_of(data: Data | None) -> Snapshot:
-    """Return the scene, in the same way."""
+    """Return the recorded scene in the same way."""
     if data is None:
         return Snapshot(None, NOT_LOOKED)
     scene = None if data["scene"] is None else Scene.model_validate(data["scene"])

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 MOMENTS = 5
 AT_ABOUT_S = 0.5
-"""A requested moment may be this much before the first recorded one, or after the last."""
+"""A requested time may be this much before the first recorded one, or after the last (s)."""
 BACK_M = 25.0
 AHEAD_M = 55.0
 ASIDE_M = 12.0

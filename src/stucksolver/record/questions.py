@@ -1,6 +1,6 @@
-"""Keeps every question to a reasoner with the surroundings that the guard saw, as data for search and training.
+"""Stores every question to a reasoner with the surroundings that the guard saw, as data for search and training.
 
-A record of an intervention leaves legitimate waits out, and holds differences. Here each line stands by itself.
+A record of an intervention omits legitimate waits and stores differences. Here each line is self-contained.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class QuestionLog:
         """Do nothing: the lines need no facts of the drive."""
 
     def step(self, step: StepTaken) -> None:
-        """Append the question whose answer this step took.
+        """Append the question whose answer this step used.
 
         Raises:
             RecordError: The file cannot be written.

@@ -15,7 +15,7 @@ from stucksolver.solver.machine.state import Monitoring
 from stucksolver.solver.witness import Facts, StepTaken
 
 LEAVE_S = 10.0
-RUN_ENDED = "the run ended with this intervention under way"
+RUN_ENDED = "the run ended during this intervention"
 
 
 class Recorder:
@@ -34,7 +34,7 @@ class Recorder:
         self.error: RecordError | None = None
         self._facts: Facts | None = None
         self._before: list[StepTaken] = []
-        """Steps kept until it is clear that this is an intervention."""
+        """Steps held until it is clear that this is an intervention."""
         self._directive: Directive | None = None
         self._scroll: Scroll | None = None
         self._work: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
@@ -90,7 +90,7 @@ class Recorder:
     # ---- private
 
     def _waits(self, step: StepTaken) -> bool:
-        """Keep a step if it is not clear yet that this is an intervention. Each question starts again."""
+        """Hold a step if it is not yet clear that this is an intervention. Each question starts afresh."""
         before = step.before
         asks = any(isinstance(one, Event) and one.kind is EventKind.TRIGGERED for one in step.told)
         if asks and before.intervention is None and isinstance(before.activity, Monitoring):
@@ -126,7 +126,7 @@ class Recorder:
             self.error = RecordError(f"the record in {self.folder} was not written within {LEAVE_S:g} s")
 
     def _write(self) -> None:
-        """The thread: work until told to stop; after a failure nothing more is written."""
+        """Run the thread: write until told to stop; after a failure, write nothing more."""
         while (job := self._work.get()) is not None:
             if self.error is not None:
                 continue

@@ -1,4 +1,4 @@
-"""Takes every step of a record again, without a simulator, and reports the differences."""
+"""Replays every step of a record without a simulator, and reports the differences."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from stucksolver.solver.witness import StepTaken
 
 KINDS = ("begin", "road", "step", "fault", "end")
 EQUAL = 1e-6
-"""Numbers may differ by this much, relatively: another processor may round differently."""
+"""Greatest relative difference between numbers: another processor may round differently."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def replay(path: Path) -> Report:
 
 
 class _Again:
-    """Takes every step again, from the state that the previous one led to."""
+    """Replays every step from the state to which the previous one led."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -84,10 +84,10 @@ class _Again:
         self._unpacker = Unpacker()
         self._directive: dict[str, Any] = {}
         self._lost = False
-        """True if a step led elsewhere, so that no later one can be derived."""
+        """True if a step led to another state, so that no later one can be replayed."""
 
     def line(self, number: int, data: dict[str, Any]) -> None:
-        """Take one line.
+        """Process one line.
 
         Raises:
             RecordError: The line cannot be read. The message has its number.
@@ -156,7 +156,7 @@ class _Again:
             self._differs(number, "directive", _said(self._directive), _said(directive.model_dump(mode="json")))
 
     def _first_difference(self, number: int, recorded: list[dict[str, Any]], derived: list[dict[str, Any]]) -> None:
-        """Report the verdict from which the run differed, if it was a verdict."""
+        """Report the verdict at which the runs diverged, if it was a verdict."""
         for one, other in zip(recorded, derived, strict=False):
             found = len(self.report.findings)
             if _kind(one) == _kind(other):
@@ -225,7 +225,7 @@ def _kinds(told: list[dict[str, Any]]) -> str:
 
 
 def _where(one: dict[str, Any], other: dict[str, Any]) -> str:
-    """Return the first field in which the second differs, with its value there."""
+    """Return the first field in which the second one differs, with its value."""
     name = next(k for k in sorted(one.keys() | other.keys()) if not _same(one.get(k), other.get(k)))
     return f"{name}: {other.get(name)}"
 

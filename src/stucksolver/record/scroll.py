@@ -1,4 +1,4 @@
-"""One record: the content of each of its lines, and the images beside it."""
+"""One record: the content of its lines, and the images stored beside it."""
 
 from __future__ import annotations
 

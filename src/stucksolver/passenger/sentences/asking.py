@@ -7,7 +7,7 @@ from stucksolver.solver import Question, QuestionKind
 
 NEEDS: dict[str, str] = {
     "solid_line": "I would cross a solid line.",
-    "emergency_scene": "I would pass a standing emergency vehicle.",
+    "emergency_scene": "I would pass a stopped emergency vehicle.",
     "school_bus": "I would pass a school bus.",
     "level_crossing": "I would cross a level crossing.",
     "flagger": "I would pass someone who directs the traffic.",

@@ -67,16 +67,16 @@ FAILURES: dict[PlanFailure, str] = {
     PlanFailure.LANE_TOO_NARROW: "the other lane is too narrow",
     PlanFailure.NO_ROOM_TO_TURN: "the road is too narrow to turn round in",
     PlanFailure.NO_ROOM_ASIDE: "there is no room to move aside",
-    PlanFailure.NO_ROOM_TO_SWING_OUT: "I stand too close to swing out",
-    PlanFailure.NO_ROOM_TO_COME_BACK: "there is no room to come back into my lane",
+    PlanFailure.NO_ROOM_TO_SWING_OUT: "I am too close to swing out",
+    PlanFailure.NO_ROOM_TO_COME_BACK: "there is no room to return to my lane",
     PlanFailure.TOO_LONG: "it would take too long to get past",
-    PlanFailure.MUST_STAND: "I have to stand still first",
+    PlanFailure.MUST_STAND: "I have to stop first",
 }
 """They complete "I can't: ..." if there is no path (`RejectCode.NO_PATH`)."""
 
 
 def can_not(verdict: Verdict, scene: Scene | None) -> str:
-    """Return why not, and what then: `I can't: a truck is coming. I will try when it has passed.`
+    """Return why not, and what follows: `I can't: a truck is coming. I will try when it has passed.`
 
     Of several reasons the first one is given; the guard's checks begin with the plainest.
 

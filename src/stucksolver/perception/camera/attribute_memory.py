@@ -24,7 +24,7 @@ LOOK_CAP, VOTE_CAP = 4.0, 9.0
 overturned.
 """
 BLINK_S = 1.5
-"""Two periods of the slowest usual blinkers, less the time that they are lit."""
+"""Two periods of the slowest common blinkers, minus the time that they are lit (s)."""
 BLINK_LOOKS, BLINK_LEAST_S = 3, 0.9
 """A blinker is off if this many looks over at least this long all saw it dark."""
 BRAKE_S = 0.6
@@ -117,7 +117,7 @@ def _vote(known: _Known, look: Attributes) -> None:
 
 
 def _blinks(looks: list[tuple[float, bool | None]]) -> bool | None:
-    """Whether a lamp that is dark now and then blinks."""
+    """Return True if a lamp that is sometimes dark is blinking."""
     told = [(at, lit) for at, lit in looks if lit is not None]
     if any(lit for _, lit in told):
         return True

@@ -77,6 +77,6 @@ class CropNetwork:
 
 
 def softmax(logits: Floats) -> Floats:
-    """Along the last axis."""
+    """Return the softmax along the last axis."""
     powers = np.exp(logits - logits.max(axis=-1, keepdims=True)) if logits.size else logits
     return np.asarray(powers / np.maximum(powers.sum(axis=-1, keepdims=True), 1e-300))

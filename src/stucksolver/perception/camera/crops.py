@@ -138,7 +138,7 @@ def features_of(rig: CameraRig, boxes: Floats, windows: Windows) -> Singles:
 
 
 def _inside(start: float, size: float, limit: int, pixels: int) -> tuple[int, int]:
-    """The first and the last-but-one of the pixels of a crop that lie in a picture, along one axis."""
+    """Return the first pixel of a crop inside the image, and the one after the last, along one axis."""
     middles = start + (np.arange(pixels) + 0.5) * size / pixels
     first, last = np.searchsorted(middles, [0.0, float(limit)])
     return int(first), int(last)

@@ -203,7 +203,7 @@ class CameraSight:
 
 
 def wilson_lower(hits: Floats, total: Floats) -> Floats:
-    """Lower end of the interval of a share (Wilson 1927), `BOUND_Z` standard deviations; 0 where there are none."""
+    """Return the lower end of the interval of a share (Wilson 1927), `BOUND_Z` standard deviations; 0 without data."""
     n = np.maximum(total, 1e-9)
     share, square = hits / n, BOUND_Z**2
     middle = share + square / (2.0 * n)

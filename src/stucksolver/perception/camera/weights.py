@@ -35,7 +35,9 @@ def load_card(card: Path, version: int) -> dict[str, Any]:
     if not isinstance(told, dict) or "sha256" not in told:
         raise WeightsError(f"{card}: the network's card is damaged (no checksum of its weights); {REMEDY}")
     if told.get("version") != version:
-        raise WeightsError(f"{card}: the network is of version {told.get('version')}, needed is {version}; {REMEDY}")
+        raise WeightsError(
+            f"{card}: the network has version {told.get('version')}; version {version} is needed; {REMEDY}"
+        )
     return told
 
 

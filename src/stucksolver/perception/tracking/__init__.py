@@ -1,4 +1,4 @@
-"""From single detections to persistent tracks: where, how fast, and since when they stand."""
+"""From single detections to persistent tracks: position, velocity, and since when they have been stationary."""
 
 from stucksolver.perception.tracking.track import Track
 from stucksolver.perception.tracking.tracker import ObjectTracker

@@ -57,7 +57,7 @@ def inside_another(bodies: list[Body], x: float, y: float) -> bool:
 
 
 def one_for_each_place(detections: Detections) -> NDArray[np.int64]:
-    """Return the indices of the detections whose centre does not lie in the box of a better one of any label.
+    """Return the indices of the detections whose centre is not in the box of a better one of any label.
 
     The detector compares detections only within one group of labels: a parked bicycle is a `two_wheeler` and a weaker
     `barrier` at once. Nobody walks inside a car, and no cone stands in one.
@@ -79,8 +79,9 @@ def one_for_each_place(detections: Detections) -> NDArray[np.int64]:
 
 
 def _distances(bodies: list[Body], seen: Measured) -> tuple[Floats, Floats]:
-    """(bodies, detections) each: squared Mahalanobis distances, with what another group costs, NEVER beyond reach; and
-    the logarithm of the determinant of their covariance."""
+    """Return two arrays (bodies, detections): the squared Mahalanobis distances plus the cost of another group (NEVER
+    beyond reach), and the logarithm of the determinant of their covariance.
+    """
     at = np.array([body.x[:2] for body in bodies])
     covariance = np.array([body.p[:2, :2] for body in bodies])
     groups = np.array([GROUP_OF_LABEL[body.label] for body in bodies])

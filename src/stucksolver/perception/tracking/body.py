@@ -73,7 +73,7 @@ class Body:
 
     @property
     def group(self) -> Group:
-        """How such things move."""
+        """How objects of its kind move."""
         return GROUPS[GROUP_OF_LABEL[self.label]]
 
     @property
@@ -111,7 +111,7 @@ class Body:
 
 
 def born(number: int, seen: Measured, i: int) -> Body:
-    """A body from its first detection."""
+    """Return a body from its first detection."""
     p = seen.noise[i].copy()
     p[4:, 4:] += np.eye(2) * NEW_VELOCITY_MPS**2
     body = Body(number, seen.z[i].copy(), p, seen.size[i].copy(), seen.time_s, seen.time_s, seen.time_s)
@@ -152,7 +152,7 @@ def update(body: Body, seen: Measured, i: int) -> None:
 
 
 def wrapped(angle: float) -> float:
-    """The same angle between -pi and pi."""
+    """Return the same angle between -pi and pi (rad)."""
     return math.remainder(angle, math.tau)
 
 
@@ -181,7 +181,7 @@ def _same_heading(body: Body, yaw: float, score: float) -> float:
 
 
 def _regain(body: Body, seen: Measured, i: int) -> None:
-    """A standing object that is seen again elsewhere has moved unseen."""
+    """Return True if a stationary object is seen again elsewhere: it has moved unseen."""
     if body.motion is not Motion.STANDING or seen.time_s - body.last_seen_s < REGAINED_S:
         return
     off = seen.z[i, :2] - body.x[:2]

@@ -23,8 +23,9 @@ independent chances."""
 FOUND_FAR = (0.4, 0.2, 0.2, 0.35, 0.2, 0.4, 0.3, 0.15)
 """The same at the end of its group's `range_m`, where 0.76 of the cars and 0.3 of the trucks are found."""
 FOUND_UNSURE = 0.25
-"""The same where something stands, or no ray came back, and nothing nearer hides it: the detector had its points and
-called them nothing. Walls and hedges that were once taken for something end by this."""
+"""The same if something is there, or no ray came back, and nothing nearer hides it: the detector had its points and
+found no object in them. This ends the tracks of walls and hedges that were once taken for an object.
+"""
 GONE = -1.5
 """Log-odds of existence below which a track ends (18 %)."""
 UNCONFIRMED_S = 0.35
@@ -32,10 +33,11 @@ UNCONFIRMED_S = 0.35
 SURE_HIT = 0.95
 """No single detection counts for more than this."""
 STRENGTH_GAIN = 0.2
-"""Of the running mean of scores: about the last five looks."""
+"""Gain of the running mean of scores: about the last five looks."""
 HEADROOM = 2.0
-"""By so much the log-odds may exceed those of the mean score: what is found in every second look only, and weakly,
-never becomes certain."""
+"""How much the log-odds may exceed those of the mean score: an object that is found only weakly, in every second look,
+never becomes certain.
+"""
 NEARER_M = 0.5
 """What hides an object is at least this much nearer than its front."""
 OCCLUSION_MARGIN = 0.8
@@ -43,7 +45,7 @@ OCCLUSION_MARGIN = 0.8
 
 
 def hit(body: Body, score: float) -> None:
-    """A detection with this score was assigned."""
+    """Update a body to which a detection with this score was assigned."""
     share = min(SURE_HIT, max(0.05, score))
     body.strength = score if body.hits <= 1 else body.strength + STRENGTH_GAIN * (score - body.strength)
     mean = min(SURE_HIT, max(0.05, body.strength))
@@ -52,7 +54,7 @@ def hit(body: Body, score: float) -> None:
 
 
 def miss(body: Body, distance_m: float, free: bool) -> None:
-    """It could have been detected and was not. `free`: its place was seen to be free, or another takes it."""
+    """Update a body that could have been detected but was not. `free`: its place was seen to be free or is taken."""
     far = min(1.0, distance_m / body.group.range_m)
     near, farthest = FOUND_NEAR[body.label], FOUND_FAR[body.label]
     found = near + (farthest - near) * far if free else min(FOUND_UNSURE, near)
@@ -62,7 +64,7 @@ def miss(body: Body, distance_m: float, free: bool) -> None:
 
 
 def ended(body: Body, now_s: float, confirmed: bool) -> bool:
-    """Is it time to forget a body?"""
+    """Return True if a body is to be dropped."""
     unseen_s = now_s - body.last_seen_s
     if body.odds < GONE or (not confirmed and unseen_s > UNCONFIRMED_S):
         return True
@@ -73,17 +75,17 @@ def ended(body: Body, now_s: float, confirmed: bool) -> bool:
 def undetectable(
     bodies: list[Body], others: list[Body], pose: PoseEstimate, lidar: LidarRig, space: SeenSpace | None
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """(bodies,) each: could it not be detected, and is its place known to be free?
+    """Return two masks (bodies,): bodies that could not be detected, and those whose place is known to be free.
 
-    It could not where it is out of the LiDAR's cone or range, or where something nearer hides it: a tall return in
-    `space`, or without `space` one of `others`. An object whose middle lies in seen space would have been in the way
-    of the rays that passed there; without `space` every place is held to be free.
+    A body cannot be detected outside the LiDAR's cone or range, or if something nearer hides it: a tall return in
+    `space`, or without `space` one of `others`. A body whose centre is in seen space would have blocked the rays that
+    passed there; without `space` every place counts as free.
     """
     x, y, size = _in_sensor(bodies, pose, lidar)
     distance = np.hypot(x, y)
     reach = np.array([body.group.range_m for body in bodies])
     up = lidar.mount.z_m
-    # The lowest beam passes over what is low and near.
+    # The lowest beam passes over low objects nearby.
     lowest = up - np.maximum(0.0, distance - size[:, 0] / 2) * math.tan(math.radians(-lidar.lower_deg))
     hidden: NDArray[np.bool_] = (distance > np.minimum(reach, lidar.range_m)) | (lowest > size[:, 2])
     free: NDArray[np.bool_] = np.ones(len(bodies), np.bool_)
@@ -99,7 +101,7 @@ def undetectable(
 
 
 def _in_sensor(bodies: list[Body], pose: PoseEstimate, lidar: LidarRig) -> tuple[Floats, Floats, Floats]:
-    """x, y of each body with the vehicle's axes and the LiDAR's foot as origin, and (n, 3) sizes."""
+    """Return x, y (n, 2) of each body from the LiDAR's foot, along the vehicle's axes (m), and sizes (n, 3) (m)."""
     state = np.array([body.x[:2] for body in bodies])
     dx, dy = state[:, 0] - pose.x_m, state[:, 1] - pose.y_m
     cos, sin = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
@@ -111,9 +113,9 @@ def _in_sensor(bodies: list[Body], pose: PoseEstimate, lidar: LidarRig) -> tuple
 def _shadowed(
     x: Floats, y: Floats, size: Floats, by_x: Floats, by_y: Floats, by_size: Floats, up: float
 ) -> NDArray[np.bool_]:
-    """(n,): lies in the shadow of one of the others, seen from `up` metres above the ground.
+    """(n,): True if it is in the shadow of one of the others, seen from `up` metres above the ground.
 
-    A body's width to the eye is taken as the mean of its length and width. It hides another if it is nearer, covers
+    A body's apparent width is taken as the mean of its length and width. It hides another if it is nearer, covers
     most of its directions, and the line from the sensor over its top passes above the other's top.
     """
     far, near = np.hypot(x, y), np.maximum(0.5, np.hypot(by_x, by_y))

@@ -1,4 +1,4 @@
-"""Kinds of things that are confused with each other and move alike."""
+"""Groups of kinds that are confused with each other and move alike."""
 
 from __future__ import annotations
 
@@ -11,20 +11,21 @@ from stucksolver.perception.labels import LABELS
 
 @dataclass(frozen=True)
 class Group:
-    """How the members of one group move, and for how long they are remembered where they cannot be seen."""
+    """How the members of one group move, and how long they are remembered while they cannot be seen."""
 
     labels: tuple[str, ...]
     acceleration_mps2: float
-    """Standard deviation of the acceleration while one moves."""
+    """Standard deviation of the acceleration while moving (m/s²)."""
     turn_rps: float
-    """Standard deviation of the turn rate while one moves."""
+    """Standard deviation of the turn rate while moving (rad/s)."""
     reach_m: float
-    """How far away a detection may lie from where the track is expected, beside twice that place's uncertainty.
-    (Which adds no more than the same again.)"""
+    """How far a detection may be from the track's predicted position (m), besides twice the uncertainty of that
+    position, which adds at most the same again.
+    """
     remembered_moving_s: float
     remembered_standing_s: float
     range_m: float
-    """How far away the LiDAR finds such things reliably: 64 channels leave few points on what is small."""
+    """Range within which the LiDAR finds such objects reliably (m): 64 channels give few points on small ones."""
 
 
 GROUPS = (

@@ -1,12 +1,12 @@
-"""Does a thing stand or move? Tests on its last detections, with a stated probability of being wrong.
+"""Decides whether an object is stationary or moves: tests on its last detections, with a stated error probability.
 
-A parked car must not appear to move because detections are noisy, and a car that pulls away must be noticed soon. Both
-are one test: the generalised likelihood ratio of "it stands" against "it began to accelerate at some moment" or "it
-drives slowly" (Willsky & Jones, "A generalized likelihood ratio approach to the detection and estimation of jumps in
-linear systems", 1976), over positions and measured velocities of the last seconds.
+A parked car must not appear to move because detections are noisy, and a car that pulls away must be noticed soon. One
+test does both: the generalised likelihood ratio of "it is stationary" against "it began to accelerate at some moment"
+or "it drives slowly" (Willsky & Jones, "A generalized likelihood ratio approach to the detection and estimation of
+jumps in linear systems", 1976), over positions and measured velocities of the last seconds.
 
-What all looks share cancels: the place itself is unknown in the tests, so that a box that is found beside its true
-place does no harm, and a common error of the velocities is allowed for.
+Errors that all looks share cancel: the position itself is unknown in the tests, so a constant offset of the boxes does
+no harm, and a common error of the velocities is allowed for.
 """
 
 from __future__ import annotations
@@ -22,34 +22,35 @@ from stucksolver.perception.measurements import Floats
 SAMPLES = 32
 """Detections that are kept: 3 s at 10 Hz."""
 WINDOW_S = 3.0
-"""Older detections are not looked at: by then the ego's own pose may have drifted."""
+"""Older detections are not used (s): since then the ego's own pose may have drifted."""
 ONSETS_S = np.arange(0.3, 2.01, 0.2)
-"""How long ago the acceleration may have begun."""
+"""How long ago the acceleration may have begun (s)."""
 STANDING_MPS = 0.1
-"""Slower than this counts as standing, as in the privileged tracker."""
+"""Slower objects count as stationary, as in the privileged tracker (m/s)."""
 FALSE_ALARM = 1e-5
-"""Probability that one test calls a standing object moving, if the noise is as assumed. Tests of neighbouring looks
+"""Probability that one test calls a stationary object moving, if the noise is as assumed. Tests of consecutive looks
 share most of their data, so that there are about two independent ones a second."""
 ALARM = -2.0 * float(np.log(FALSE_ALARM))
 """The same as a limit of chi-square with 2 degrees of freedom."""
 SHARED_VELOCITY_MPS = 1.0
 """Standard deviation of the error that all velocities of one parked vehicle share (see `noise.py`)."""
 DRIFT_PER_S = 0.5
-"""Share of the position's standard deviation by which a box drifts over its body within a second, as we pass it and see
-another side of it. It raises no alarm."""
+"""Share of the position's standard deviation by which a box drifts over its body within a second, as the ego passes and
+sees another side of it. Such a drift does not count as motion.
+"""
 FREE = 1e6
-"""Variance of what is unknown (m²)."""
+"""Variance of unknown quantities (m²)."""
 REST_S = 1.0
-"""Standing is decided over this span, or over the whole window where detections are too noisy for that."""
+"""Whether it is stationary is decided over this span (s), or the whole window if detections are too noisy for that."""
 REST_SIGMA_MPS = 0.18
-"""It is decided only when the speed over that span is known this well."""
+"""It is decided only if the speed over that span is known this well (m/s)."""
 REST_SIGMAS = 1.64
 USUAL_LOOKS = 10.0
-"""The noise is held to be the usual one until more looks than this say otherwise."""
+"""The noise counts as normal until more looks than this indicate otherwise."""
 
 
 class Motion(Enum):
-    """What is known about whether a thing moves."""
+    """What is known about whether an object moves."""
 
     UNDECIDED = "undecided"
     STANDING = "standing"
@@ -61,15 +62,15 @@ class Evidence:
     """The tests' results for n objects."""
 
     moves: NDArray[np.bool_]
-    """(n,): the hypothesis that it stands is refused."""
+    """(n,): True if the hypothesis that it is stationary is rejected."""
     rests: NDArray[np.bool_]
-    """(n,): its speed is known well and agrees with standing, over the last second or the whole window."""
+    """(n,): True if its speed is known well and consistent with zero, over the last second or the whole window."""
     rests_since_s: Floats
-    """(n,): the first detection that agrees; of meaning only where it rests."""
+    """(n,): the first consistent detection; meaningful only if it rests."""
     velocity: Floats
-    """(n, 2): the best guess if it moves."""
+    """(n, 2): the best estimate of its velocity if it moves (m/s)."""
     variance: Floats
-    """(n,): of each of its components."""
+    """(n,): variance of each of its components (m²/s²)."""
 
 
 def judge(samples: Floats, now_s: float) -> Evidence:
@@ -141,7 +142,7 @@ def _steady(
 def _fit(
     moved: Floats, sped: Floats, place: Floats, velocity: Floats, by_place: Floats, by_speed: Floats
 ) -> tuple[Floats, Floats]:
-    """Generalised least squares of one vector g: place = offset + g * moved, velocity = shared + g * sped.
+    """Generalised least squares for one vector g: place = offset + g * moved, velocity = shared + g * sped.
 
     `moved` and `sped` are (n, k, w) for k hypotheses, `place` and `velocity` (n, w, 2), `by_*` (n, w) inverse
     variances. Returns g (n, k, 2) and the variance (n, k) of each of its components.
@@ -153,7 +154,7 @@ def _fit(
 
 
 def _normal(shape: Floats, residual: Floats, by: Floats, shared: float) -> tuple[Floats, Floats]:
-    """Normal equations where all samples share an unknown offset of variance `shared` (Woodbury's identity)."""
+    """Normal equations if all samples share an unknown offset of variance `shared` (Woodbury's identity)."""
     weights = by.sum(-1)
     held = (shared / (1.0 + shared * weights))[:, None]
     weighted = shape * by[:, None]
@@ -164,10 +165,10 @@ def _normal(shape: Floats, residual: Floats, by: Floats, shared: float) -> tuple
 
 
 def _excess(place: Floats, velocity: Floats, samples: Floats, known: NDArray[np.bool_]) -> tuple[Floats, Floats]:
-    """(n,) each: how much larger than assumed the variances are, never below 1, by differences of successive looks.
+    """Return two arrays (n,): how much larger than assumed the variances are (at least 1), from successive looks.
 
-    Differences are blind to where the thing is and to how fast it goes: for positions the second differences, whose
-    variance is 6 times that of one, for velocities the first, with twice.
+    Differences do not depend on the object's position and speed: for positions second differences, whose variance is 6
+    times that of one sample, for velocities first differences, with twice the variance.
     """
     second = np.diff(place, n=2, axis=1) ** 2 / (6.0 * np.maximum(1e-9, samples[:, 1:-1, 5, None]))
     first = np.diff(velocity, axis=1) ** 2 / (2.0 * np.maximum(1e-9, samples[:, 1:, 6, None]))

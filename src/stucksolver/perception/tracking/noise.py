@@ -1,4 +1,4 @@
-"""How wrong a detection is expected to be, and how to write it in the local frame."""
+"""The expected errors of a detection, and its conversion to the local frame."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from stucksolver.perception.tracking.groups import GROUP_OF_LABEL
 ALONG_M = np.array([0.15, 0.35, 0.10, 0.10, 0.20, 0.06, 0.12, 0.12])
 """(labels,): standard deviation of the middle of a box within `NEAR_M`, along the body's axis.
 
-It is how much the error changes within a second. An error that stays displaces an object and its past alike, and makes
-nobody move. From look to look the error changes a third to a half as much. All numbers in this file, and those of
+It is how much the error changes within a second. A constant error displaces an object and its past alike, and does not
+look like motion. From look to look the error changes a third to a half as much. All numbers in this file, and those of
 `existence.py`, are those that `stucksolver perception eval --only noise` prints, rounded up, for drives in Town02 and
 Town10HD, where the detector was not trained, and for two routes of the suite dev.
 """
@@ -22,19 +22,20 @@ ACROSS_M = np.array([0.10, 0.25, 0.08, 0.10, 0.10, 0.06, 0.08, 0.12])
 """(labels,): the same across that axis."""
 NEAR_M = 10.0
 FARTHER = 0.04
-"""Share of both that a metre beyond `NEAR_M` adds: they double at 35 m."""
+"""Share of both that each metre beyond `NEAR_M` adds: they double at 35 m."""
 HEIGHT_M = 0.2
 VELOCITY_MPS = 2.0
-"""Standard deviation of the velocity in one look, along the body's axis: about 1 for parked cars, 2 for people who walk
-and are said to stand, 4 for a car at 6 m/s right ahead,"""
+"""Standard deviation of the velocity in one look, along the body's axis (m/s): about 1 for parked cars, 2 for walking
+people whose measured speed is zero, 4 for a car at 6 m/s right ahead, ...
+"""
 VELOCITY_SHARE = 0.5
-"""and so much more for each m/s that is measured: at 15 to 20 m/s it says 7 to 10."""
+"""... plus this share of the measured speed: at 15 to 20 m/s the detector measures 7 to 10."""
 VELOCITY_ACROSS_MPS = 0.6
 VELOCITY_LOOKS = 10.0
-"""The velocity's error stays the same for a second: so many looks tell no more than one."""
+"""Number of looks that carry no more information than one: the velocity's error stays the same for a second."""
 YAW_RAD = 0.15
 TIMING_S = 0.01
-"""The sweep's time and the pose's may differ by this much: a moving or turning ego displaces what it sees."""
+"""Possible difference between the times of sweep and pose (s): a moving or turning ego displaces what it sees."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,18 +52,18 @@ class Measured:
     size: Floats
     """(n, 3)."""
     range_m: Floats
-    """(n,): distance from the ego."""
+    """(n,): distance from the ego (m)."""
 
     def __len__(self) -> int:
         return len(self.label)
 
 
 def measured(detections: Detections, pose: PoseEstimate) -> Measured:
-    """Bring detections into the local frame.
+    """Return detections converted to the local frame.
 
-    The covariance holds the detector's noise and what differs from look to look in the ego's pose (timing, speed). The
-    pose's slow error is not in it: it displaces the ego and all that it sees alike, so that it cancels where tracks
-    are used beside the pose that they were made with.
+    The covariance holds the detector's noise and the errors of the ego's pose that differ by look (timing, speed).
+    The pose's slow error is left out: it displaces the ego and everything that it sees alike, so it cancels when tracks
+    are used together with the pose from which they were computed.
     """
     n = len(detections)
     cos, sin = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
@@ -91,7 +92,7 @@ def _position_noise(detections: Detections, pose: PoseEstimate, distance: Floats
 
 
 def _velocity_noise(detections: Detections, yaw: Floats) -> Floats:
-    """(n, 2, 2): vehicles are wrong along their axis; who walks may go any way, whatever the yaw says."""
+    """(n, 2, 2): the error of vehicles is along their axis; people may walk in any direction, whatever the yaw."""
     along = VELOCITY_MPS + VELOCITY_SHARE * np.hypot(detections.velocity[:, 0], detections.velocity[:, 1])
     vehicle = GROUP_OF_LABEL[detections.label] == 0
     return _along_and_across(along, np.where(vehicle, VELOCITY_ACROSS_MPS, along), yaw)

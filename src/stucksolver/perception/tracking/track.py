@@ -11,7 +11,7 @@ from stucksolver.perception.tracking.groups import GROUP_OF_LABEL, GROUPS
 from stucksolver.perception.tracking.prediction import transition
 
 KEPT = np.array([0, 1, 3, 4, 5])
-"""Of the filter's state x, y, z, yaw, vx, vy: what `Track.covariance` is of."""
+"""Indices of the filter's state x, y, z, yaw, vx, vy that `Track.covariance` covers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,9 @@ class Track:
 
     @property
     def stationary_s(self) -> float:
-        """How long it has stood (s); 0 while it moves or is undecided. Hidden standing objects keep counting."""
+        """How long it has been stationary (s); 0 while it moves or is undecided. The time goes on while it is
+        hidden.
+        """
         return 0.0 if self.standing_since_s is None else max(0.0, self.time_s - self.standing_since_s)
 
     @property

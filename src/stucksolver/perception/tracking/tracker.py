@@ -1,4 +1,4 @@
-"""Tracks objects through time: association, Kalman filters, births and deaths, and since when objects stand.
+"""Tracks objects over time: association, Kalman filters, births and deaths, and since when they are stationary.
 
 After Weng et al., "AB3DMOT: A Baseline for 3D Multi-Object Tracking and New Evaluation Metrics" (2020), with the
 velocity-based association of Yin, Zhou and Krähenbühl, "Center-based 3D Object Detection and Tracking" (2021).
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from stucksolver.perception.visibility import SeenSpace
 
 CONFIRMING_HITS = 2
-"""A track is reported after this many detections"""
+"""A track is reported after this many detections ..."""
 CONFIRMING_SCORE = 0.99
-"""whose scores sum up to this,"""
+"""... whose scores sum up to this, ..."""
 SURE_SCORE = 0.7
-"""or after one with at least this score,"""
+"""... or after one detection with at least this score ..."""
 SURE_RANGE_M = 20.0
-"""if it is this near: near objects must not be reported late."""
+"""... within this distance (m): near objects must not be reported late."""
 BIRTH_SCORE = 0.2
-"""Weaker detections keep tracks alive, and start none."""
+"""Weaker detections keep tracks alive but start none."""
 
 
 class ObjectTracker:
@@ -118,7 +118,7 @@ class ObjectTracker:
             self._hit(body, seen, j)
 
     def _judge(self, now_s: float) -> None:
-        """Decide for each object detected now whether it stands."""
+        """Decide for each object detected now whether it is stationary."""
         looked = [body for body in self._bodies if body.last_seen_s == now_s]
         if not looked:
             return

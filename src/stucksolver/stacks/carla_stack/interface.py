@@ -41,7 +41,7 @@ class EgoVehicle(Protocol):
 
     @property
     def bounding_box(self) -> carla.BoundingBox:
-        """In its own frame."""
+        """Its bounding box, in its own frame."""
 
     def get_world(self) -> Any:
         """The world, as in `GivesWorld`."""
@@ -53,7 +53,7 @@ class EgoVehicle(Protocol):
         """Location and rotation."""
 
     def get_velocity(self) -> carla.Vector3D:
-        """World frame, m/s."""
+        """Its velocity in the world frame (m/s)."""
 
     def get_speed_limit(self) -> float:
         """Speed limit (km/h); 0 if none is known."""

@@ -77,7 +77,7 @@ def _walk(start: Any, x: float, y: float, heading: float, side: int) -> list[Nei
 
 
 def line_kind(marking: Any, into: LaneKind) -> LineKind:
-    """Return a marking as it binds a vehicle on the route's side of it."""
+    """Return a marking as it applies to a vehicle on the route's side of it."""
     if into is LaneKind.SIDEWALK or (marking is not None and marking.type in _KERB):
         return LineKind.KERB
     if marking is None or marking.type in _NONE:

@@ -43,7 +43,7 @@ class Orders:
             self._lease.renew(STAND)
 
     def refuse(self, wrong: str) -> Directive:
-        """Stand still instead; reported once."""
+        """Stop instead of performing it; reported once."""
         if self.fault is None:
             self.fault = f"an order cannot be performed: {wrong}"
             print(f"stucksolver: {self.fault}; the vehicle stands still", file=sys.stderr, flush=True)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stucksolver.stacks.sensed import Eyes
 
 TICK_LIMIT_S = 10.0
-"""A world without a tick for this long stands still."""
+"""A world without a tick for this long counts as stopped (s)."""
 LOOKING_TICKS = 20
 """Ticks of sensor data before the first look, so that the pose is good."""
 
@@ -85,7 +85,7 @@ class Watching:
         """Observe one tick.
 
         Raises:
-            NoSuchCar: The car is gone, or the world stands still.
+            NoSuchCar: The car is gone, or the world has stopped.
         """
         self._await_tick()
         if not self._car.is_alive:

@@ -14,11 +14,11 @@ from stucksolver.stacks.planner.route_bodies import Flags, RouteBodies
 from stucksolver.stacks.planner.sides import Room, Sides
 
 DOOR_M = 0.9
-"""How far an open front door stands out."""
+"""How far an open front door sticks out (m)."""
 BEYOND_DOOR_M = 0.25
-"""Kept beside the door."""
+"""Clearance kept beside the door (m)."""
 IN_LANE_M = 0.15
-"""Kept to the edge of the own lane."""
+"""Distance kept from the edge of the ego's lane (m)."""
 LOOKS_M = 70.0
 LEAST_M = 0.08
 """A smaller shift is not worth it."""

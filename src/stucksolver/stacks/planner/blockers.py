@@ -24,7 +24,7 @@ TOUCHES_M = 0.25
 
 
 class Blockers:
-    """Remembers for how long each body has stood."""
+    """Remembers how long each body has been stationary."""
 
     def __init__(self) -> None:
         self._since: dict[int, float] = {}
@@ -32,12 +32,12 @@ class Blockers:
         """Ids of bodies that are neither vehicles nor people; set by whoever reads the world."""
 
     def see(self, bodies: RouteBodies, now_s: float) -> None:
-        """Note who stands now."""
+        """Note which bodies are stationary now."""
         standing = bodies.actor_id[bodies.speed < STANDS_MPS].tolist()
         self._since = {one: self._since.get(one, now_s) for one in standing}
 
     def stood_s(self, actor_id: int, now_s: float) -> float:
-        """Return how long it has stood (s); 0 if it moves."""
+        """Return how long it has been stationary (s); 0 if it moves."""
         return now_s - self._since.get(actor_id, now_s)
 
     def first(self, here: Situation, now_s: float, line_m: float, hazard: frozenset[int]) -> int | None:

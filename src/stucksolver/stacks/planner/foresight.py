@@ -24,9 +24,9 @@ BRAKING_MPS2 = (0.0, -1.0, -2.0, -3.5, -5.0, -8.0)
 CREEPS_MPS = 1.0
 HALTS_MPS2 = 2.0
 CLEARANCE_M = 0.4
-"""Kept before and behind the ego's body."""
+"""Clearance kept before and behind the ego's body (m)."""
 BESIDE_M = 0.15
-"""Kept on either side of it."""
+"""Clearance kept on either side of it (m)."""
 AFTER_S = 0.25
 """Seconds of the follower's drive kept between it and the ego, if the ego moves in."""
 NEAR_M = 60.0

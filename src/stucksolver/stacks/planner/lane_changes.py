@@ -32,7 +32,7 @@ SLIPS_BACK_MPS = 2.0
 STEP_S = 0.2
 HORIZON_S = 6.0
 KEEP_M = 1.5
-"""Kept before and behind the others in the lane, besides `KEEP_S`."""
+"""Distance kept before and behind the others in the lane, besides `KEEP_S` (m)."""
 KEEP_S = 0.15
 """The same in seconds of their drive."""
 BESIDE_M = 0.3

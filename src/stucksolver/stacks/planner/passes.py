@@ -24,27 +24,27 @@ HORIZON_S = 24.0
 ACCELERATION_MPS2 = 1.8
 PASSING_MPS = 11.0
 BESIDE_VULNERABLE_M = 0.9
-"""Kept beside people and two-wheelers."""
+"""Clearance kept beside people and two-wheelers (m)."""
 BESIDE_M = 0.5
-"""Kept beside everything else."""
+"""Clearance kept beside everything else (m)."""
 BESIDE_DOORS_M = 1.1
-"""Kept beside standing vehicles if there is room: an opening door and a hand's breadth."""
+"""Clearance kept beside stationary vehicles if there is room: an opening door and 10 cm or so (m)."""
 ROOM_BEFORE_M = 1.5
-"""Between the bumpers when the lane is left."""
+"""Distance between the bumpers when the lane is left (m)."""
 ROOM_AFTER_M = 4.0
-"""Between the bumpers when it is taken again."""
+"""Distance between the bumpers when the lane is re-entered (m)."""
 GROUP_GAP_M = 11.0
 """A body nearer than this behind another one is passed with it."""
 LONGEST_RETURN_M = 14.0
 EDGE_M = 0.1
 ALONE_M = 0.3
-"""Beside the body in forecasts."""
+"""Clearance beside the body in predictions (m)."""
 ONCOMING_M = 6.0
-"""Kept to whoever comes, besides `ONCOMING_S`."""
+"""Distance kept from oncoming traffic, besides `ONCOMING_S` (m)."""
 ONCOMING_S = 0.8
 """The same in seconds of their drive."""
 FOLLOWING_M = 2.0
-"""Kept to traffic of our direction, besides `FOLLOWING_S`."""
+"""Distance kept from traffic in the ego's direction, besides `FOLLOWING_S` (m)."""
 FOLLOWING_S = 0.5
 """The same in seconds of their drive."""
 TIGHTER = (1.0, 0.8, 0.65)

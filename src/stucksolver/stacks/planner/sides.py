@@ -22,7 +22,7 @@ class Room(NamedTuple):
     """Widths of the lanes along a stretch, each at its narrowest (m); 0 where there is none."""
 
     half: float
-    """Half the width of the own lane."""
+    """Half the width of the ego's lane."""
     left_same: float
     """Lane on the left of the same direction."""
     left_oncoming: float

@@ -139,13 +139,13 @@ class Eyes:
         if measured.fix is not None:
             self._localiser.gnss(measured.fix)
         if not self._localiser.ready:
-            raise SensorError("IMU and GNSS gave nothing in the first tick: the vehicle does not know where it is")
+            raise SensorError("IMU and GNSS gave no data on the first tick, so the vehicle's position is unknown")
         pose = self._localiser.estimate(self.now_s)
         self._height_m = self._road_height_m(pose.x_m, pose.y_m)
         self.pose = replace(pose, z_m=self._height_m)
 
     def _road_height_m(self, x_m: float, y_m: float) -> float:
-        """From the map: satellites measure heights worst of all, and a vehicle stands on its road."""
+        """Return the height from the map (m): satellites measure heights poorly, and a vehicle is on its road."""
         waypoint = self._map.get_waypoint(carla.Location(x_m, -y_m, self._height_m + SEARCH_ABOVE_M))
         return self._height_m if waypoint is None else float(waypoint.transform.location.z)
 

@@ -7,8 +7,7 @@ likeliest one but the one that is worse for a user of the lane:
 * In a lane that leads towards us it comes, with the measured speed and two standard deviations more. Before a rate is
   measured, this is the speed of the fastest traffic. It is reported otherwise only if it surely drives away from us.
 * In a lane that leads away from us it is reported once its rate is known well enough. Before that nothing is claimed,
-  but
-  sight ends there. It comes towards us only if the rate leaves no doubt.
+  but sight ends there. It comes towards us only if the rate leaves no doubt.
 * In a junction lanes overlap: there the visible side, front or rear, decides.
 * On no lane along the line of sight it is not reported, because its way cannot be measured. Sight ends there, too.
 """

@@ -1,6 +1,6 @@
 """Converts a receiver's latitude and longitude to a place on the map.
 
-`carla.Map.transform_to_geolocation` is not used: client 0.9.16 gives latitudes of the other sign than the server's
+`carla.Map.transform_to_geolocation` is not used: client 0.9.16 gives latitudes with the opposite sign of the server's
 receiver (CARLA issue 9389). This is the inverse of the server's own projection (`GeoReference` in CARLA 0.9.15, MIT):
 spherical Mercator, scaled at the origin's latitude.
 """

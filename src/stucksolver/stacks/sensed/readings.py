@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import carla
 
 STANDS_MPS = 0.02
-"""Below this speed no tooth of a wheel's counter passes between two ticks."""
+"""Below this speed no tooth of a wheel's encoder passes between two ticks (m/s)."""
 
 
 def lidar_points(measured: carla.LidarMeasurement, to_vehicle: Floats) -> Singles:
@@ -62,5 +62,5 @@ def wheel_speed_mps(speed_mps: float, noise_mps: float, random: np.random.Genera
     A random number is drawn in any case, so that later ones do not depend on who stood when.
     """
     noise = float(random.normal(0.0, noise_mps))
-    # A standing counter of teeth counts nothing and so has no error.
+    # The encoder of a standing wheel counts nothing and so has no error.
     return speed_mps + noise if abs(speed_mps) > STANDS_MPS else 0.0

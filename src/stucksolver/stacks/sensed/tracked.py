@@ -42,7 +42,7 @@ _TYPE_IDS = {
     ObjectKind.PROP: "static.prop.sensed",
     ObjectKind.UNKNOWN: "static.prop.sensed",
 }
-"""Blueprints after which `kinds.kind_of` finds the kind again, for drivers that ask the world what a thing is."""
+"""Blueprints from which `kinds.kind_of` gets the kind again, for drivers that ask the world what an object is."""
 
 
 class SensedBodies:
@@ -53,14 +53,14 @@ class SensedBodies:
         self._far = FarOnLanes(eyes.vehicle.get_world().get_map())
 
     def read(self, ego_x: float, ego_y: float) -> NearbyBodies:
-        """All tracks within range of a point of CARLA's world, brought forward to this tick."""
+        """Return all tracks within range of a point of CARLA's world, predicted to this tick."""
         percept = self._eyes.percept
         found = bodies(percept, self._eyes.now_s, self._far.told(percept))
         return found.part((np.abs(found.x - ego_x) < self._range_m) & (np.abs(found.y - ego_y) < self._range_m))
 
 
 class SensedTracker:
-    """See `carla_stack.tracker.Tracker`: the same questions, answered by the sensors."""
+    """The counterpart of `carla_stack.tracker.Tracker` that uses the sensors."""
 
     def __init__(self, eyes: Eyes) -> None:
         self._eyes = eyes
@@ -70,7 +70,7 @@ class SensedTracker:
 
     @property
     def pushes(self) -> bool:
-        """Did the ego push something along at the last look?"""
+        """True if the ego pushed something at the last look."""
         return bool(self._pushing.now)
 
     def watch(self, ego: Footprint, now_s: float) -> NearbyBodies:
@@ -80,7 +80,7 @@ class SensedTracker:
         return seen
 
     def update(self, ego: Footprint, now_s: float) -> tuple[TrackedObject, ...]:
-        """Everything tracked, in the local frame."""
+        """Return everything tracked, in the local frame."""
         self.watch(ego, now_s)
         percept = self._eyes.percept
         if percept is None:
@@ -90,11 +90,11 @@ class SensedTracker:
         return tuple(_object(one, told.get(one.id), now_s, one.id in self._pushed) for one in tracks)
 
     def read_lights(self, now_s: float) -> None:
-        """Lamps come with each picture."""
+        """Do nothing: lamps come with each image."""
 
 
 def bodies(percept: Percept | None, now_s: float, far: Sequence[Track] = ()) -> NearbyBodies:
-    """Tracks at a moment as boxes in CARLA's world; `far`: those that only the camera follows."""
+    """Tracks at one moment as boxes in CARLA's world. `far`: those that only the camera tracks."""
     tracks = () if percept is None else percept.tracks
     moved = [track.at(now_s) for track in (*tracks, *far)]
     rows = [
@@ -129,14 +129,14 @@ def bodies(percept: Percept | None, now_s: float, far: Sequence[Track] = ()) -> 
 
 
 def _position_sd_m(track: Track) -> float:
-    """In whichever direction it is largest."""
+    """Return the standard deviation in the direction in which it is largest (m)."""
     return float(np.sqrt(max(np.linalg.eigvalsh(track.covariance[:2, :2])[-1], 0.0)))
 
 
 def kind_of_track(track: Track, told: Attributes | None) -> tuple[ObjectKind, float]:
-    """What a track is, and how surely. The LiDAR's class stands where the camera says nothing finer.
+    """Return what a track is, with a confidence. The LiDAR's class applies if the camera gives nothing finer.
 
-    Where the two disagree nobody knows: of the two, none is more trustworthy.
+    If the two disagree, the kind is unknown, since neither is more reliable.
     """
     coarse, sure = KIND_OF_LABEL[track.label], float(track.label_confidence)
     if told is not None and told.kind is not None:
@@ -174,7 +174,7 @@ def _object(track: Track, told: Attributes | None, now_s: float, pushed: bool) -
 
 
 def stand_ins(percept: Percept, ids: Sequence[int]) -> list[Any]:
-    """What kind of thing each of these tracks is, in the words of CARLA's blueprints."""
+    """Return the kind of each of these tracks in terms of CARLA's blueprints."""
     found = []
     for track in percept.tracks:
         if track.id in ids:
@@ -191,7 +191,7 @@ def stand_ins(percept: Percept, ids: Sequence[int]) -> list[Any]:
 
 
 def lamps_of(percept: Percept) -> dict[int, int]:
-    """Lamps by track, as bits of `carla.VehicleLightState`; what is not known is off."""
+    """Return the lamps by track, as bits of `carla.VehicleLightState`; unknown ones count as off."""
     return {track: _bits(told) for track, told in percept.attributes.items()}
 
 

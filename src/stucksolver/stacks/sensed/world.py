@@ -1,7 +1,7 @@
-"""The world as sensed: what drivers and `CarlaSenses` ask of a `carla.World`.
+"""The world as sensed: the part of `carla.World` that drivers and `CarlaSenses` use.
 
-The map, with lights' stop lines and stop signs on it, is known beforehand, as a high-definition map is. What moves, and
-what a light shows, is what the sensors saw.
+The map, with the lights' stop lines and the stop signs, is known in advance, like a high-definition map. Moving objects
+and the states of lights come from the sensors.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _SHOWS = {
 
 
 class SensedWorld:
-    """Of one ego. `heeds_unknown`: a light whose state is not known is given to the driver as red, never as green."""
+    """The world of one ego. With `heeds_unknown`, a light of unknown state is reported to the driver as red."""
 
     def __init__(self, world: carla.World, carla_map: carla.Map, eyes: Eyes) -> None:
         self._world, self._map, self._eyes = world, carla_map, eyes
@@ -40,11 +40,11 @@ class SensedWorld:
         return self._map
 
     def get_snapshot(self) -> Any:
-        """Time and frame of this tick; nobody is in it."""
+        """Time and frame of this tick; it contains no actors."""
         return _Snapshot(self._world.get_snapshot())
 
     def get_actors(self, ids: Sequence[int] | None = None, /) -> Any:
-        """Tracked objects by their ids; without ids, what stands on the map, to filter."""
+        """Return tracked objects by id; without ids, the static objects of the map, to be filtered."""
         if ids is None:
             return SimpleNamespace(filter=self._standing)
         return self._eyes.actors(ids)
@@ -59,7 +59,7 @@ class SensedWorld:
 
 
 class SensedLight:
-    """A `carla.TrafficLight` whose place is known from the map, and whose state from the camera."""
+    """A `carla.TrafficLight` whose position is known from the map and whose state comes from the camera."""
 
     def __init__(self, light: carla.TrafficLight, eyes: Eyes) -> None:
         self._light, self._eyes = light, eyes
@@ -67,29 +67,29 @@ class SensedLight:
 
     @property
     def state(self) -> Any:
-        """What it was seen to show; see `get_state`."""
+        """The state that was seen; see `get_state`."""
         return self.get_state()
 
     def get_state(self) -> Any:
-        """`carla.TrafficLightState`; Unknown where the camera cannot tell."""
+        """Return the `carla.TrafficLightState`; Unknown if the camera cannot tell."""
         return _SHOWS[self._eyes.light(self.id)]
 
     def get_stop_waypoints(self) -> Any:
-        """Its stop lines on the map."""
+        """Return the waypoints of its stop lines on the map."""
         return self._light.get_stop_waypoints()
 
     def get_transform(self) -> carla.Transform:
-        """Where it stands."""
+        """Return its transform."""
         return self._light.get_transform()
 
     @property
     def trigger_volume(self) -> carla.BoundingBox:
-        """Where it applies."""
+        """Its trigger volume."""
         return self._light.trigger_volume
 
 
 class _Snapshot:
-    """As `carla.WorldSnapshot`, of a world in which the client tells of nobody."""
+    """The counterpart of `carla.WorldSnapshot` for a world in which the client reports no actors."""
 
     def __init__(self, snapshot: carla.WorldSnapshot) -> None:
         self.frame = snapshot.frame
@@ -99,4 +99,4 @@ class _Snapshot:
         return iter(())
 
     def find(self, actor_id: int) -> None:
-        """Nobody is found in it."""
+        """Return None: it contains no actors."""

@@ -5,22 +5,22 @@ tick; the solver answers each with one message, before which it may ask for thin
 
 From the stack:
 
-* `hello`: `version`, `settings` (`Settings`), and `carla`, the facts of a CARLA world, or `sensed`, those of a vehicle
-  that sees by its own sensors, or nothing.
-* `tick`: `status` in its JSON form; of a CARLA world, time, frame, the ego's motion and the speed limit instead.
-  Of a vehicle that sees by its own sensors: time, frame, speed limit and its own lamps, but nobody's place.
-  `say`: a passenger's words. `again`: what was said last is lost or expired; say all of it again.
-* `given`: what was asked for: `surroundings` or `scene` in their JSON forms; of a CARLA world, raw facts, with the tick
-  that they are of. Measurements: IMU, GNSS and speed as numbers, picture and sweep as places in shared memory.
+* `hello`: `version`, `settings` (`Settings`), and either `carla`, the facts of a CARLA world, or `sensed`, those of a
+  vehicle with its own perception, or neither.
+* `tick`: `status` in its JSON form; for a CARLA world time, frame, the ego's motion and the speed limit instead. For a
+  vehicle with its own perception: time, frame, speed limit and its own lamps, but no positions. `say`: a passenger's
+  words. `again`: the last answer was lost or has expired; send it all again.
+* `given`: what was requested: `surroundings` or `scene` in their JSON forms; for a CARLA world raw facts, with the tick
+  to which they belong. Measurements: IMU, GNSS and speed as numbers, image and sweep as places in shared memory.
 
 From the solver:
 
 * `ready`: the version.
-* `need`: `surroundings` or `scene`; of a CARLA world `actors`, `vehicle_lights` or `light_state`; of a vehicle
-  that sees by its own sensors `sensors` or `sensors_without_picture`.
-* `directive` in its JSON form, when it is another than before; `orders` for the driver of a CARLA world; `events`.
-  The driver of a vehicle that sees by its own sensors runs here: one of the orders is this tick's control.
-* `error`: what is wrong; nothing more follows.
+* `need`: `surroundings` or `scene`; for a CARLA world `actors`, `vehicle_lights` or `light_state`; for a vehicle with
+  its own perception `sensors` or `sensors_without_picture`.
+* `directive` in its JSON form, if it has changed; `orders` for the driver of a CARLA world; `events`. The driver of a
+  vehicle with its own perception runs here: one of its orders is this tick's control.
+* `error`: what is wrong; no message follows it.
 """
 
 from stucksolver.stacks.sidecar.session import Session

@@ -13,11 +13,11 @@ from stucksolver_bridge.wire import Wire, WireError
 
 
 def main() -> int:
-    """Serve one stack; 0 when it said goodbye and its record, if it wanted one, is whole."""
+    """Serve one stack; return 0 if it said goodbye and its record, if any, is complete."""
     parser = argparse.ArgumentParser(prog="stucksolver.stacks.sidecar", description="The solver beside a stack.")
     parser.add_argument("--fd", type=int, required=True, help="number of the inherited, connected socket")
     connected = socket.socket(fileno=parser.parse_args().fd)
-    # Whoever interrupts the stack's terminal means the stack; we end with it.
+    # An interrupt in the stack's terminal is meant for the stack; this process ends with it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         Session(Wire(connected)).run()

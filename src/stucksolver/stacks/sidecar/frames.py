@@ -1,4 +1,4 @@
-"""The measurements of a vehicle in another process: asked for each tick, read from the memory that both share."""
+"""The measurements of a vehicle in another process: requested on each tick, read from shared memory."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from stucksolver.stacks.sensed.suite import EARLY_S, PICTURE_EVERY_S, Measured
 from stucksolver_bridge.sensed_facts import ALL, CAMERA, GNSS, IMU, LIDAR, NO_PICTURE, SPEED
 
 PIXEL = "B"
-"""A byte, as `memoryview` names it."""
+"""The format of a byte in `memoryview`."""
 COORDINATE = "f"
-"""A number of single precision, as `memoryview` names it."""
+"""The format of a single-precision number in `memoryview`."""
 IMU_NUMBERS = 7
-"""Acceleration (3), angular velocity (3), compass."""
+"""Numbers of an IMU sample: acceleration (3), angular velocity (3), compass."""
 GNSS_NUMBERS = 3
-"""Latitude, longitude, altitude."""
+"""Numbers of a GNSS fix: latitude, longitude, altitude."""
 SPEED_NUMBERS = 1
 
 
@@ -40,9 +40,9 @@ class Clock(Protocol):
 
 
 class SharedMeasurements:
-    """See `GivesMeasurements`. `ask` asks the other process; `clock` is turned to the tick that an answer is of.
+    """See `GivesMeasurements`. `ask` asks the other process; `clock` is set to the tick of the answer.
 
-    `seed` is of the wheels' noise; the others' is the evaluator's.
+    `seed` is that of the wheels' noise; the noise of the other sensors is the evaluator's.
     """
 
     def __init__(
@@ -57,7 +57,11 @@ class SharedMeasurements:
         self._speed_mps = 0.0
 
     def read(self) -> Measured:
-        """The newest, whichever tick they are of. Raises `SensorError` where picture or sweep are not of this rig."""
+        """Return the newest measurements, of whichever tick.
+
+        Raises:
+            SensorError: The image or the sweep does not belong to this rig.
+        """
         looks = self._clock.time_s >= self._next_picture_s - EARLY_S
         told = self._ask(ALL if looks else NO_PICTURE)
         if not isinstance(told, dict):
@@ -78,7 +82,7 @@ class SharedMeasurements:
         )
 
     def close(self) -> None:
-        """The drive is over."""
+        """Do nothing: the sensors belong to the other process."""
         self._memory.close()
 
     def _picture(self, told: Mapping[str, Any] | None, time_s: float) -> CameraFrame | None:
@@ -101,18 +105,18 @@ class SharedMeasurements:
         shape = told["shape"]
         if len(shape) != 2 or shape[1] != 4:
             raise SensorError(
-                f"the LiDAR gives an array of shape {tuple(shape)}: (n, 4) is expected, x, y, z and intensity, as "
+                f"the LiDAR gives an array of shape {tuple(shape)}: expected (n, 4): x, y, z and intensity, as "
                 "CARLA's leaderboard hands it to agents"
             )
         raw: Any = SimpleNamespace(raw_data=self._array("LiDAR", told, COORDINATE, np.dtype(np.float32)))
         return LidarSweep(time_s, lidar_points(raw, self._lidar_to_vehicle))
 
     def _array(self, name: str, told: Mapping[str, Any], form: str, dtype: np.dtype[Any]) -> NDArray[Any]:
-        """A copy of an array in the shared memory, flat."""
+        """Return a flat copy of an array in the shared memory."""
         if told["at"] is None:
             raise SensorError(f"the {name} gives {told['bytes']} bytes at once, more than the bridge takes")
         if told["format"] != form:
-            raise SensorError(f"the {name} gives numbers of type {told['format']!r}, {form!r} is expected")
+            raise SensorError(f"the {name} gives numbers of type {told['format']!r}, expected {form!r}")
         start, size = int(told["at"]), int(told["bytes"])
         return np.frombuffer(self._memory[start : start + size], dtype)
 
@@ -132,7 +136,7 @@ class SharedMeasurements:
         return gnss_fix(raw, self._geo, time_s)
 
     def _wheels(self, told: Sequence[float] | None, time_s: float) -> WheelSpeed:
-        """By the leaderboard's speedometer; where it is silent, as before."""
+        """Return the leaderboard's speedometer reading, or the last one if there is none."""
         if told is not None:
             (speed_mps,) = _counted("speedometer", told, SPEED_NUMBERS)
             self._speed_mps = wheel_speed_mps(speed_mps, self._rig.wheel_speed_noise_mps, self._random)
@@ -141,5 +145,5 @@ class SharedMeasurements:
 
 def _counted(name: str, told: Sequence[float], count: int) -> tuple[float, ...]:
     if len(told) != count:
-        raise SensorError(f"the {name} gives {len(told)} numbers, {count} are expected, as from CARLA's leaderboard")
+        raise SensorError(f"the {name} gives {len(told)} numbers, expected {count}, as from CARLA's leaderboard")
     return tuple(told)

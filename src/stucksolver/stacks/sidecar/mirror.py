@@ -1,6 +1,6 @@
-"""A CARLA world as told by a bridge: what `CarlaStack` asks of vehicle, world, lights and driver, without a client.
+"""A CARLA world mirrored over a bridge: vehicle, world, lights and driver for `CarlaStack`, without a client.
 
-The map is read from the OpenDRIVE text, offline; everything else comes in raw facts, asked for when they are looked at.
+The map is read offline from the OpenDRIVE text; everything else comes as raw facts, requested when they are needed.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Order = tuple[str, Any]
 
 
 class MirrorActor:
-    """The place and motion of an actor at one tick: x, y, z, pitch, yaw, roll, vx, vy, vz in CARLA's units."""
+    """The pose and motion of an actor on one tick: x, y, z, pitch, yaw, roll, vx, vy, vz in CARLA's units."""
 
     def __init__(self, actor_id: int, row: Sequence[float]) -> None:
         self.id = actor_id
@@ -56,11 +56,11 @@ class MirrorWorld:
         self._ego: MirrorVehicle | None = None
 
     def carries(self, ego: MirrorVehicle) -> None:
-        """The ego, which is told of with every tick."""
+        """The ego, which every tick reports."""
         self._ego = ego
 
     def turn_to(self, tick: dict[str, Any]) -> None:
-        """Another tick; what is around is asked for when somebody looks."""
+        """Start another tick; what is around is requested when it is needed."""
         self._note(tick)
         self._fresh = False
 
@@ -72,15 +72,15 @@ class MirrorWorld:
     # ---- as carla.World has them
 
     def get_map(self) -> Any:
-        """The `carla.Map`, made here from the other side's OpenDRIVE."""
+        """Return the `carla.Map`, created here from the other side's OpenDRIVE."""
         return self.map
 
     def get_snapshot(self) -> MirrorSnapshot:
-        """What moves in this tick."""
+        """Return the snapshot of this tick."""
         return MirrorSnapshot(self)
 
     def get_actors(self, ids: Sequence[int] | None = None) -> Any:
-        """Actors by their ids, or a list to filter for what stands."""
+        """Return actors by id, or a list of the static ones to be filtered."""
         if ids is None:
             return SimpleNamespace(filter=self._standing)
         return [self._kinds[i] for i in ids if i in self._kinds]
@@ -90,24 +90,24 @@ class MirrorWorld:
         return kinds.get(pattern.strip("*"), [])
 
     def get_vehicles_light_states(self) -> dict[int, int]:
-        """Light states of all vehicles by their ids; asks the other side."""
+        """Return the light states of all vehicles by id; asks the other side."""
         return {int(i): state for i, state in (self._ask("vehicle_lights") or {}).items()}
 
     # ---- asked for once a tick
 
     def actors(self) -> dict[int, MirrorActor]:
-        """What moves in this tick, by id."""
+        """The moving actors of this tick, by id."""
         self.look()
         return self._at
 
     def light_state(self, light: str) -> Any:
-        """`carla.TrafficLightState` of a light by its name; Unknown if the other side has not told it."""
+        """Return the `carla.TrafficLightState` of a light by name; Unknown if the other side has not reported it."""
         self.look()
         name = self._states.get(light, "Unknown")
         return getattr(carla.TrafficLightState, name, carla.TrafficLightState.Unknown)
 
     def look(self) -> None:
-        """Ask what is around, once a tick; where the answer is of a later tick, all is turned to that."""
+        """Ask what is around, once per tick. If the answer is of a later tick, everything is set to that tick."""
         if self._fresh:
             return
         self._fresh = True
@@ -120,7 +120,7 @@ class MirrorWorld:
 
 
 class MirrorSnapshot:
-    """As `carla.WorldSnapshot`."""
+    """The counterpart of `carla.WorldSnapshot`."""
 
     def __init__(self, world: MirrorWorld) -> None:
         self._world = world
@@ -131,12 +131,12 @@ class MirrorSnapshot:
         return iter(self._world.actors().values())
 
     def find(self, actor_id: int) -> MirrorActor | None:
-        """An actor of this tick; None if it is gone."""
+        """Return an actor of this tick; None if it no longer exists."""
         return self._world.actors().get(actor_id)
 
 
 class MirrorLight:
-    """As `carla.TrafficLight`."""
+    """The counterpart of `carla.TrafficLight`."""
 
     def __init__(self, world: MirrorWorld, name: str, places: Sequence[Sequence[Any]]) -> None:
         self._world, self._name, self._places = world, name, places
@@ -152,7 +152,7 @@ class MirrorLight:
 
 
 class MirrorSign:
-    """As `carla.TrafficSign`: where it stands, and its trigger box in its own frame."""
+    """The counterpart of `carla.TrafficSign`: its transform, and its trigger box in its own frame."""
 
     def __init__(self, stands: Sequence[float], middle: Sequence[float], half: Sequence[float]) -> None:
         self._place = MirrorActor(0, stands)
@@ -164,7 +164,7 @@ class MirrorSign:
 
 
 class MirrorVehicle(MirrorActor):
-    """The ego. Lights that are set become an order."""
+    """The ego. Setting its lights becomes an order."""
 
     def __init__(self, world: MirrorWorld, opening: dict[str, Any], ask: Ask, orders: list[Order]) -> None:
         super().__init__(int(opening["id"]), opening["tick"]["ego"])
@@ -174,11 +174,11 @@ class MirrorVehicle(MirrorActor):
         world.carries(self)
 
     def turn_to(self, tick: dict[str, Any]) -> None:
-        """Takes in the vehicle's part of a tick."""
+        """Take the vehicle's part of a tick."""
         self._row, self._limit = tick["ego"], float(tick["limit"])
 
     def get_world(self) -> MirrorWorld:
-        """The world that it is in."""
+        """Return the world that it is in."""
         return self._world
 
     def get_speed_limit(self) -> float:
@@ -190,7 +190,7 @@ class MirrorVehicle(MirrorActor):
         return carla.VehicleLightState(int(self._ask("light_state") or 0))
 
     def set_light_state(self, state: Any) -> None:
-        """Orders lights; done with the answer to this tick."""
+        """Order lights; they are set with the answer to this tick."""
         self._orders.append(("lights", int(state)))
 
 
@@ -203,29 +203,29 @@ class MirrorDriver:
         self.route: Sequence[RoutePoint] = [RoutePoint(*point) for point in waypoints_at(world.map, opening["route"])]
 
     def set_destination(self, destination: Any, start: Any | None = None) -> None:
-        """Traces a route here and orders the other side's driver to take it."""
+        """Plan a route here and order the other side's driver to take it."""
         origin = self._ego.get_location() if start is None else start
         self.route = trace_route(self._world.map, origin, destination)
         self._orders.append(("route", route_places(self.route)))
 
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
-        """Orders a path to be driven."""
+        """Order a path to be driven."""
         order = {"path": [list(point) for point in path], "reverse": reverse, "ignore": sorted(ignore)}
         self._orders.append(("follow", order))
 
     def hold(self, brake_mps2: float | None = None) -> None:
-        """Orders a stop, with a deceleration (m/s²) if one is given."""
+        """Order a stop, with a deceleration (m/s²) if one is given."""
         self._orders.append(("hold", brake_mps2))
 
     def release(self) -> None:
-        """Gives the vehicle back to its own driver."""
+        """Hand the vehicle back to its own driver."""
         self._orders.append(("release", None))
 
     def run_step(self) -> None:
-        """The pedals are on the other side."""
+        """Not used: the pedals are on the other side."""
 
     def done(self) -> bool:
-        """Never: the other side knows when its route ends."""
+        """Always False: the other side knows when its route ends."""
         return False
 
 

@@ -1,4 +1,4 @@
-"""A vehicle in another process that sees by its own sensors: perception, its driver and the solver's stack run here."""
+"""A vehicle in another process with its own perception: perception, its driver and the solver's stack run here."""
 
 from __future__ import annotations
 
@@ -23,17 +23,18 @@ from stucksolver.stacks.sidecar.side import Side, UnusableError
 from stucksolver_bridge.facts import waypoint_at, waypoints_at
 
 SETTLE_TICKS = 10
-"""The vehicle stands while its pose gets a good one, as before each drive of an evaluation."""
+"""The vehicle stands this long until its pose is accurate, as before each drive of an evaluation."""
 DRIVERS = {"behavior": BehaviorDriver, "planner": PlannerDriver}
 WAITS = [0.0, 0.0, 1.0, False, False]
-"""A control: throttle, steering, brake, reverse, hand brake."""
+"""The fields of a control: throttle, steering, brake, reverse, hand brake."""
 Order = tuple[str, Any]
 
 
 class SensedSide(Side):
-    """Raises `RigError`, `WeightsError` and `SensorError` when it is made, `UnusableError` from `begin`.
+    """A stack with its own perception. Raises `RigError`, `WeightsError` or `SensorError` when created, and
+    `UnusableError` from `begin`.
 
-    `looks`: does a reasoner look at the camera's picture?
+    `looks`: a reasoner uses the camera's image.
     """
 
     def __init__(self, opening: Mapping[str, Any], settings: Settings, ask: Callable[[str], Any], looks: bool) -> None:
@@ -51,7 +52,7 @@ class SensedSide(Side):
         self._wrong: tuple[str, ...] = ()
 
     def begin(self, tick: Mapping[str, Any]) -> bool:
-        """Take in a tick; False as long as the vehicle does not know well enough where it is."""
+        """Take a tick; False as long as the vehicle's position is not known well enough."""
         self._world.turn_to(tick)
         try:
             self.eyes.tick()
@@ -64,35 +65,35 @@ class SensedSide(Side):
         return self._stack is not None
 
     def status(self, tick: Mapping[str, Any]) -> Status:
-        """As the vehicle is thought to be."""
+        """Return the status, from the estimated pose."""
         return self._driven.status()
 
     def surroundings(self) -> Surroundings:
-        """As seen."""
+        """Return the surroundings as perceived."""
         return self._driven.surroundings()
 
     def scene(self, seen: Surroundings) -> Scene | None:
-        """For reasoners."""
+        """Return the scene for reasoners."""
         return None if self._stack is None else self._stack.scene(seen)
 
     def perform(self, directive: Directive) -> list[Order]:
-        """The control of this tick, braking for whoever is blind, and what else is ordered."""
+        """Return this tick's control, which brakes if the vehicle is blind, and the other orders."""
         return self._given(self.eyes.checked(self._driven.perform(directive)))
 
     def waiting(self) -> list[Order]:
-        """What is ordered before anybody can drive."""
+        """Return the orders before the vehicle can drive."""
         return [("control", WAITS)]
 
     def forget(self) -> None:
-        """Nothing is kept on the other side: each tick has a control of its own."""
+        """Do nothing: the other side keeps nothing, since each tick has its own control."""
 
     def events(self) -> list[dict[str, Any]]:
-        """What is to be told of the sensors since the last call."""
+        """Return what happened to the sensors since the last call."""
         told, self._events = self._events, []
         return told
 
     def close(self) -> None:
-        """The drive is over."""
+        """End the drive."""
         self.eyes.close()
 
     @property
@@ -112,10 +113,10 @@ class SensedSide(Side):
         return [*orders, ("control", [*told, bool(control.reverse), bool(control.hand_brake)])]
 
     def _tell_faults(self) -> None:
-        """Of sensors that fail, once for each change."""
-        wrong = (*self.eyes.health.faults, *(("nothing was seen for too long",) if self._is_blind else ()))
+        """Report failing sensors, once for each change."""
+        wrong = (*self.eyes.health.faults, *(("nothing has been seen for too long",) if self._is_blind else ()))
         if wrong != self._wrong:
-            text = "; ".join(wrong) or "all sensors are well again"
+            text = "; ".join(wrong) or "all sensors work again"
             self._events.append({"time_s": self.eyes.now_s, "kind": "perception", "text": text, "verdict": None})
         self._wrong = wrong
 
@@ -125,7 +126,7 @@ class SensedSide(Side):
 
 
 class _World:
-    """As `carla.World`, as far as `Eyes` and `SensedWorld` ask: time, and what stands on the map."""
+    """The part of `carla.World` that `Eyes` and `SensedWorld` use: time, and the map's static objects."""
 
     def __init__(self, opening: Mapping[str, Any]) -> None:
         self._map = carla.Map(opening["map"], opening["xodr"])
@@ -136,28 +137,28 @@ class _World:
         self.turn_to(opening["tick"])
 
     def turn_to(self, tick: Mapping[str, Any]) -> None:
-        """Another tick."""
+        """Start another tick."""
         self.time_s, self._frame = float(tick["time"]), int(tick["frame"])
         self._delta_s = float(tick["delta"])
         self.limit_kmh, self.lamps = float(tick["limit"]), int(tick["lamps"])
 
     def get_map(self) -> Any:
-        """The `carla.Map`, made here from the other side's OpenDRIVE."""
+        """Return the `carla.Map`, created here from the other side's OpenDRIVE."""
         return self._map
 
     def get_snapshot(self) -> Any:
-        """Time and frame of this tick."""
+        """Return time and frame of this tick."""
         stamp = SimpleNamespace(elapsed_seconds=self.time_s, delta_seconds=self._delta_s)
         return SimpleNamespace(frame=self._frame, timestamp=stamp)
 
     def get_actors(self) -> Any:
-        """What stands on the map, to filter."""
+        """Return the map's static objects, to be filtered."""
         kinds: dict[str, Sequence[Any]] = {"traffic_light": self._lights, "traffic.stop": self._signs}
         return SimpleNamespace(filter=lambda pattern: list(kinds.get(pattern.strip("*"), ())))
 
 
 class _Light:
-    """As `carla.TrafficLight`: where it stands, stops and hangs; what it shows is not told."""
+    """The counterpart of `carla.TrafficLight`: its position, stop lines and heads, but not its state."""
 
     def __init__(self, carla_map: carla.Map, told: Mapping[str, Any]) -> None:
         self._map, self._stops = carla_map, told["stops"]
@@ -177,16 +178,18 @@ class _Light:
         return [waypoint for waypoint in found if waypoint is not None]
 
     def get_light_boxes(self) -> list[Any]:
-        """Boxes of its heads in the world."""
+        """Return the boxes of its heads in the world."""
         return self._heads
 
     def get_transform(self) -> Any:
-        """Where it stands."""
+        """Return its transform."""
         return self._at
 
 
 class _Ego:
-    """As `carla.Vehicle`, as far as a vehicle knows itself: size, wheels, lamps, the limit. No place, no velocity."""
+    """The part of `carla.Vehicle` that a vehicle knows by itself: size, wheels, lamps and limit, but no pose or
+    motion.
+    """
 
     def __init__(self, world: _World, opening: Mapping[str, Any], orders: list[Order]) -> None:
         self._world, self._orders = world, orders
@@ -199,11 +202,11 @@ class _Ego:
         self._physics = SimpleNamespace(wheels=wheels)
 
     def get_world(self) -> _World:
-        """The world that it is in."""
+        """Return the world that it is in."""
         return self._world
 
     def get_location(self) -> Any:
-        """Only the height of the road where its route begins, which is known as the route is."""
+        """Return the start of its route: only the road's height there is used, which is known like the route."""
         return carla.Location(0.0, 0.0, self._height_m)
 
     def get_physics_control(self) -> Any:
@@ -211,7 +214,7 @@ class _Ego:
         return self._physics
 
     def get_speed_limit(self) -> float:
-        """km/h, of the lane."""
+        """Return the lane's speed limit (km/h)."""
         return self._world.limit_kmh
 
     def get_light_state(self) -> Any:
@@ -219,10 +222,10 @@ class _Ego:
         return carla.VehicleLightState(self._world.lamps)
 
     def set_light_state(self, state: Any, /) -> None:
-        """Orders lamps; done with the answer to this tick."""
+        """Order lamps; they are set with the answer to this tick."""
         self._orders.append(("lights", int(state)))
 
 
 def _box(numbers: Sequence[float]) -> Any:
-    """A `carla.BoundingBox` of its middle and half sizes."""
+    """Return a `carla.BoundingBox` from its centre and half sizes."""
     return carla.BoundingBox(carla.Location(*numbers[:3]), carla.Vector3D(*numbers[3:6]))

@@ -1,4 +1,4 @@
-"""One stack on one wire, from `hello` to `bye`."""
+"""One stack on one connection, from `hello` to `bye`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stucksolver_bridge.wire import VERSION, Wire
 
 
 class Session:
-    """A stack that hangs up without `bye` has died: its record breaks off."""
+    """Serves one stack. If it disconnects without `bye`, it has died, and its record is left incomplete."""
 
     def __init__(self, wire: Wire) -> None:
         self._wire = wire
@@ -30,7 +30,7 @@ class Session:
     def run(self) -> None:
         """Serve until `bye`.
 
-        Raises `WireError` when the stack has gone without it, `RecordError` when the record is not whole at the end.
+        Raises `WireError` if the stack disconnects without it, `RecordError` if the record is incomplete at the end.
         """
         hello = self._wire.receive().get("hello")
         if not isinstance(hello, dict) or hello.get("version") != VERSION:
@@ -58,7 +58,7 @@ class Session:
             raise recorder.error
 
     def _side(self, hello: dict[str, Any], settings: Settings) -> Side:
-        """The stack's part of this process. Raises `UnusableError`, `ValueError`."""
+        """Return the stack's part of this process. Raises `UnusableError` or `ValueError`."""
         if hello.get("sensed"):
             return _sensed(hello["sensed"], settings, self._ask)
         return _Carla(hello["carla"], self._ask) if hello.get("carla") else _Forms(self._ask)
@@ -76,7 +76,7 @@ class Session:
         orders = side.perform(directive)
         answer: dict[str, Any] = {}
         self._events += side.events()
-        # Not what is equal: whatever is begun anew is told with the orders for it.
+        # Compare by identity: an equal directive that starts again is sent with its orders.
         if directive is not self._directive:
             answer["directive"] = directive_adapter.dump_python(directive, mode="json")
             self._directive = directive
@@ -97,7 +97,7 @@ class Session:
 
 
 def _sensed(opening: dict[str, Any], settings: Settings, ask: Any) -> Side:
-    # Only here are the networks and their libraries needed.
+    # The networks and their libraries are needed only here.
     from stucksolver.perception.camera.weights import WeightsError
     from stucksolver.perception.perceiver import why_not_installed
     from stucksolver.perception.rig import RigError
@@ -131,18 +131,18 @@ class _Forms(Side):
         return None if given is None else Scene.model_validate(given)
 
     def perform(self, directive: Directive) -> list[Any]:
-        """The stack does."""
+        """Return no orders: the stack performs the directive itself."""
         return []
 
     def forget(self) -> None:
-        """There is nothing to forget."""
+        """Do nothing: there is nothing to repeat."""
 
 
 class _Carla(Side):
-    """A CARLA world told in raw facts: `CarlaStack` on its mirror."""
+    """A CARLA world reported as raw facts: `CarlaStack` on its mirror."""
 
     def __init__(self, opening: dict[str, Any], ask: Any) -> None:
-        # Only here is the carla package needed.
+        # The carla package is needed only here.
         from stucksolver.stacks.carla_stack import CarlaStack
         from stucksolver.stacks.sidecar.mirror import MirrorDriver, MirrorVehicle, MirrorWorld
 
@@ -158,7 +158,7 @@ class _Carla(Side):
         return self._stack.status()
 
     def surroundings(self) -> Surroundings:
-        # First, since what is asked for late is of a later tick, and then the ego is as well.
+        # First, because a late request is answered for a later tick, and then the ego must be of that tick, too.
         self._world.look()
         return self._stack.surroundings()
 
@@ -166,7 +166,7 @@ class _Carla(Side):
         return self._stack.scene(seen)
 
     def forget(self) -> None:
-        """The driver's side does not do what it was told last: tell it all of it."""
+        """Repeat all orders: the driver's side is not performing the last ones."""
         self._stack.forget()
 
     def perform(self, directive: Directive) -> list[Any]:

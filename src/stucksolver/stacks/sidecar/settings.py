@@ -1,4 +1,4 @@
-"""What the stack may ask of the solver in its `hello`."""
+"""The settings that a stack may send in its `hello`."""
 
 from __future__ import annotations
 
@@ -17,43 +17,43 @@ from stucksolver.scene.model import Model
 from stucksolver.solver import Event, MakeScene, StuckSolver
 
 NONE = "none"
-"""The recovery of a driver that nobody helps."""
+"""The name of the recovery that does nothing."""
 
 
 class Settings(Model):
-    """As the arguments of `StuckSolver`, in words."""
+    """The arguments of `StuckSolver`, by name."""
 
     recovery: str = "rules"
-    """The reasoner of the ladder's rung `rules`, by its words: `rules`, `openai:MODEL`, `recorded:FOLDER`."""
+    """The reasoner of the ladder's rung `rules`, by name: `rules`, `openai:MODEL`, `recorded:FOLDER`."""
     reasoner: str | None = None
-    """That of the rung `model`; None leaves the rung out."""
+    """The reasoner of the rung `model`; None leaves the rung out."""
     ladder: str | None = None
     clock: str = "lockstep"
     detector: dict[str, float] = Field(default_factory=dict)
     record: Path | None = None
-    """A folder for the record of each intervention."""
+    """Folder for the record of each intervention; None for no records."""
     perception: Literal["privileged", "sensors"] = "privileged"
-    """Where the objects come from; results must say it."""
+    """Where the objects come from; results must state it."""
     rig: Path | None = None
-    """The calibration of a vehicle that sees by its own sensors; None is the one that ships."""
+    """The rig file of a vehicle with its own perception; None for the one that ships with the package."""
     driver: Literal["behavior", "planner"] = "planner"
-    """Who drives a vehicle that sees by its own sensors; all others have a driver of their own."""
+    """The driver of a vehicle with its own perception; all others have their own driver."""
     behavior: Literal["cautious", "normal", "aggressive"] = "normal"
-    """Of that driver."""
+    """The behaviour of that driver."""
     seed: int = 0
-    """Of the noise of that vehicle's wheels."""
+    """Seed of the noise of that vehicle's wheels."""
 
     @property
     def helps(self) -> bool:
-        """Is there a reasoner at all? Without one the driver drives alone."""
+        """True if there is a reasoner; without one the driver drives alone."""
         return self.recovery != NONE
 
     def recorder(self) -> Recorder | None:
-        """Where a record is asked for; to be closed, or broken off, when the stack has gone."""
+        """Return the recorder if records are requested; it must be closed, or broken off, when the stack is gone."""
         return None if self.record is None else Recorder(self.record)
 
     def solver(self, scene: MakeScene, on_event: Callable[[Event], None], recorder: Recorder | None) -> StuckSolver:
-        """Raises what `find_ladder` and `make_reasoner` raise."""
+        """Return the solver. Raises what `find_ladder` and `make_reasoner` raise."""
         models: dict[str, Reasoner] = {} if self.reasoner is None else {"model": make_reasoner(self.reasoner)}
         return StuckSolver(
             scene,
