@@ -57,6 +57,8 @@ FOUND = {
     "lets go of the brakes before a person who steps off": (12, 8922, 2),
     "drifts into a cone at walking pace": (10, 6855, 0),
     "sets off from rest before a motorcycle that crosses": (5, 10101, 1),
+    "starts again and again, 2 cm beside a barrier that its error points to": (31, 1799, 4),
+    "brakes gently while it drifts towards a cyclist who filters past": (31, 5096, 2),
 }
 
 
@@ -65,6 +67,11 @@ def test_what_it_once_found_stays_mended(found):
     seed, scene, k = found
     row = next(row for row in scene_rows(seed, scene, only=k))
     assert "contact" not in row or row["excluded"], row
+
+
+def test_no_step_ends_a_hair_before_rails_so_that_its_abort_leads_onto_them():
+    row = next(row for row in scene_rows(31, 7458, only=5))
+    assert not row.get("missed"), row
 
 
 def test_who_runs_into_it_then_runs_into_a_vehicle_that_stands():

@@ -16,9 +16,6 @@ from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.view import MOVING_MPS
 
-STRAIGHT_RAD = 0.01
-"""Below this angle to the road a path counts as parallel to what it passes."""
-
 
 def early_return(case: CheckContext, no_stop: Mask) -> list[Reject]:
     """Check that no committed part of a path leads towards a standing object that a tracking error would then touch.
@@ -35,7 +32,10 @@ def early_return(case: CheckContext, no_stop: Mask) -> list[Reject]:
     if not len(which) or not no_stop.any():
         return []
     gap = standing_gaps(case, which)
-    towards = np.gradient(path.d, path.s)[:, None] * np.sign(view.d[which] - path.d[:, None]) > STRAIGHT_RAD
+    towards = (
+        np.gradient(path.d, path.s)[:, None] * np.sign(view.d[which] - path.d[:, None])
+        > case.policy.tracking.parallel_rad
+    )
     begun = np.maximum.accumulate(np.where(towards, 0, np.arange(len(path.s))[:, None]), axis=0)
     least = np.minimum(
         _grown_error(case, no_stop)[:, None] + case.policy.harm.touch_m,

@@ -25,7 +25,7 @@ from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
 from stucksolver.guard.ways_out import WayOut, brakes_hard, least_harm
 from stucksolver.scene.attempts import PlanFailure, RejectCode
 from stucksolver.scene.frenet import Mask
-from stucksolver.scene.road import LaneDirection
+from stucksolver.scene.road import LaneDirection, ZoneKind
 from stucksolver.scene.sound import why_unsound
 from stucksolver.scene.view import MOVING_MPS, FrenetScene
 
@@ -272,13 +272,13 @@ class Guard:
         return not any(lane is not None and lane.strip.direction is LaneDirection.OPPOSITE for lane in lanes)
 
     def way_back(self, view: FrenetScene) -> Manoeuvre | None:
-        """Return a collision-free path on the road from here into the route's own lane, or None if there is none."""
+        """Return a collision-free path from here into the route's own lane that ends on no level crossing, or None."""
         policy = self.policy.stopping
         speed, tightest = max(view.ego.speed_mps, policy.return_least_mps), view.ego.limits.min_turn_radius_m
         length = max(policy.return_s * speed, shortest_shift(view.ego_d, tightest), policy.return_least_m)
         path = lateral(view.ego_s, view.ego_d, 0.0, length, speed, view)
         strict = CheckContext(view, tracked(path, view, self.policy.tracking), self.policy)
-        if checks.drivable_area(strict):
+        if checks.drivable_area(strict) or view.zone_at(path.end_s, ZoneKind.LEVEL_CROSSING) is not None:
             return None
         if not checks.collision(strict):
             return path

@@ -49,7 +49,7 @@ def authority(case: CheckContext) -> list[Reject]:
         for zone in view.surroundings.road.zones
         if zone.kind is ZoneKind.LEVEL_CROSSING
         and start < zone.end_m
-        and zone.start_m < end
+        and zone.start_m < end + policy.lanes.overrun_m
         and not _leaves(case, zone)
     ]
     for i, thing in enumerate(view.objects):
@@ -134,7 +134,8 @@ def within_lane(case: CheckContext) -> list[Reject]:
 
 def stopping_place(case: CheckContext) -> list[Reject]:
     """Check that the ego may stop where the path ends: in no junction, crosswalk, level crossing or oncoming lane."""
-    zone = case.view.zone_at(case.path.end_s)
+    end = case.path.end_s
+    zone = case.view.zone_at(end) or case.view.zone_at(end + case.policy.lanes.overrun_m)
     if zone is not None:
         where = zone.kind.value.replace("_", " ")
         return [Reject(code=RejectCode.STOPPING_PLACE, detail=f"the plan would end in a {where}")]

@@ -71,7 +71,27 @@ def brakes_hard(case: CheckContext) -> float | None:
     """Return how hard to brake for a stop that is due now (m/s²); None if comfortable braking hits nobody."""
     limits = case.view.ego.limits
     met, _ = _stopping(case, limits.comfort_braking_mps2, case.policy.stopping.lag_s)
-    return None if met is None else limits.max_braking_mps2
+    return None if met is None and not _drawn_to_who_passes(case) else limits.max_braking_mps2
+
+
+def _drawn_to_who_passes(case: CheckContext) -> bool:
+    """True if the ego, with comfortable braking, comes within touching distance of someone who passes beside it.
+
+    The body keeps its heading, away from the path, until it stops. Whoever passes meets its whole side, so the corner
+    that reaches out furthest counts. Lengths in metres, in road coordinates.
+    """
+    view = case.view
+    if case.error_m * case.error_rad <= 0.0:
+        return False
+    which = relevant(case)
+    which = which[drifted_to(case, which) & (np.hypot(view.vs[which], view.vd[which]) > MOVING_MPS)]
+    way_m = way_to_stop(abs(view.ego.speed_mps), view.ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
+    half_length, half_width = view.ego.length_m / 2, view.ego.width_m / 2
+    still_m = float(np.sin(min(abs(case.error_rad), np.pi / 2))) * way_m
+    reach_m = half_length * abs(np.sin(view.ego_yaw)) + half_width * np.cos(view.ego_yaw)
+    room_m = np.abs(view.d[which] - view.ego_d) - view.across[which] - reach_m - still_m
+    beside = np.abs(view.s[which] - view.ego_s) < view.along[which] + half_length + way_m
+    return bool((beside & (room_m < case.policy.harm.touch_m)).any())
 
 
 def _rank(met: Contact | None, on_rails: bool, worse_mps: float = 0.0) -> tuple[bool, bool, bool, float]:
@@ -98,6 +118,8 @@ def _finishing(case: CheckContext, giving_way: bool) -> Contact | None:
     least_mps = case.policy.speeds.creep_mps if rests else 0.0
     way_m = way_to_stop(max(speed, least_mps), braking, stopping.lag_s + case.policy.prediction.step_s)
     standing = _worse(standing, _drawn_against(case, way_m, 0.0))
+    if rests:
+        standing = _worse(standing, _beside_the_error(case))
     return _worse(standing, _with_moving(case, profiles(case, t), t))
 
 
@@ -167,6 +189,20 @@ def _drawn_against(case: CheckContext, way_m: float, braking_mps2: float, lag_s:
     first_m = way_m * hit[:, who].argmax(axis=0).min() / (len(hit) - 1)
     braked_m = max(first_m - speed * lag_s, 0.0)
     return Contact(_living(case, which[who]), float(np.sqrt(max(speed**2 - 2 * braking_mps2 * braked_m, 0.0))))
+
+
+def _beside_the_error(case: CheckContext) -> Contact | None:
+    """Return the contact to which a start may lead beside a stationary object that is within touching distance.
+
+    The path leads past it, but the vehicle has left its path towards it. If its steering fault lasts, each start brings
+    it nearer, by less than any look ahead along the path shows.
+    """
+    which = _standing(case)
+    which = which[drifted_to(case, which)]
+    if not len(which):
+        return None
+    who = which[gaps_as_it_points(case, which, 0.0)[0] < case.policy.harm.touch_m]
+    return Contact(_living(case, who), case.policy.speeds.creep_mps) if len(who) else None
 
 
 def _with_moving(case: CheckContext, stations: Array, t: Array) -> Contact | None:

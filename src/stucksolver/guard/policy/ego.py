@@ -27,12 +27,17 @@ class SpeedPolicy(Model):
 
 
 class TrackingPolicy(Model):
-    """How the vehicle drives a path from its real position and heading. Read by `tracking` and `guard`."""
+    """How the vehicle drives a path from its real position and heading.
+
+    Read by `tracking`, `early_return` and `guard`.
+    """
 
     error_m: NonNegativeFloat = 0.9
     """A plan ends if the ego is further from its path than this: half a car's width."""
     askew_rad: NonNegativeFloat = 0.1
     """Below this heading error the vehicle counts as aligned with its path and need not steer onto it first."""
+    parallel_rad: NonNegativeFloat = 0.01
+    """Below this angle to the road a path counts as parallel to what it passes: 1 cm of offset on each metre."""
     beside_m: NonNegativeFloat = 0.05
     """Below this lateral error the vehicle counts as on its path: the accuracy of localisation."""
     drift_mps: NonNegativeFloat = 0.25

@@ -40,6 +40,8 @@ class LanePolicy(Model):
     """If it is already over an edge, it may go this much further out at most: as `ClearancePolicy.nearer_m`."""
     standing_edge_m: NonNegativeFloat = 0.3
     """A stopped ego may reach this far into an oncoming lane. Ours: oncoming traffic still has room beside it."""
+    overrun_m: NonNegativeFloat = 0.3
+    """A vehicle may come to rest this far beyond the end of its path: the accuracy of its stops and of its place."""
     zone_margin_m: NonNegativeFloat = 3.0
     """Distance from junctions and crossings within which no oncoming lane is used and no solid line crossed. Ours:
     traffic turns in there.
