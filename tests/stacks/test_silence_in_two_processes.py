@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import time
 
 import pytest
 
@@ -12,7 +13,8 @@ carla = pytest.importorskip("carla")
 
 from fake_agents import FakeAgent  # noqa: E402
 from test_agent_plan import leaderboard_plan  # noqa: E402
-from test_behavior_agent import collisions_of, past, put, run  # noqa: E402
+from test_behavior_agent import collisions_of, past, put  # noqa: E402
+from test_behavior_agent import run as run_free  # noqa: E402
 from test_carla_stack import speed_of  # noqa: E402
 from townstage import CAR  # noqa: E402
 
@@ -21,6 +23,7 @@ from stucksolver_bridge.agent_plan import make_agent  # noqa: E402
 
 pytestmark = pytest.mark.integration
 
+TICK_S = 0.05
 START, END, PARKED = (11, -1, 20.0), (11, -1, 115.0), (11, -1, 60.0)
 
 
@@ -39,6 +42,21 @@ class Halting(FakeAgent):
             if 0.0 < along < 12.0 and abs(aside) < 2.0:
                 control.throttle, control.brake = 0.0, 0.7
         return control
+
+
+def run(stage, car, recovery, seconds, until=lambda: False):
+    """As `run_free`, and no quicker than the clock on the wall where the solver goes by that.
+
+    Otherwise seconds of the world pass while a busy machine's solver thinks for a tenth of one.
+    """
+    if not recovery.solver.live:
+        return run_free(stage, car, recovery, seconds, until)
+    for _ in range(round(seconds / TICK_S)):
+        begun = time.monotonic()
+        if run_free(stage, car, recovery, TICK_S, until):
+            return True
+        time.sleep(max(begun + TICK_S - time.monotonic(), 0.0))
+    return False
 
 
 @pytest.fixture
@@ -80,32 +98,38 @@ def test_a_stopped_solver_holds_no_tick_up_and_is_heard_again_when_it_goes_on(st
     # Each of these ticks would take as long as the solver may be silent if one were waited for.
     assert run(stage, car, recovery, 20.0, lambda: recovery.directive["kind"] == "continue"), told
     assert [event["kind"] for event in told[before:]].count("order_expired") == 1
-    run(stage, car, recovery, 5.0)
+    run(stage, car, recovery, 2.0)
     assert recovery.solver.alive and not bumps
     os.kill(recovery.solver.process.pid, signal.SIGCONT)
     assert run(stage, car, recovery, 120.0, past(stage, car, PARKED)), told
     assert not bumps
 
 
-def killed(stage, car, recovery, told, at_mps):
-    """Kills the solver once its plan drives so fast; whether a stop would do where the vehicle is then."""
-    assert run(stage, car, recovery, 90.0, lambda: drives_a_path(recovery)), told
-    assert run(stage, car, recovery, 10.0, lambda: speed_of(car) > at_mps)
+def killed(stage, car, recovery, at_mps, stops):
+    """Kills the solver once its plan drives so fast where a stop would do, or would not; whether it came to that.
+
+    On a busy machine an order may expire once before, so the plan begins anew.
+    """
+
+    def due():
+        stands_well = not recovery._lease.no_stop_at(*recovery._place())
+        return drives_a_path(recovery) and speed_of(car) > at_mps and stands_well is stops
+
+    came = run(stage, car, recovery, 120.0, due)
     os.kill(recovery.solver.process.pid, signal.SIGKILL)
     recovery.solver.process.wait()
-    stops = not recovery._lease.no_stop_at(*recovery._place())
     car.apply_control(recovery.run_step())
     stage.world.tick()
     assert not recovery.solver.alive
-    return stops
+    return came
 
 
 @pytest.mark.parametrize("clock", ["wall", "lockstep"])
 def test_killed_before_the_commit_point_it_leaves_a_vehicle_that_stops_and_then_drives_itself(stage, stuck, clock):
-    car, make, told = stuck
+    car, make, _told = stuck
     bumps = collisions_of(stage, car)
     recovery = make(clock)
-    assert killed(stage, car, recovery, told, 0.5), "the test needs a plan that has just begun"
+    assert killed(stage, car, recovery, 0.5, stops=True), "the test needs a plan that has just begun"
     assert recovery.directive["behavior"]["name"] == "wait"
     assert run(stage, car, recovery, 2.0, lambda: recovery.directive == {"kind": "continue"})
     run(stage, car, recovery, 5.0)
@@ -116,7 +140,7 @@ def test_killed_past_the_commit_point_the_way_round_is_finished(stage, stuck):
     car, make, told = stuck
     bumps = collisions_of(stage, car)
     recovery = make("lockstep")
-    assert not killed(stage, car, recovery, told, 2.5), "the test needs a plan that is past its commit point"
+    assert killed(stage, car, recovery, 2.5, stops=False), "the test needs a plan that is past its commit point"
     assert drives_a_path(recovery)
     assert run(stage, car, recovery, 30.0, past(stage, car, PARKED)), told
     assert run(stage, car, recovery, 10.0, lambda: recovery.directive == {"kind": "continue"})

@@ -173,7 +173,7 @@ def test_a_trigger_point_off_the_route_is_refused(theatre):
     spec = shipped()["Accident_1"].scenarios[0]
     place = spec.trigger.position
     away = RoutePose(replace(place, x_m=place.x_m + 30.0, y_m=place.y_m + 30.0), spec.trigger.yaw_deg)
-    with pytest.raises(ScenarioError, match=r"Accident_1: the trigger point \(.*\) lies \d+ m off the route"):
+    with pytest.raises(ScenarioError, match=r"Accident_1: the trigger point \(.*\) is \d+ m off the route"):
         begin(theatre, moved("Accident_1", trigger=away))
 
 
