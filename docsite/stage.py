@@ -15,7 +15,7 @@ from docsite.generate import commands_page, http_page, openapi, schema_files, sc
 
 PAGES = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md")
 LINK = re.compile(r"(?<!!)\[([^\]\n]+)\]\(([^)\s#]+)(#[^)\s]*)?\)")
-PICTURE_TYPES = (".png", ".svg", ".jpg")
+PICTURE_TYPES = (".png", ".svg", ".jpg", ".webp")
 FILE_MAX_BYTES = 300_000
 """A larger file that a page links to is named and not taken along."""
 
