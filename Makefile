@@ -11,7 +11,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 # `make test` runs the tests of `unit` and `integration` in one go: they are collected once, and no core idles in between.
 # It looks at a third of the guard's examples, of the answers that are made up and of the sentences that are sent to the
-# page, and at half of the scenes that are mirrored; `make integration` looks at all.
+# page, and at three of each class of scenes that are mirrored; `make integration` looks at all.
 .PHONY: demo test tests lint types unit integration model-server bench-smoke bench bench-check coverage docs docs-test tutorials \
 	release-check lock clean
 
@@ -28,7 +28,7 @@ types: $(VENV)/.dev
 	$(BIN)/mypy
 
 tests: $(VENV)/.dev
-	GUARD_EXAMPLES=50 GUARD_SCENES=80 ADVERSARIAL_ANSWERS=3400 STUCKSOLVER_BLIND_EVERY=45 \
+	GUARD_EXAMPLES=50 GUARD_SCENES=48 ADVERSARIAL_ANSWERS=3400 STUCKSOLVER_BLIND_EVERY=45 \
 		$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not site"
 
 unit: $(VENV)/.dev

@@ -18,13 +18,13 @@ from carlette.world.spawn import spawn
 
 pytestmark = pytest.mark.integration
 
-WORLDS = 30
-WARM = 10
-GROWTH_MB = 5.0
+WORLDS = 18
+WARM = 8
+GROWTH_MB = 2.5
 """Over the worlds after the first few; a town's map alone is larger."""
 
 
-def test_thirty_worlds_need_no_more_memory_than_ten(town01) -> None:
+def test_eighteen_worlds_need_no_more_memory_than_eight(town01) -> None:
     pytest.importorskip("carla")
     with running_server("--maps", str(town01.parent)) as port:
         raw = Raw(port)

@@ -53,18 +53,18 @@ def collisions(world: World, count: int) -> list[tuple[int, int]]:
 def test_fifty_cars_never_touch_in_the_demo_town(demo_roads: RoadNetwork) -> None:
     world = busy(demo_roads, 50)
     assert len(world.fleet) == 50
-    assert collisions(world, 2000) == []
+    assert collisions(world, 1300) == []
 
 
 def test_twenty_cars_never_touch_in_town01(town01: Path) -> None:
-    assert collisions(busy(RoadNetwork(load_map(town01)), 20), 2000) == []
+    assert collisions(busy(RoadNetwork(load_map(town01)), 20), 1300) == []
 
 
 def test_the_same_seed_drives_the_same_way_and_another_does_not(demo_roads: RoadNetwork) -> None:
     def end(seed: int) -> bytes:
         world = busy(demo_roads, 15)
         world.traffic = Traffic(world, seed=seed)
-        for _ in ticks(world, 600):
+        for _ in ticks(world, 400):
             pass
         return world.bodies.record.tobytes()
 
@@ -134,7 +134,7 @@ def test_nobody_passes_a_red_light(demo_roads: RoadNetwork) -> None:
         pass
     lights, record = world.signals.lights, world.bodies.record
     waiting = set()
-    for _ in ticks(world, 600):
+    for _ in ticks(world, 400):
         at_red = (record["has_light"][world.fleet.row] == 1) & (
             np.hypot(*world.bodies.velocity[world.fleet.row, :2].T) < 0.1
         )

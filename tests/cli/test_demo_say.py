@@ -12,8 +12,6 @@ from stucksolver.cli.main import main
 pytest.importorskip("carla")
 pytest.importorskip("onnxruntime", reason="the reader of words is not installed: pip install 'stucksolver[words]'")
 
-from stucksolver_eval.demo import SPOKEN
-
 
 def said(tmp_path, capsys, words):
     assert main(["demo", "--out", str(tmp_path), "--no-pictures", "--say", words]) == 0
@@ -31,14 +29,6 @@ def test_it_says_what_it_understood_why_it_waits_and_what_came_of_it(tmp_path, c
     assert out.count("car: understood: overtake (") == 2
     assert "in the oncoming lane" in out and out.count(": done") == 2
     assert max(map(len, out.splitlines())) <= max(80, len(str(tmp_path)) + 30)
-
-
-@pytest.mark.integration
-def test_a_refusal_is_understood_and_the_cyclists_are_followed(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("stucksolver_eval.demo.SPOKEN", SPOKEN[1:])
-    out, (cyclists,) = said(tmp_path, capsys, "Leave those two on their bikes alone, please, no overtaking")
-    assert "understood: " in out and "understood: overtake" not in out
-    assert cyclists["result"]["plans_accepted"] == 0
 
 
 @pytest.mark.parametrize(("words", "why"), [("  ", "--say is empty"), ("x" * 501, "at most 500")])

@@ -69,7 +69,7 @@ LADDERS = {
     "people first": lambda: people_first(),
     "help soon": lambda: ladder(rungs={"rules": {"tries": 1, "cooldown_s": 0.2}, "model": None, "passenger": None}),
 }
-SEEDS = (12, 14, 19, 33, 41, 214, *range(1000, 1014))
+SEEDS = (12, 14, 19, 33, 41, 214, *range(1000, 1008))
 """The first six take every way of the table that chance has been seen to take."""
 
 

@@ -10,6 +10,7 @@ from stucksolver.decision.behaviors.base import CannotPlan, Start
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift, turned_shift
 from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.boxes import separation
+from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import FrenetScene
 
 NEARER_M = 0.05
@@ -40,9 +41,15 @@ def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float
         CannotPlan: Even at its smallest turning radius the vehicle would touch something stationary ahead.
     """
     side = d_to - start.d_m
-    for clearance, vulnerable in zip(CORNER_CLEARANCES_M, VULNERABLE_CORNER_CLEARANCES_M, strict=True):
-        for path in _shifts(view, start, d_to, speed_mps):
-            if not touches_standing(view, path, clearance, vulnerable):
+    standing = np.flatnonzero(~view.moving)
+    nearest: list[tuple[Manoeuvre, Array]] = []
+    for path in _shifts(view, start, d_to, speed_mps):
+        nearest.append((path, nearest_on_approach(view, path, standing)))
+        if _is_clear(view, standing, nearest[-1][1], 0):
+            return path
+    for smaller in range(1, len(CORNER_CLEARANCES_M)):
+        for path, gap in nearest:
+            if _is_clear(view, standing, gap, smaller):
                 return path
     way_there = start.s_m - view.ego_s
     if way_there > LATER_M:
@@ -70,19 +77,24 @@ def _shifts(view: FrenetScene, start: Start, d_to: float, speed_mps: float) -> I
         yield lateral(start.s_m, start.d_m, d_to, length, speed_mps, view)
 
 
-def touches_standing(view: FrenetScene, path: Manoeuvre, clearance_m: float, vulnerable_m: float) -> bool:
-    """True if on the path the body would come nearer to a stationary object than `clearance_m`, and than it is now.
+def nearest_on_approach(view: FrenetScene, path: Manoeuvre, which: Array) -> Array:
+    """(len(which),): the smallest gap of the body to objects on the path, where it is smaller than at its start (m).
 
-    `vulnerable_m` is the clearance to pedestrians and cyclists (m).
+    Infinite for an object that the body does not approach.
     """
-    standing = np.flatnonzero(~view.moving)
-    if not len(standing):
-        return False
+    if not len(which):
+        return np.zeros(0)
     gap = separation(
         (path.s[:, None], path.d[:, None], path.body(float(path.heading()[0]), view.ego.limits.wheelbase_m)[:, None]),
         (view.ego.length_m / 2, view.ego.width_m / 2),
-        (view.s[standing], view.d[standing], view.yaw[standing]),
-        (view.half_length[standing], view.half_width[standing]),
+        (view.s[which], view.d[which], view.yaw[which]),
+        (view.half_length[which], view.half_width[which]),
     )
-    least = np.where(view.vulnerable[standing], vulnerable_m, clearance_m)
-    return bool(((gap < least) & (gap < gap[0] - NEARER_M)).any())
+    nearest: Array = np.where(gap < gap[0] - NEARER_M, gap, np.inf).min(axis=0)
+    return nearest
+
+
+def _is_clear(view: FrenetScene, which: Array, nearest_m: Array, step: int) -> bool:
+    """True if these gaps to these objects are at least the clearances of one step of the two lists above."""
+    least = np.where(view.vulnerable[which], VULNERABLE_CORNER_CLEARANCES_M[step], CORNER_CLEARANCES_M[step])
+    return not bool((nearest_m < least).any())

@@ -11,6 +11,7 @@ from stucksolver.decision.manoeuvre import Manoeuvre, coming_back, landing_m, sh
 from stucksolver.decision.passing import DOOR_M, Passing, standing_beyond
 from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.boxes import separation
+from stucksolver.scene.frenet import Array
 from stucksolver.scene.objects import VEHICLES
 from stucksolver.scene.view import FrenetScene
 
@@ -86,23 +87,22 @@ def _soonest(
 ) -> float:
     """Return the first arc length at which a return of this length stays clear of what is passed (m)."""
     back_s = past_s
-    while passing.speed_mps <= MOVES_MPS and back_s - SOONER_M > out.end_s:
+    if passing.speed_mps > MOVES_MPS:
+        return back_s
+    passed = np.array([o.id in passing.ids for o in view.objects], dtype=bool)
+    beside = ~view.moving & (view.s - view.along < passing.far_s)
+    which = np.flatnonzero(passed | beside)
+    while back_s - SOONER_M > out.end_s:
         sooner = back_s - SOONER_M
         path = coming_back((out.end_s, out.end_d), sooner, length_m, sooner + length_m, speed_mps, view)
-        if not _is_clear(view, path, passing, speed_mps):
+        if not _is_clear(view, path, which, speed_mps):
             break
         back_s = sooner
     return back_s
 
 
-def _is_clear(view: FrenetScene, path: Manoeuvre, passing: Passing, speed_mps: float) -> bool:
-    """True if the body stays clear of everything that is passed or stationary beside the path.
-
-    Above walking pace it must also stay clear of doors.
-    """
-    passed = np.array([o.id in passing.ids for o in view.objects], dtype=bool)
-    beside = ~view.moving & (view.s - view.along < passing.far_s)
-    which = np.flatnonzero(passed | beside)
+def _is_clear(view: FrenetScene, path: Manoeuvre, which: Array, speed_mps: float) -> bool:
+    """True if the body stays clear of the objects `which`; above walking pace also of doors."""
     body = (path.s[:, None], path.d[:, None], path.body(0.0, view.ego.limits.wheelbase_m)[:, None])
     size = (view.ego.length_m / 2, view.ego.width_m / 2)
     there = (view.s[which], view.d[which], view.yaw[which])
