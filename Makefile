@@ -10,9 +10,10 @@ PROJECTS := pyproject.toml packages/carlette/pyproject.toml
 unexport PYTHONDONTWRITEBYTECODE
 
 # `make test` runs the tests of `unit` and `integration` in one go: they are collected once, and no core idles in between.
+# It leaves out those marked `slow`, sixty of 7,000 that take as long as all others; CI runs `make slow` as well.
 # It looks at a third of the guard's examples, of the answers that are made up and of the sentences that are sent to the
 # page, and at three of each class of scenes that are mirrored; `make integration` looks at all.
-.PHONY: demo test tests lint types unit integration model-server bench-smoke bench bench-check coverage docs docs-test tutorials \
+.PHONY: demo test tests slow lint types unit integration model-server bench-smoke bench bench-check coverage docs docs-test tutorials \
 	release-check lock clean
 
 demo: $(VENV)/.sim
@@ -29,7 +30,10 @@ types: $(VENV)/.dev
 
 tests: $(VENV)/.dev
 	GUARD_EXAMPLES=50 GUARD_SCENES=48 ADVERSARIAL_ANSWERS=3400 STUCKSOLVER_BLIND_EVERY=45 \
-		$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not site"
+		$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not site and not slow"
+
+slow: $(VENV)/.dev
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m slow
 
 unit: $(VENV)/.dev
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not integration"

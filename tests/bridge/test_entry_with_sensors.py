@@ -109,6 +109,7 @@ class SmallPictures:
         return super().run_step({**input_data, "CAM_FRONT": (frame, picture[::2, ::2].copy())}, timestamp)
 
 
+@pytest.mark.slow
 def test_what_does_not_fit_ends_the_drive_with_one_clear_line_before_anybody_has_moved(drive, monkeypatch, tmp_path):
     usual = entry_class(monkeypatch)
     with pytest.raises(SolverError, match=r"declares 0 sensors of type sensor\.lidar\.ray_cast"):

@@ -122,6 +122,7 @@ def test_half_a_message_a_huge_one_and_noise_are_faults_of_the_wire():
         ours.close()
 
 
+@pytest.mark.slow
 def test_a_stack_of_ones_own_stops_when_the_solver_is_stopped_and_goes_on_with_it(solver):
     solver.close()
     live = SolverProcess(sys.executable, {"settings": {**SETTINGS, "clock": "wall"}})

@@ -50,12 +50,14 @@ def collisions(world: World, count: int) -> list[tuple[int, int]]:
     return hits
 
 
+@pytest.mark.slow
 def test_fifty_cars_never_touch_in_the_demo_town(demo_roads: RoadNetwork) -> None:
     world = busy(demo_roads, 50)
     assert len(world.fleet) == 50
     assert collisions(world, 1300) == []
 
 
+@pytest.mark.slow
 def test_twenty_cars_never_touch_in_town01(town01: Path) -> None:
     assert collisions(busy(RoadNetwork(load_map(town01)), 20), 1300) == []
 

@@ -41,6 +41,7 @@ def serve(map_name: str):
     return running_server("--map", map_name, "--client-version", VERSION, "--seed", "11")
 
 
+@pytest.mark.slow
 def test_twenty_cars_drive_for_thousands_of_ticks_in_their_lanes(town01: Path) -> None:
     with serve(str(town01)) as port:
         result = traffic(port, 20, 2000)
@@ -50,6 +51,7 @@ def test_twenty_cars_drive_for_thousands_of_ticks_in_their_lanes(town01: Path) -
     assert result["p95_m"] < 0.5
 
 
+@pytest.mark.slow
 def test_the_same_seed_drives_the_same_traffic_bit_for_bit() -> None:
     with serve("demo_town") as port:
         first, second = traffic(port, 10, 250), traffic(port, 10, 250)

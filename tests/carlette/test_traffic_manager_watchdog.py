@@ -385,6 +385,7 @@ def burn() -> None:
         pass
 
 
+@pytest.mark.slow
 def test_traffic_goes_on_while_all_cores_are_busy() -> None:
     pytest.importorskip("carla")
     context = multiprocessing.get_context("spawn")

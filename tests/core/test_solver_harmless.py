@@ -95,6 +95,7 @@ QUICK = {("latency:0.7", 27.0)}
 """The other pairs drive as long, among the integration tests."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("clock", "phase"),
     [

@@ -160,6 +160,7 @@ def test_it_backs_up_along_a_path_and_stops_for_what_stands_there(avenue):
     assert 1.0 < ticks.gap[-1] < 2.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["Town01", "Town10HD"])
 def test_it_drives_a_route_with_turns_within_the_lane(name):
     with simulator(town_file(name)) as world:

@@ -83,6 +83,7 @@ def test_the_log_replays_the_run(shown):
     assert not log.frames[-1].path
 
 
+@pytest.mark.slow
 def test_the_same_seed_is_the_same_run_with_oncoming_cars_and_cyclists_too(shown):
     first, second = (shown(CYCLISTS, GUIDED, again=k, oncoming=3, road="one_lane") for k in range(2))
     assert first == second
@@ -109,11 +110,13 @@ def test_a_slow_answer_is_a_late_one_and_helps_all_the_same(shown):
     assert wait_s == pytest.approx(2.0, abs=0.11)
 
 
+@pytest.mark.slow
 def test_without_words_nobody_overtakes_the_cyclists(shown):
     result = shown(CYCLISTS).result
     assert (result.status, result.plans_accepted, result.infractions) == ("Completed", 0, {})
 
 
+@pytest.mark.slow
 def test_with_a_passenger_s_words_the_ego_overtakes_the_cyclists_once(shown):
     log = shown(CYCLISTS, GUIDED, oncoming=3, road="one_lane")  # as above: one drive does for both tests
     assert (log.result.status, log.result.plans_accepted, log.result.infractions) == ("Completed", 1, {})
@@ -130,6 +133,7 @@ def test_oncoming_cars_are_let_by_before_their_lane_is_borrowed(shown):
     assert "yield" in waits and log.decisions[-1].verdict == "accepted"
 
 
+@pytest.mark.slow
 def test_a_driver_of_one_s_own_stands_behind_the_parked_car_alone_and_gets_past_with_help(shown):
     own = {"driver": "examples.own_driver:PurePursuit"}
     alone, helped = shown(arm=ALONE, **own), shown(**own)

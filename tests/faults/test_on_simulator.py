@@ -168,6 +168,7 @@ def test_the_command_shows_the_state_and_ends_cleanly_on_ctrl_c(server: Server, 
     assert "Traceback" not in err
 
 
+@pytest.mark.slow
 def test_a_watch_of_so_many_seconds_writes_the_end_of_its_record(server: Server, ride: Ride, tmp_path: Path) -> None:
     ride.place()
     code = "import sys; from stucksolver.cli import main; sys.exit(main(sys.argv[1:]))"

@@ -137,6 +137,7 @@ def test_tries_are_counted_and_pauses_kept():
     assert seen.texts(EventKind.ESCALATED) == ["to the rung passenger"]
 
 
+@pytest.mark.slow
 @pytest.mark.integration
 def test_traffic_that_will_go_on_uses_up_no_tries():
     """A stream of oncoming cars refuses the plan again and again; that is no reason to call for help."""

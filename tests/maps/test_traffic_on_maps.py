@@ -13,6 +13,7 @@ pytestmark = pytest.mark.integration
 CARS, TICKS = 25, 800
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["grid_town", "interurban", "motorway"])
 def test_cars_drive_forty_seconds_in_their_lanes(name):
     with serve(name) as port:

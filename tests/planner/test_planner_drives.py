@@ -18,11 +18,13 @@ def test_it_goes_round_what_blocks_its_lane_without_touching_anything(route, tmp
     assert driven(route, tmp_path) == ("1", "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("route", ["1400", "1431"])
 def test_it_gives_doors_room_and_lets_an_emergency_vehicle_past(route, tmp_path) -> None:
     assert driven(route, tmp_path) == ("1", "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("route", ["1084", "1132", "1184"])
 def test_it_joins_and_crosses_streams_that_brake_for_nobody(route, tmp_path) -> None:
     assert driven(route, tmp_path) == ("1", "")

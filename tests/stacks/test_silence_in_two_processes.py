@@ -84,6 +84,7 @@ def drives_a_path(recovery):
     return recovery.directive["kind"] == "execute" and len(recovery.directive.get("path", ())) > 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seconds", [0.3, 2.5])
 def test_a_stopped_solver_holds_no_tick_up_and_is_heard_again_when_it_goes_on(stage, stuck, seconds):
     car, make, told = stuck
@@ -124,6 +125,7 @@ def killed(stage, car, recovery, at_mps, stops):
     return came
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("clock", ["wall", "lockstep"])
 def test_killed_before_the_commit_point_it_leaves_a_vehicle_that_stops_and_then_drives_itself(stage, stuck, clock):
     car, make, _told = stuck

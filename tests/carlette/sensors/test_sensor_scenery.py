@@ -59,6 +59,7 @@ def gated(_gated: tuple[int, Gate]) -> tuple[int, Gate]:
     return _gated
 
 
+@pytest.mark.slow
 def test_requests_are_answered_while_a_map_is_built_and_the_first_frame_comes_after_it(gated: tuple[int, Gate]) -> None:
     port, gate = gated
     world, other = _world(port), _world(port)
@@ -101,6 +102,7 @@ def test_a_server_ends_while_a_map_is_built(tmp_path: Path) -> None:
         # The block's end asserts that it goes, though the map is never built.
 
 
+@pytest.mark.slow
 def test_in_asynchronous_mode_pictures_begin_when_the_map_is_built(gated: tuple[int, Gate]) -> None:
     port, gate = gated
     client = carla.Client("127.0.0.1", port)

@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "reason"))
 from chat_server import ChatServer
 
 pytest.importorskip("openai", reason="the openai package is not installed: pip install 'stucksolver[llm]'")
-pytestmark = pytest.mark.integration
+pytestmark = [pytest.mark.integration, pytest.mark.slow]
 
 DRIVE_S = {"pedestrians": 37.0, "open_door": 25.0, "cyclists": 28.0}
 """Until the people have crossed, and each plan is over: a picture costs more than everything else in a tick."""
