@@ -44,8 +44,11 @@ def blocks(page: str) -> list[Block]:
     return [Block(language, title or "", text) for language, title, text in BLOCK.findall(page)]
 
 
-def follow(page: str, folder: Path, name: str = "page") -> Iterator[str]:
-    """Do what a page says in a folder; gives each block of commands once it has run. Raises `TutorialError`."""
+def follow(page: str, folder: Path, name: str = "page", python: str = sys.executable) -> Iterator[str]:
+    """Do what a page says in a folder; gives each block of commands once it has run. Raises `TutorialError`.
+
+    Commands find the programs of the environment of `python` first.
+    """
     printed = ""
     for block in blocks(page):
         if block.title == PRINTS:
@@ -56,13 +59,13 @@ def follow(page: str, folder: Path, name: str = "page") -> Iterator[str]:
             (folder / block.title).parent.mkdir(parents=True, exist_ok=True)
             (folder / block.title).write_text(block.text, encoding="utf-8")
         elif block.language == "sh":
-            printed = _run(block.text, folder, name)
+            printed = _run(block.text, folder, name, python)
             yield block.text
 
 
-def _run(commands: str, folder: Path, name: str) -> str:
-    """What the commands print on both streams; they find this environment's programs first."""
-    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+def _run(commands: str, folder: Path, name: str, python: str) -> str:
+    """What the commands print on both streams."""
+    environment = {**os.environ, "PATH": f"{Path(python).parent}{os.pathsep}{os.environ['PATH']}"}
     for variable in [key for key in environment if key.startswith("STUCKSOLVER_")]:
         del environment[variable]
     command = ["bash", "-euo", "pipefail", "-c", commands]
