@@ -1,8 +1,8 @@
 """Times what a newcomer does, from the clone to their own stack: `python -m docsite.stopwatch`.
 
-It clones this checkout's last commit into a temporary folder, sets it up with `make demo`, and runs every command of the
-tutorial there, in the environment that `make demo` made. The times go into the table of `docs/tutorial/index.md`. Reading
-and typing are not counted, and neither is the download of the repository itself, because the clone is a local one.
+It clones this checkout's last commit into a temporary folder, sets it up with `make demo`, and runs every command of
+the tutorial there, in the environment that `make demo` made. The times go into the table of `docs/tutorial/index.md`.
+Reading and typing are not counted, and neither is the download of the repository, because the clone is a local one.
 """
 
 from __future__ import annotations
