@@ -31,12 +31,12 @@ STEPS = {
     "own-model": "your own model",
     "own-behaviour": "your own behaviour",
 }
-SHOWN = 60
-"""The table shows so many characters of a command."""
+ENDING = " 2>&1 || true"
+"""Commands that are meant to fail end so; the table leaves it out."""
 
 
 class Lap(NamedTuple):
-    """One step: what for, its first command, and how long it took (s)."""
+    """One step: what for, the last of its commands, and how long they took (s)."""
 
     step: str
     command: str
@@ -54,7 +54,7 @@ def laps(folder: Path) -> Iterator[Lap]:
         begun = time.monotonic()
         for commands in follow(text, clone, page, python):
             now = time.monotonic()
-            yield Lap(step, commands.splitlines()[0], now - begun)
+            yield Lap(step, commands.splitlines()[-1], now - begun)
             begun = now
 
 
@@ -71,7 +71,7 @@ def table(found: list[Lap]) -> str:
     total, last = 0.0, ""
     for lap in found:
         total += lap.seconds
-        command = lap.command if len(lap.command) <= SHOWN else lap.command[: SHOWN - 2] + " …"
+        command = lap.command.removesuffix(ENDING)
         lines.append(
             f"| {lap.step if lap.step != last else ''} | `{command}` | {lap.seconds:.0f} s | {total / 60:.1f} min |"
         )
