@@ -30,6 +30,12 @@ def test_it_joins_and_crosses_streams_that_brake_for_nobody(route, tmp_path) -> 
     assert driven(route, tmp_path) == ("1", "")
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("route", ["1191", "1193", "1311"])
+def test_it_turns_left_across_a_stream_that_brakes_for_nobody(route, tmp_path) -> None:
+    assert driven(route, tmp_path) == ("1", "")
+
+
 def driven(route, tmp_path):
     """Success and infractions of a route of bench220, as its table has them."""
     words = ["evaluate", "--suite", "bench220", "--routes", route, "--recovery", "none", "--driver", "planner"]

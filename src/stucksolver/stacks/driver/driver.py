@@ -122,6 +122,10 @@ class BehaviorDriver:
         self._route = tuple(route)
         self._planner.set_route(self._route, motion.pose, motion.speed)
         self._holding = False
+        self._watch_line()
+
+    def _watch_line(self) -> None:
+        """Find the lights, stop signs and junctions of the route's line."""
         line = self._planner.route_line
         actors = self._world.get_actors()
         lights, signs = list(actors.filter("*traffic_light*")), list(actors.filter("*traffic.stop*"))

@@ -117,6 +117,11 @@ class GiveWay:
         self._habits = Habits(self.shown_m)
 
     @property
+    def waits_at(self) -> tuple[Meeting | None, float]:
+        """The junction ahead, if any, and how long it has waited there so far (s)."""
+        return (self._due[0] if self._due else None), self._waited_s
+
+    @property
     def going(self) -> bool:
         """True if it has set off in a gap."""
         return self._going is not None
@@ -133,19 +138,12 @@ class GiveWay:
         speed = motion.speed
         half = self._model.half_length
         front = s + half
-        while self._due and s - half > self._due[0].last_s:
-            self._due.pop(0)
-            self._going, self._waited_s, self._habits = None, 0.0, Habits(self.shown_m)
+        self._forget(s)
         if not self._due or self._due[0].wait_s - front > _LOOKS_M + _LOOKS_S * speed:
             return FREE
-        meeting, others = self._due[0], _moving(around)
-        under_way = [(way, one) for way in meeting.ways for one in on_way(way, others)]
-        self._habits.see(under_way)
-        coming = [(way, one) for way, one in under_way if _comes(way, one) and self._habits.expect(way, one)]
-        top_mps = self._top_mps(motion, coming)
-        own = _Drive(
-            line, _foretold(line, s, speed, top_mps, self._profile, self.pace.bends, self._lag_s()), self._model
-        )
+        meeting = self._due[0]
+        coming = self._coming(meeting, around)
+        own = self._drive(line, s, speed, self._top_mps(motion, coming))
         place_s = meeting.wait_s if front <= meeting.wait_s else meeting.first_s
         room = place_s - front
         if self._must_go(speed, room):
@@ -160,6 +158,24 @@ class GiveWay:
             return GiveWayDecision(room, frozenset())
         look_m = room if front <= meeting.wait_s and _asks_to_look(meeting, line) else None
         return GiveWayDecision(None, found.passing, look_m, found.leader)
+
+    def _forget(self, s: float) -> None:
+        """Drop the junctions that an ego with its centre at `s` has left."""
+        while self._due and s - self._model.half_length > self._due[0].last_s:
+            self._due.pop(0)
+            self._going, self._waited_s, self._habits = None, 0.0, Habits(self.shown_m)
+
+    def _coming(self, meeting: Meeting, around: NearbyBodies) -> list[tuple[MeetingWay, OtherOnWay]]:
+        """Return those who come by a junction's ways and are not expected to wait or to turn off."""
+        others = _moving(around)
+        under_way = [(way, one) for way in meeting.ways for one in on_way(way, others)]
+        self._habits.see(under_way)
+        return [(way, one) for way, one in under_way if _comes(way, one) and self._habits.expect(way, one)]
+
+    def _drive(self, line: Path, s: float, speed: float, top_mps: float) -> Drive:
+        """Return the ego's drive if it goes now."""
+        gone = foretold(line, s, speed, top_mps, self._profile, self.pace.bends, self._lag_s())
+        return Drive(line, gone, self._model)
 
     def _must_go(self, speed: float, room: float) -> bool:
         """True if the ego can no longer stop before the others' way, `room` metres ahead."""
@@ -299,13 +315,17 @@ def _is_red(light: carla.TrafficLight) -> bool:
     return bool(light.state == carla.TrafficLightState.Red)
 
 
-class _Drive:
+class Drive:
     """The predicted positions of the ego if it goes now."""
 
-    def __init__(self, line: Path, s: Array, model: VehicleModel) -> None:
+    def __init__(self, line: Path, s: Array, model: VehicleModel, slips: bool = False) -> None:
+        """`slips`: in a bend the body points less far round than its centre moves, which matters on a tight one."""
         self._s = s
         self._t = STEP_S * np.arange(len(s))
         self._x, self._y, self._yaw = line.at(s)
+        if slips:
+            sine = model.rear_axle * np.interp(s, line.s, line.curvature)
+            self._yaw = self._yaw - np.arcsin(np.clip(sine, -0.8, 0.8))
         self._model = model
 
     def judge(self, coming: Sequence[tuple[MeetingWay, OtherOnWay]], margin: Margin) -> Met:
@@ -365,9 +385,7 @@ class _Drive:
         return bool((gap <= 0.0).any())
 
 
-def _foretold(
-    line: Path, s: float, speed: float, top_mps: float, profile: Profile, bends: float, lag_s: float
-) -> Array:
+def foretold(line: Path, s: float, speed: float, top_mps: float, profile: Profile, bends: float, lag_s: float) -> Array:
     """Return the arc lengths of the ego's centre over the horizon if only the line's bounds hold it back (m)."""
     spacing = float(line.s[1]) if len(line.s) > 1 else 1.0
     bounds, last = line.speed, len(line.speed) - 1

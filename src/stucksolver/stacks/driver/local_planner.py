@@ -64,7 +64,10 @@ class LocalPlanner:
 
     def set_route(self, route: Sequence[RoutePoint], pose: Pose, speed: float) -> None:
         """Drive `route` from the ego's position."""
-        line = route_path(route)
+        self.set_line(route_path(route), pose, speed)
+
+    def set_line(self, line: Path, pose: Pose, speed: float) -> None:
+        """Drive `line` as the route's, from the ego's position, no faster than its bends allow."""
         bounds = limited_speed(line.s, curve_speed(line.curvature, self._lateral_accel), self._deceleration)
         self._route_line = Path(line.s, line.x, line.y, line.z, line.yaw, line.curvature, bounds)
         self._route_s = self._located(self._route_line, pose, 0.0).s

@@ -25,6 +25,7 @@ from stucksolver.stacks.driver.pull_out import BESIDE_M as ROADSIDE_M
 from stucksolver.stacks.driver.route_line import rejoining_length
 from stucksolver.stacks.planner.berth import Berths
 from stucksolver.stacks.planner.blockers import SLOW_SHARE, STANDS_MPS, TOUCHES_M, Blockers
+from stucksolver.stacks.planner.crossing import CrossingGiveWay
 from stucksolver.stacks.planner.foresight import TurnRates, allowed_acceleration, entering
 from stucksolver.stacks.planner.lane_changes import SLOWER_MPS2, ChangeWatch, lane_changes
 from stucksolver.stacks.planner.offsets import Shift, offset_of, shifted_path
@@ -41,8 +42,11 @@ from stucksolver.stacks.planner.passes import (
 from stucksolver.stacks.planner.route_bodies import AHEAD_M, on_route
 from stucksolver.stacks.planner.sides import Sides, sides_of
 from stucksolver.stacks.planner.streams import FASTEST_MPS, HURRIED, StreamConcerns, StreamGiveWay, pace_behind_mps
+from stucksolver.stacks.planner.turns import squared, stream_ways
 from stucksolver.stacks.planner.yielding import EMERGENCY_LAMPS, STRETCH_M, aside, comes_behind, is_past, may_return
 
+SQUARES_AFTER_S = 8.0
+"""After this wait for an oncoming stream a left turn is driven squarely (s): a gap for the usual arc may never come."""
 WAITS_M = 8.0
 """Where it waits behind what it wants to pass: nearer, it could not swing out any more."""
 LAMPS_EVERY_S = 1.0
@@ -61,6 +65,8 @@ class PlannerDriver(BehaviorDriver):
 
     sees_m: ClassVar[float] = AHEAD_M
     upstream_m: ClassVar[float] = 180.0
+    _square_s: float | None = None
+    """Waiting place of the left turn that it drives squarely, on the route's line (m)."""
 
     def __init__(
         self,
@@ -97,6 +103,7 @@ class PlannerDriver(BehaviorDriver):
         Raises:
             ValueError: The route is empty.
         """
+        self._square_s = None
         super().set_route(route)
         self._give_up_way()
         line = self._planner.route_line
@@ -122,7 +129,29 @@ class PlannerDriver(BehaviorDriver):
         self._pass, self._shifts, self._yields_to = None, [], frozenset()
 
     def _giving_way(self, met: Sequence[Meeting]) -> GiveWay:
+        line = self._planner.route_line
+        if self._square_s is not None and line is not None:
+            return CrossingGiveWay(met, self._profile, self._model, line, self._square_s)
         return StreamGiveWay(met, self._profile, self._model, HURRIED)
+
+    def _square_the_turn(self, line: Path, sides: Sides, motion: Motion) -> bool:
+        """True if the left turn before which it waits for a stream is driven squarely from now on."""
+        meeting, waited_s = self._give_way.waits_at
+        if meeting is None or waited_s < SQUARES_AFTER_S or meeting.wait_s == self._square_s:
+            return False
+        turn = squared(line, meeting, self._model.half_width, self._is_drivable) if stream_ways(line, meeting) else None
+        self._square_s = meeting.wait_s
+        if turn is None:
+            return False
+        self._give_up_way()
+        self._planner.set_line(turn.line, motion.pose, motion.speed)
+        self._watch_line()
+        self._sides = Sides(turn.moved(sides.s), sides.widths)
+        self._changes = ChangeWatch(lane_changes(self._route, turn.line))
+        return True
+
+    def _is_drivable(self, x: float, y: float, z: float) -> bool:
+        return self._map.get_waypoint(carla.Location(x, y, z), project_to_road=False) is not None
 
     @property
     def _at_the_roadside(self) -> bool:
@@ -139,6 +168,8 @@ class PlannerDriver(BehaviorDriver):
         planner, line = self._planner, self._planner.route_line
         self._wait_m, self._streams.flow_mps = None, 0.0
         if line is None or self._sides is None or planner.following or self._holding or planner.arrived:
+            return
+        if self._square_the_turn(line, self._sides, motion):
             return
         now_s = self._world.get_snapshot().timestamp.elapsed_seconds
         here = self._situation(line, motion, around, self._sides)

@@ -120,7 +120,7 @@ class StreamConcerns(Concerns):
     def cruise(self, path: Path, speed: float, limit_kmh: float, command: str, pace: Pace) -> float:
         """Keep to the path's bounds and to the limit, or to the stream's pace if that is faster."""
         self._joins = self.flow_mps > super().top_speed(limit_kmh)
-        command, pace = ("", HURRIED) if self._joins else (command, pace)
+        command, pace = ("", max(pace, HURRIED)) if self._joins else (command, pace)
         return super().cruise(path, speed, limit_kmh, command, pace)
 
     def top_speed(self, limit_kmh: float) -> float:

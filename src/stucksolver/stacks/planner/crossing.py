@@ -1,0 +1,86 @@
+"""Across an oncoming stream on a square turn: with a run-up, in a proven gap, and without a stop in the stream.
+
+From the waiting place before the junction the ego drives up to the stream at the speed at which it crosses it, but
+only if the whole drive is proven to meet nobody. Until it can no longer stop before the stream it may still give up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stucksolver.stacks.driver.behavior import Profile
+from stucksolver.stacks.driver.concerns import Pace
+from stucksolver.stacks.driver.give_way import Drive, GiveWayDecision, Margin, Moving, can_stop, foretold
+from stucksolver.stacks.driver.meeting_ways import Meeting
+from stucksolver.stacks.driver.path import Path
+from stucksolver.stacks.driver.perception import NearbyBodies
+from stucksolver.stacks.driver.vehicle_model import VehicleModel
+from stucksolver.stacks.planner.streams import HURRIED, StreamGiveWay
+from stucksolver.stacks.planner.turns import stream_ways
+
+CROSSES = Pace(2.0, 1.65)
+"""How to cross: up to 4 m/s² ahead, and some 6 m/s² sideways, what tyres hold on a wet road (0.6 g)."""
+TO_CROSS = Margin(0.5, 0.08, 0.5, 0.05)
+"""Kept free before and behind the others: at constant speed they and the ego are foretold to within a tenth of a
+second.
+"""
+TO_GO_ON_CROSSING = Margin(0.3, 0.0, 0.2, 0.0)
+"""For an ego that has set off, so that rounding does not make it give up."""
+LAG_S = 0.1
+"""How long a standing ego takes to set off (s); one that takes longer gives up before the stream."""
+RUN_UP_M = 8.0
+"""Distance from the stream at which an ego that gives up stops if it can: enough to reach 6 m/s again."""
+EDGE_M = 0.5
+"""Distance kept from the stream by one that stops there (m)."""
+GIVES_UP_MPS2 = 5.0
+"""Deceleration with which it stops before the stream at the latest (m/s²)."""
+
+
+class CrossingGiveWay(StreamGiveWay):
+    """Looks for a gap to cross the oncoming stream on the square turn at `wait_s`; elsewhere see `StreamGiveWay`."""
+
+    def __init__(
+        self, meetings: Sequence[Meeting], profile: Profile, model: VehicleModel, line: Path, wait_s: float
+    ) -> None:
+        super().__init__(meetings, profile, model, HURRIED)
+        self._turn = min(meetings, key=lambda one: abs(one.wait_s - wait_s), default=None)
+        self._streams = [] if self._turn is None else stream_ways(line, self._turn)
+
+    def look(self, line: Path, s: float, motion: Moving, around: NearbyBodies, dt_s: float) -> GiveWayDecision:
+        """See `GiveWay`."""
+        self._forget(s)
+        here = bool(self._due) and self._due[0] is self._turn and bool(self._streams)
+        self.pace = CROSSES if here else HURRIED
+        return self._cross(line, s, motion, around) if here else super().look(line, s, motion, around, dt_s)
+
+    def _cross(self, line: Path, s: float, motion: Moving, around: NearbyBodies) -> GiveWayDecision:
+        meeting, front = self._due[0], s + self._model.half_length
+        coming = self._coming(meeting, around)
+        drive = self._drive(line, s, motion.speed, self._top_mps(motion, coming))
+        edge_s = min(way.route_meets_s for way in self._streams) - EDGE_M
+        going = self._going is meeting
+        found = drive.judge(coming, TO_GO_ON_CROSSING if going else TO_CROSS)
+        if going and not can_stop(motion.speed, edge_s - front, GIVES_UP_MPS2):
+            # In the stream it only drives on: whoever it was proven against would run into a stop.
+            stream = frozenset(other.actor_id for way, other in coming if way in self._streams)
+            across = front > max(way.route_parts_s for way in self._streams)
+            return GiveWayDecision(None, found.passing | stream, None, found.leader if across else None)
+        if not found.met:
+            self._going = meeting
+            return GiveWayDecision(None, found.passing)
+        self._going = None
+        return GiveWayDecision(self._stop_m(meeting, edge_s, front, motion.speed), frozenset())
+
+    def _drive(self, line: Path, s: float, speed: float, top_mps: float) -> Drive:
+        """See `GiveWay`."""
+        if self.pace is not CROSSES:
+            return super()._drive(line, s, speed, top_mps)
+        lag_s = 0.0 if self.going else LAG_S
+        gone = foretold(line, s, speed, top_mps, self._profile, self.pace.bends, lag_s)
+        return Drive(line, gone, self._model, slips=True)
+
+    def _stop_m(self, meeting: Meeting, edge_s: float, front: float, speed: float) -> float:
+        """Return the distance to where to wait: before the junction, a run-up before the stream, or at its edge."""
+        places = (meeting.wait_s, edge_s - RUN_UP_M, edge_s)
+        rooms = [one - front for one in places if can_stop(speed, one - front, self._profile.deceleration)]
+        return min(rooms, default=edge_s - front)
