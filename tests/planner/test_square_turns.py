@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from test_streams import MODEL, PROFILE
+
 from stucksolver.stacks.driver.concerns import USUAL
 from stucksolver.stacks.driver.give_way import Moving
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
@@ -161,8 +161,48 @@ def test_one_that_has_set_off_gives_up_before_the_stream_if_somebody_comes_after
     assert not gives_way.going
 
 
+def test_it_stops_before_the_way_of_whoever_comes_ahead_of_the_stream() -> None:
+    s = np.arange(0.0, 100.0)
+    across = replace(
+        oncoming(SQUARE), x=0.0 * s + 66.0, y=s - 50.0, yaw=0.0 * s + np.pi / 2.0, s=s, inside_s=40.0, meets_s=48.0,
+        parts_s=52.0, route_meets_s=64.0, route_parts_s=68.0,
+    )  # fmt: skip
+    gives_way = CrossingGiveWay([Meeting(WAIT_S, (oncoming(SQUARE), across))], PROFILE, MODEL, SQUARE, WAIT_S)
+    comes = replace(cars(66.0), y=np.full(1, -16.0), yaw=np.full(1, np.pi / 2.0), vx=np.zeros(1), vy=np.full(1, 9.0))
+    found = look(gives_way, WAIT_S + 1.0, 2.0, comes)
+    assert found.wait_m is not None
+    assert WAIT_S + 1.0 + found.wait_m < 64.0
+
+
 def test_it_crosses_faster_than_it_turns_elsewhere() -> None:
     gives_way = watch()
     look(gives_way, WAIT_S - 1.0, 0.0, cars())
     assert gives_way.pace is crossing.CROSSES
     assert crossing.CROSSES.bends > USUAL.bends
+
+
+def joining_watch(front):
+    """One that drives straight on into a stream of its direction, which it joins at 70 m and whose junction ends at 85;
+    it has set off, and its front is at `front`.
+    """
+    line = make_path(np.arange(0.0, 300.0), np.zeros(300), np.full(300, 30.0))
+    s = np.arange(0.0, 200.0)
+    way = replace(
+        oncoming(SQUARE), x=s, y=0.0 * s, yaw=0.0 * s, inside_s=50.0, meets_s=70.0, parts_s=85.0, route_meets_s=70.0,
+        route_parts_s=85.0, joins=True,
+    )  # fmt: skip
+    gives_way = CrossingGiveWay([Meeting(WAIT_S, (way,))], PROFILE, MODEL, line, WAIT_S)
+    ahead = replace(cars(120.0), yaw=np.zeros(1), vx=np.full(1, 14.0), y=np.zeros(1))
+    for place, speed in ((WAIT_S - 1.0, 0.0), (front, 8.0)):
+        gives_way.look(line, place - MODEL.half_length, Moving(speed, 8.0), ahead, 0.05)
+    return gives_way
+
+
+def test_a_stream_that_it_has_joined_sets_its_pace_until_it_drives_in_its_lane() -> None:
+    assert joining_watch(95.0).flow_mps == pytest.approx(14.0)
+    assert joining_watch(120.0).flow_mps == 0.0
+
+
+def test_it_counts_on_no_more_acceleration_than_the_car_has() -> None:
+    assert crossing.pull_mps2(1.0) > 3.5
+    assert crossing.pull_mps2(12.0) < 2.2

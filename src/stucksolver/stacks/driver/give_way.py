@@ -7,7 +7,7 @@ waits. It never stops where the ways meet. CARLA's world frame, metres, radians,
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import ClassVar, NamedTuple
 
@@ -318,8 +318,13 @@ def _is_red(light: carla.TrafficLight) -> bool:
 class Drive:
     """The predicted positions of the ego if it goes now."""
 
-    def __init__(self, line: Path, s: Array, model: VehicleModel, slips: bool = False) -> None:
-        """`slips`: in a bend the body points less far round than its centre moves, which matters on a tight one."""
+    def __init__(
+        self, line: Path, s: Array, model: VehicleModel, slips: bool = False, joined_s: float = JOINED_S
+    ) -> None:
+        """`slips`: in a bend the body points less far round than its centre moves, which matters on a tight one.
+        `joined_s`: see `JOINED_S`.
+        """
+        self._joined_s = joined_s
         self._s = s
         self._t = STEP_S * np.arange(len(s))
         self._x, self._y, self._yaw = line.at(s)
@@ -364,7 +369,9 @@ class Drive:
         half = self._model.half_length
         t_in = self._arrives_s(way)
         until = way.route_parts_s + half
-        when = (self._s > way.route_meets_s - half) & ((self._t < t_in + JOINED_S) if way.joins else (self._s < until))
+        when = (self._s > way.route_meets_s - half) & (
+            (self._t < t_in + self._joined_s) if way.joins else (self._s < until)
+        )
         if not when.any():
             return False
         before = margin.before_m + margin.before_s * other.speed
@@ -385,15 +392,29 @@ class Drive:
         return bool((gap <= 0.0).any())
 
 
-def foretold(line: Path, s: float, speed: float, top_mps: float, profile: Profile, bends: float, lag_s: float) -> Array:
-    """Return the arc lengths of the ego's centre over the horizon if only the line's bounds hold it back (m)."""
+def foretold(
+    line: Path,
+    s: float,
+    speed: float,
+    top_mps: float,
+    profile: Profile,
+    bends: float,
+    lag_s: float,
+    pull: Callable[[float], float] | None = None,
+    horizon_s: float = HORIZON_S,
+) -> Array:
+    """Return the arc lengths of the ego's centre over the horizon if only the line's bounds hold it back (m).
+
+    `pull` gives the highest acceleration of the vehicle at a speed (m/s²), where the profile's is not reached.
+    """
     spacing = float(line.s[1]) if len(line.s) > 1 else 1.0
     bounds, last = line.speed, len(line.speed) - 1
     found, lag = [], lag_s if speed < 1.0 else 0.0
-    for k in range(round(HORIZON_S / STEP_S)):
+    for k in range(round(horizon_s / STEP_S)):
         found.append(s)
         bound = bends * float(bounds[min(int((s + 0.4 * speed) / spacing), last)])
         if k * STEP_S >= lag:
-            speed = max(speed + STEP_S * toward_speed(speed, min(bound, top_mps), profile), 0.0)
+            wanted = toward_speed(speed, min(bound, top_mps), profile)
+            speed = max(speed + STEP_S * (wanted if pull is None else min(wanted, pull(speed))), 0.0)
         s += STEP_S * speed
     return np.array(found)

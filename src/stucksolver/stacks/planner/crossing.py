@@ -6,12 +6,15 @@ only if the whole drive is proven to meet nobody. Until it can no longer stop be
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+
+import numpy as np
 
 from stucksolver.stacks.driver.behavior import Profile
 from stucksolver.stacks.driver.concerns import Pace
 from stucksolver.stacks.driver.give_way import Drive, GiveWayDecision, Margin, Moving, can_stop, foretold
-from stucksolver.stacks.driver.meeting_ways import Meeting
+from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.path import Path
 from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
@@ -26,6 +29,18 @@ second.
 """
 TO_GO_ON_CROSSING = Margin(0.3, 0.0, 0.2, 0.0)
 """For an ego that has set off, so that rounding does not make it give up."""
+_PULL_AT_MPS, _PULL_MPS2 = (2.0, 6.0, 10.0, 16.0), (3.9, 3.1, 2.1, 1.9)
+"""Highest accelerations (m/s²) at these speeds (m/s): CARLA's Lincoln at the highest throttle of this driver, 0.75, as
+measured on carlette.
+"""
+HORIZON_S = 14.0
+"""How far ahead the drive is foretold (s): 5 s to the stream, and `JOINED_S`."""
+JOINED_S = 8.0
+"""For so long after the ego has joined a stream nobody may come too near from behind (s): from 10 to 18 m/s it takes
+4 s and more, and then the gap closes no more.
+"""
+IN_LANE_M = 25.0
+"""So far behind the junction the vehicles in its lane still lie beside the route's line behind the ego (m)."""
 LAG_S = 0.1
 """How long a standing ego takes to set off (s); one that takes longer gives up before the stream."""
 RUN_UP_M = 8.0
@@ -36,15 +51,25 @@ GIVES_UP_MPS2 = 5.0
 """Deceleration with which it stops before the stream at the latest (m/s²)."""
 
 
+def pull_mps2(speed: float) -> float:
+    """Return the highest acceleration (m/s²) at a speed (m/s)."""
+    return float(np.interp(speed, _PULL_AT_MPS, _PULL_MPS2))
+
+
+def joined_streams(meeting: Meeting) -> list[MeetingWay]:
+    """Return the straight ways with the right of way that the route joins at a junction."""
+    return [way for way in meeting.ways if way.goes_first and way.straight and way.joins]
+
+
 class CrossingGiveWay(StreamGiveWay):
-    """Looks for a gap to cross the oncoming stream on the square turn at `wait_s`; elsewhere see `StreamGiveWay`."""
+    """Looks for a gap in the stream at `wait_s`, to cross or join it; elsewhere see `StreamGiveWay`."""
 
     def __init__(
         self, meetings: Sequence[Meeting], profile: Profile, model: VehicleModel, line: Path, wait_s: float
     ) -> None:
         super().__init__(meetings, profile, model, HURRIED)
         self._turn = min(meetings, key=lambda one: abs(one.wait_s - wait_s), default=None)
-        self._streams = [] if self._turn is None else stream_ways(line, self._turn)
+        self._streams = [] if self._turn is None else stream_ways(line, self._turn) or joined_streams(self._turn)
 
     def look(self, line: Path, s: float, motion: Moving, around: NearbyBodies, dt_s: float) -> GiveWayDecision:
         """See `GiveWay`."""
@@ -62,25 +87,34 @@ class CrossingGiveWay(StreamGiveWay):
         found = drive.judge(coming, TO_GO_ON_CROSSING if going else TO_CROSS)
         if going and not can_stop(motion.speed, edge_s - front, GIVES_UP_MPS2):
             # In the stream it only drives on: whoever it was proven against would run into a stop.
-            stream = frozenset(other.actor_id for way, other in coming if way in self._streams)
-            across = front > max(way.route_parts_s for way in self._streams)
+            stream = frozenset(other.actor_id for way, other in coming if way in self._streams and not way.joins)
+            across = front > max((way.route_parts_s for way in self._streams if not way.joins), default=-math.inf)
             return GiveWayDecision(None, found.passing | stream, None, found.leader if across else None)
         if not found.met:
             self._going = meeting
             return GiveWayDecision(None, found.passing)
         self._going = None
-        return GiveWayDecision(self._stop_m(meeting, edge_s, front, motion.speed), frozenset())
+        others_s = [way.route_meets_s - EDGE_M for way in found.met if way.route_meets_s > front + EDGE_M]
+        return GiveWayDecision(self._stop_m(meeting, min([edge_s, *others_s]), front, motion.speed), frozenset())
 
     def _drive(self, line: Path, s: float, speed: float, top_mps: float) -> Drive:
         """See `GiveWay`."""
         if self.pace is not CROSSES:
             return super()._drive(line, s, speed, top_mps)
         lag_s = 0.0 if self.going else LAG_S
-        gone = foretold(line, s, speed, top_mps, self._profile, self.pace.bends, lag_s)
-        return Drive(line, gone, self._model, slips=True)
+        gone = foretold(line, s, speed, top_mps, self._profile, self.pace.bends, lag_s, pull_mps2, HORIZON_S)
+        return Drive(line, gone, self._model, slips=True, joined_s=JOINED_S)
+
+    def _forget(self, s: float) -> None:
+        """See `GiveWay`; a stream that it has joined sets its pace until it drives in its lane like everybody else."""
+        joins = any(way.joins for way in self._streams)
+        here = self._due[0] if self._due else None
+        stays_m = IN_LANE_M if joins and here is self._turn else 0.0
+        super()._forget(s - stays_m)
 
     def _stop_m(self, meeting: Meeting, edge_s: float, front: float, speed: float) -> float:
         """Return the distance to where to wait: before the junction, a run-up before the stream, or at its edge."""
-        places = (meeting.wait_s, edge_s - RUN_UP_M, edge_s)
-        rooms = [one - front for one in places if can_stop(speed, one - front, self._profile.deceleration)]
-        return min(rooms, default=edge_s - front)
+        at_once = speed * speed / (2.0 * self._profile.deceleration)
+        if can_stop(speed, meeting.wait_s - front, self._profile.deceleration):
+            return meeting.wait_s - front
+        return min(max(edge_s - RUN_UP_M - front, at_once), edge_s - front)

@@ -47,6 +47,8 @@ from stucksolver.stacks.planner.yielding import EMERGENCY_LAMPS, STRETCH_M, asid
 
 SQUARES_AFTER_S = 8.0
 """After this wait for an oncoming stream a left turn is driven squarely (s): a gap for the usual arc may never come."""
+PRESSES_AFTER_S = 25.0
+"""After this wait a stream is joined in the shortest proven gap (s): the usual one shrinks for 20 s."""
 WAITS_M = 8.0
 """Where it waits behind what it wants to pass: nearer, it could not swing out any more."""
 LAMPS_EVERY_S = 1.0
@@ -65,8 +67,8 @@ class PlannerDriver(BehaviorDriver):
 
     sees_m: ClassVar[float] = AHEAD_M
     upstream_m: ClassVar[float] = 180.0
-    _square_s: float | None = None
-    """Waiting place of the left turn that it drives squarely, on the route's line (m)."""
+    _stream_s: float | None = None
+    """Waiting place before the stream that it crosses or joins in the shortest proven gap, on the route's line (m)."""
 
     def __init__(
         self,
@@ -103,7 +105,7 @@ class PlannerDriver(BehaviorDriver):
         Raises:
             ValueError: The route is empty.
         """
-        self._square_s = None
+        self._stream_s = None
         super().set_route(route)
         self._give_up_way()
         line = self._planner.route_line
@@ -130,17 +132,26 @@ class PlannerDriver(BehaviorDriver):
 
     def _giving_way(self, met: Sequence[Meeting]) -> GiveWay:
         line = self._planner.route_line
-        if self._square_s is not None and line is not None:
-            return CrossingGiveWay(met, self._profile, self._model, line, self._square_s)
+        if self._stream_s is not None and line is not None:
+            return CrossingGiveWay(met, self._profile, self._model, line, self._stream_s)
         return StreamGiveWay(met, self._profile, self._model, HURRIED)
 
-    def _square_the_turn(self, line: Path, sides: Sides, motion: Motion) -> bool:
-        """True if the left turn before which it waits for a stream is driven squarely from now on."""
+    def _presses_on(self, line: Path, sides: Sides, motion: Motion) -> bool:
+        """True if it drives another line from now on because it has waited long enough for the stream ahead."""
         meeting, waited_s = self._give_way.waits_at
-        if meeting is None or waited_s < SQUARES_AFTER_S or meeting.wait_s == self._square_s:
+        if meeting is None or waited_s < SQUARES_AFTER_S or meeting.wait_s == self._stream_s:
             return False
-        turn = squared(line, meeting, self._model.half_width, self._is_drivable) if stream_ways(line, meeting) else None
-        self._square_s = meeting.wait_s
+        if stream_ways(line, meeting):
+            return self._square_the_turn(line, meeting, sides, motion)
+        if waited_s > PRESSES_AFTER_S:
+            self._stream_s = meeting.wait_s
+            self._watch_line()
+        return False
+
+    def _square_the_turn(self, line: Path, meeting: Meeting, sides: Sides, motion: Motion) -> bool:
+        """True if the left turn at a junction can be driven squarely, and is from now on."""
+        self._stream_s = meeting.wait_s
+        turn = squared(line, meeting, self._model.half_width, self._is_drivable)
         if turn is None:
             return False
         self._give_up_way()
@@ -169,7 +180,7 @@ class PlannerDriver(BehaviorDriver):
         self._wait_m, self._streams.flow_mps = None, 0.0
         if line is None or self._sides is None or planner.following or self._holding or planner.arrived:
             return
-        if self._square_the_turn(line, self._sides, motion):
+        if self._presses_on(line, self._sides, motion):
             return
         now_s = self._world.get_snapshot().timestamp.elapsed_seconds
         here = self._situation(line, motion, around, self._sides)
