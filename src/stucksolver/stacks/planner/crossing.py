@@ -73,6 +73,7 @@ class CrossingGiveWay(StreamGiveWay):
 
     def look(self, line: Path, s: float, motion: Moving, around: NearbyBodies, dt_s: float) -> GiveWayDecision:
         """See `GiveWay`."""
+        self._line = line
         self._forget(s)
         here = bool(self._due) and self._due[0] is self._turn and bool(self._streams)
         self.pace = CROSSES if here else HURRIED

@@ -32,6 +32,7 @@ from stucksolver.stacks.driver.path import Path
 from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 from stucksolver.stacks.planner.passes import Situation
+from stucksolver.stacks.planner.riders import crossing_riders
 
 HURRIED = Pace(2.0, 1.4)
 """How to drive into a gap of a stream: up to 4 m/s² ahead, and some 4 m/s² sideways."""
@@ -63,17 +64,23 @@ class StreamGiveWay(GiveWay):
     shown_m: ClassVar[float] = 4.0
     flow_mps = 0.0
     """Pace of the stream that the ego joins at the junction ahead (m/s); 0 without one."""
+    _line: Path | None = None
     judged: frozenset[int] = frozenset()
     """Ids of those on other ways against whom the drive through the junction was proven at the last look."""
 
     def look(self, line: Path, s: float, motion: Moving, around: NearbyBodies, dt_s: float) -> GiveWayDecision:
         """See `GiveWay`."""
-        self.flow_mps, self.judged = 0.0, frozenset()
+        self.flow_mps, self.judged, self._line = 0.0, frozenset(), line
         found = super().look(line, s, motion, around, dt_s)
         if found.leader is not None and found.leader.gap_m < -2.0 * self._model.half_length - BEHIND_M:
             # It came to the junction first, but the ego has joined ahead of it.
             return found._replace(leader=None)
         return found
+
+    def _coming(self, meeting: Meeting, around: NearbyBodies) -> list[tuple[MeetingWay, OtherOnWay]]:
+        """See `GiveWay`; with those who ride beside the lanes."""
+        riders = [] if self._line is None else crossing_riders(self._line, meeting, around)
+        return super()._coming(meeting, around) + riders
 
     def _must_go(self, speed: float, room: float) -> bool:
         """An ego that has crept up to the others' way, and hardly into it, still waits."""
