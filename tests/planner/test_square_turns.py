@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
+import carla
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from planner_stage import RIGHT, LitWorld
 from test_streams import MODEL, PROFILE
 
 from stucksolver.stacks.driver.concerns import USUAL
@@ -16,7 +19,7 @@ from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.path import limited_speed, make_path
 from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.route_line import curve_speed
-from stucksolver.stacks.planner import crossing
+from stucksolver.stacks.planner import PlannerDriver, crossing
 from stucksolver.stacks.planner.crossing import CrossingGiveWay
 from stucksolver.stacks.planner.turns import RADIUS_M, squared, stream_ways
 
@@ -206,3 +209,15 @@ def test_a_stream_that_it_has_joined_sets_its_pace_until_it_drives_in_its_lane()
 def test_it_counts_on_no_more_acceleration_than_the_car_has() -> None:
     assert crossing.pull_mps2(1.0) > 3.5
     assert crossing.pull_mps2(12.0) < 2.2
+
+
+@pytest.mark.parametrize(("ahead_m", "presses"), [(1.0, True), (-1.0, False)])
+def test_it_chooses_another_way_into_a_stream_before_the_junction_only(ahead_m, presses) -> None:
+    world = LitWorld()
+    driver = PlannerDriver(world.add_ego(20.0, RIGHT, 0.0, 0.0))
+    driver.set_destination(world.map.get_waypoint(carla.Location(150.0, RIGHT, 0.0)).transform.location)
+    line, front = driver._planner.route_line, driver._planner.route_s + driver._model.half_length
+    waits_at = Meeting(front + ahead_m, (replace(oncoming(SQUARE), joins=True),)), 30.0
+    driver._give_way = SimpleNamespace(waits_at=waits_at)
+    driver._presses_on(line, driver._sides, driver._motion())
+    assert (driver._stream_s is not None) == presses

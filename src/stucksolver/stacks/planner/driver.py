@@ -141,6 +141,8 @@ class PlannerDriver(BehaviorDriver):
         meeting, waited_s = self._give_way.waits_at
         if meeting is None or waited_s < SQUARES_AFTER_S or meeting.wait_s == self._stream_s:
             return False
+        if self._planner.route_s + self._model.half_length > meeting.wait_s:
+            return False  # in the junction it would no longer be on the other line
         if stream_ways(line, meeting):
             return self._square_the_turn(line, meeting, sides, motion)
         if waited_s > PRESSES_AFTER_S:
