@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import carla
 import numpy as np
 import pytest
-
-pytest.importorskip("carla")
+from planner_stage import RIGHT, LitWorld
 
 from stucksolver.stacks.driver.path import make_path
 from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
+from stucksolver.stacks.planner import PlannerDriver
 from stucksolver.stacks.planner.blockers import Blockers
 from stucksolver.stacks.planner.passes import Situation, cost_s, group_of, is_clear, pass_path, proposals, rollout
 from stucksolver.stacks.planner.route_bodies import on_route
@@ -151,3 +152,29 @@ def test_what_is_slow_for_a_reason_of_its_own_is_passed_and_a_queue_is_not(
     blockers.see(here.bodies, 100.0)
     found = blockers.first(here, 100.0 + stood_s, line_m, hazard)
     assert (found == 0) == is_worth
+
+
+def passing_driver(here):
+    """One that stands in the right lane and passes what is in the way in this situation."""
+    world = LitWorld()
+    driver = PlannerDriver(world.add_ego(20.0, RIGHT, 0.0, 0.0))
+    driver.set_destination(world.map.get_waypoint(carla.Location(150.0, RIGHT, 0.0)).transform.location)
+    driver._pass = ways(here)[0]
+    return world, driver
+
+
+@pytest.mark.parametrize(("far_m", "is_past"), [(62.0, True), (110.0, False)])
+def test_who_comes_and_will_be_past_before_it_swings_out_is_no_obstacle_where_it_is_now(far_m, is_past) -> None:
+    here = situation((75.0, 0.0, 2.4, 0.9, 0.0, 0.0), (far_m, -3.5, 2.4, 0.9, -12.0, 0.0))
+    _, driver = passing_driver(here)
+    driver._heed_no_oncoming(here)
+    assert driver._out_of_the_way == (frozenset({1}) if is_past else frozenset())
+
+
+def test_it_sets_off_although_somebody_proven_to_be_past_in_time_is_in_its_path_now() -> None:
+    world, driver = passing_driver(situation((75.0, 0.0, 2.4, 0.9, 0.0, 0.0)))
+    comes = world.add("vehicle.a.b", 30.0, RIGHT, np.pi, speed=8.0)
+    driver._decide = lambda *_: None
+    brakes = driver.run_step().throttle
+    driver._out_of_the_way = frozenset({comes.id})
+    assert driver.run_step().throttle > brakes + 0.2

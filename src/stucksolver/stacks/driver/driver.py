@@ -74,6 +74,8 @@ class BehaviorDriver:
         self._beside_s = 0.0
         """How long it has stood beside its lane (s)."""
         self._hazard: Hazard | None = None
+        self._out_of_the_way: frozenset[int] = frozenset()
+        """Ids of those who are proven to be out of the way in time; a driver that chooses its line sets them."""
 
     @property
     def route(self) -> Sequence[RoutePoint]:
@@ -240,7 +242,7 @@ class BehaviorDriver:
         lines = self._for_lines(speed)
         crossing = self._others_first(speed, around, held=lines < math.inf)
         brisk = self._give_way.pace if self._give_way.going else USUAL
-        unheeded = self._ignored | crossing.passing
+        unheeded = self._ignored | crossing.passing | self._out_of_the_way
         margin = SIDE_MARGIN_M if self._at_the_roadside else None
         heeds = self._options.heeds_on_path or not self._planner.following
         found = concerns.hazards(path, way, around, margin) if heeds else []

@@ -59,6 +59,7 @@ _ON_LINE_M = 0.3
 _ON_WAY_M = 0.4
 """An ego farther from its intended place, such as on its way out of a parking place, takes no other way."""
 _LATER_M = 1.0
+_COMES_MPS = -1.0
 _ONCE_BEGUN = 0.4
 
 
@@ -179,7 +180,7 @@ class PlannerDriver(BehaviorDriver):
 
     def _decide(self, motion: Motion, around: NearbyBodies) -> None:
         planner, line = self._planner, self._planner.route_line
-        self._wait_m, self._streams.flow_mps = None, 0.0
+        self._wait_m, self._streams.flow_mps, self._out_of_the_way = None, 0.0, frozenset()
         if line is None or self._sides is None or planner.following or self._holding or planner.arrived:
             return
         if self._presses_on(line, self._sides, motion):
@@ -192,11 +193,17 @@ class PlannerDriver(BehaviorDriver):
             self._let_past(line, here, motion)
         elif self._pass is not None:
             self._go_on(line, here, motion)
+            self._heed_no_oncoming(here)
         elif not self._makes_room(line, here, motion):
             self._look_for_a_way(line, here, motion, around, now_s)
             if self._pass is None and abs(here.d_m - self._meant_m()) < _ON_WAY_M:
                 self._keep_its_place(line, here, motion)
         self._keep_pace(here)
+
+    def _heed_no_oncoming(self, here: Situation) -> None:
+        """While its pass is proven: they will be past before it swings out, so where they are now is no obstacle."""
+        if self._pass is not None and is_clear(here, self._pass, _ONCE_BEGUN):
+            self._out_of_the_way = frozenset(here.bodies.actor_id[here.bodies.vs < _COMES_MPS].tolist())
 
     def _keep_its_place(self, line: Path, here: Situation, motion: Motion) -> None:
         """Where across the road the ego drives along its route: room beside doors, and lanes entered in gaps."""
