@@ -1,1 +1,1 @@
-"""Trains the networks of `stucksolver.perception` on recordings; needs torch, best with a GPU."""
+"""Trains the networks of `stucksolver.perception` on recordings. Needs torch, preferably with a GPU."""

@@ -1,1 +1,1 @@
-"""The camera networks: crops of what was found, and vehicles far away."""
+"""The camera networks: attributes from crops of detected objects, and detection of far vehicles."""

@@ -1,4 +1,4 @@
-"""How good the crop network is on held-out crops: temperatures, thresholds, confusion matrices."""
+"""Evaluates the crop network on held-out crops: temperatures, thresholds, confusion matrices."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from stucksolver.scene.objects import PASSABLE_KINDS
 from stucksolver_train.camera.crops_data import Crops
 
 KIND_RIGHT, PASSABLE_RIGHT = 0.95, 0.99
-"""Share of a kind's answers that must be right on held-out crops; of kinds that may be driven over, more."""
+"""Fraction of answers that must be correct on held-out crops: of a kind, and of a kind that may be driven over."""
 LIGHT_RIGHT = {"red": 0.98, "yellow": 0.98, "green": 0.99, "off": 0.98, "unseen": 0.0}
 LAMP_RIGHT, BLINKER_DARK_RIGHT = 0.97, 0.75
-"""The same of lamps. A blinker that is dark in one picture may blink all the same: the memory waits for more looks."""
+"""The same for lamps. A blinker that is dark in one image may still be blinking: the memory waits for more images."""
 LEAST_CONFIDENCE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Logits:
-    """What the network says about crops."""
+    """The network's outputs for crops."""
 
     kind: Floats
     """(n, len(KINDS))."""
@@ -33,12 +33,12 @@ class Logits:
     """(n, len(LIGHTS))."""
 
     def part(self, which: NDArray[np.bool_]) -> Logits:
-        """Some of them."""
+        """The outputs for some of the crops."""
         return Logits(self.kind[which], self.lamps[which], self.light[which])
 
 
 def halves(group: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which crops calibrate; the others are scored. Split by recording, or in time where there is only one."""
+    """Which crops calibrate; the others are scored. Split by recording, or by time if there is only one recording."""
     names = np.unique(group)
     if len(names) > 1:
         return np.isin(group, names[::2])
@@ -46,7 +46,7 @@ def halves(group: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 def temperature_of(logits: Floats, labels: NDArray[np.int64]) -> float:
-    """The temperature that makes labels (n,) likeliest given logits (n, k); 1 without any (Guo et al. 2017)."""
+    """The most likely temperature for labels (n,) and logits (n, k); 1 without labels (Guo et al. 2017)."""
     counts = labels >= 0
     if not counts.any():
         return 1.0
@@ -57,20 +57,20 @@ def temperature_of(logits: Floats, labels: NDArray[np.int64]) -> float:
 
 
 def least_confidence(confidence: Floats, right: NDArray[np.bool_], share: float) -> float:
-    """The lowest confidence from which on at least a share of answers is right.
+    """The lowest confidence above which at least a given fraction of the answers is correct.
 
     Args:
-        confidence: (n,) of the answers of one class.
-        right: (n,) whether each is right.
-        share: Between 0 and 1. A share of 0.99 needs 100 answers to be shown at all, one of 0.95 needs 20.
+        confidence: (n,), of the answers of one class.
+        right: (n,), whether each is correct.
+        share: Between 0 and 1. It takes at least 100 answers to show a fraction of 0.99, and 20 to show 0.95.
 
     Returns:
-        At least `LEAST_CONFIDENCE`; `NEVER` where no confidence is enough, or where there are too few answers to know.
+        At least `LEAST_CONFIDENCE`; `NEVER` if no confidence is enough, or if there are too few answers.
     """
     order = np.argsort(-confidence, kind="stable")
     counts = np.arange(1, len(order) + 1)
     good = np.cumsum(right[order]) / counts >= share
-    # Answers of equal confidence are taken together.
+    # Answers of equal confidence are accepted or rejected together.
     ends = np.append(np.diff(confidence[order]) != 0, True) if len(order) else np.zeros(0, bool)
     enough = counts >= round(1.0 / max(1.0 - share, 1e-9))
     found = np.flatnonzero(good & ends & enough)
@@ -78,7 +78,7 @@ def least_confidence(confidence: Floats, right: NDArray[np.bool_], share: float)
 
 
 def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
-    """Temperatures and thresholds, as they stand in the card."""
+    """Temperatures and thresholds, in the card's format."""
     flat = logits.lamps.reshape(-1, len(LAMP_ANSWERS)), crops.lamps.reshape(-1)
     temperatures = {
         "kind": temperature_of(logits.kind, crops.kind),
@@ -114,7 +114,7 @@ def _least(shares: Floats, labels: NDArray[np.int64], wanted: dict[str, float]) 
 
 
 def scores(logits: Logits, crops: Crops, card: dict[str, Any]) -> dict[str, Any]:
-    """Accuracy of each head on crops, how often it answers, how right its answers are, and confusion matrices."""
+    """Accuracy, answer rate, accuracy of the answers, and confusion matrix of each head."""
     warm, least = card["temperatures"], card["least"]
     told = {
         "kind": _scored(softmax(logits.kind / warm["kind"]), crops.kind, least["kind"]),

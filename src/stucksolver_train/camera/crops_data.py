@@ -1,4 +1,4 @@
-"""Crops with labels from recordings: what the crop network is taught and checked with."""
+"""Labelled crops from recordings, for training and checking the crop network."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from stucksolver.scene.objects import MOTOR_VEHICLES, ObjectKind
 
 CONTEXT = 1.5
 STORED_PX = 96
-"""Crops are stored this much wider than the network's (64 px), so that training can shift and scale them."""
+"""Stored crops are wider than the network's input (64 px), so that training can shift and scale them."""
 HIDDEN_PX, HIDDEN_SHARE = 12, 0.03
-"""An object is hidden where fewer of its pixels, or a smaller share of its rectangle, are seen."""
+"""An object counts as hidden if fewer pixels, or a smaller fraction of its rectangle, are visible."""
 DOUBTFUL_SHARE = 0.08
-"""Below it an object's kind is neither taught nor counted."""
+"""Below this, an object's kind is neither a target nor counted."""
 LAMPS_SHARE, LAMPS_PX = 0.35, 16.0
-"""Lamps count as seen from this share of a vehicle's rectangle on, and this size of it."""
+"""Lamps count as seen from this visible fraction of a vehicle's rectangle, and this size of it."""
 BACKGROUND = 3
-"""Boxes around nothing for each picture."""
+"""Empty boxes per image."""
 HEAD_HALF_M = 1.2
-"""A light's box with a longer half side is not that of a head, and is left out."""
+"""If half the side of a light's box is longer, it does not enclose a single head and is skipped."""
 IGNORE, UNSEEN = -1, 2
 BRAKE, LEFT, RIGHT = 8, 32, 16
 SPECIAL = 512 | 1024
@@ -39,7 +39,7 @@ SPECIAL = 512 | 1024
 
 @dataclass(frozen=True, eq=False)
 class Crops:
-    """Crops and labels; equal lengths n. A label of -1 is neither taught nor counted."""
+    """Crops and labels; equal lengths n. A label of -1 is neither a target nor counted."""
 
     crops: Pixels
     """(n, 96, 96, 3)."""
@@ -52,18 +52,18 @@ class Crops:
     light: NDArray[np.int64]
     """Index into `LIGHTS`."""
     group: NDArray[np.int64]
-    """Which recording it is from."""
+    """Index of the recording."""
 
     def __len__(self) -> int:
         return len(self.kind)
 
     def part(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> Crops:
-        """Some of them."""
+        """Some of the crops."""
         return Crops(*(getattr(self, one.name)[which] for one in fields(self)))
 
     @staticmethod
     def joined(parts: Sequence[Crops]) -> Crops:
-        """All of them, in order."""
+        """All parts joined, in order."""
         return Crops(*(np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(Crops)))
 
 
@@ -74,7 +74,7 @@ def empty() -> Crops:
 
 
 def crops_in(folders: Sequence[Path], jobs: int, seed: int = 0) -> Crops:
-    """Every crop of the recordings in some folders, read by `jobs` processes. Raises `RecordingError`."""
+    """Reads every crop of the recordings in some folders with `jobs` processes. Raises `RecordingError`."""
     found = [one for folder in folders for one in recordings(folder)]
     work = [(one.folder, file, group, seed) for group, one in enumerate(found) for file in one.files]
     if jobs <= 1:
@@ -154,7 +154,7 @@ def _true_kind(tick: Recorded, i: int) -> ObjectKind:
 
 
 def _seen(mask: NDArray[np.uint16], actor_id: int, rectangle: Floats) -> tuple[int, float]:
-    """How many pixels of an actor its rectangle shows, and what share of the rectangle they are."""
+    """Number of visible pixels of an actor in its rectangle, and their fraction of the rectangle."""
     left, top = (int(one) for one in rectangle[:2])
     right, bottom = (int(np.ceil(one)) for one in rectangle[2:])
     part = mask[top:bottom, left:right]
@@ -171,14 +171,14 @@ def _kind_label(kind: ObjectKind, own: int, share: float) -> int:
 
 
 def _lamp_labels(tick: Recorded, i: int, features: Singles, windows: Windows, share: float) -> list[int]:
-    """Off, on or unseen. A blinker counts as on in its dark moments too: one look cannot know, and is taught so."""
+    """Off, on or unseen. A blinker is labelled on even in its dark phases, since one image cannot tell them apart."""
     kind, flags, doors = _true_kind(tick, i), int(tick.truth.lamps[i]), int(tick.truth.doors[i])
     labels = [IGNORE] * len(LAMPS)
     if kind not in MOTOR_VEHICLES or share < HIDDEN_SHARE:
         return labels
     small = float(np.max(windows.rectangle[i, 2:] - windows.rectangle[i, :2])) < LAMPS_PX
     hidden = small or share < LAMPS_SHARE
-    # 0: the lens is ahead of the vehicle; 90: on its left.
+    # 0: the camera is ahead of the vehicle; 90: on its left.
     bearing = float(np.degrees(np.arctan2(features[7], features[6])))
     if flags >= 0:
         labels[0] = UNSEEN if hidden or abs(bearing) < 100.0 else int(bool(flags & BRAKE))
@@ -196,7 +196,7 @@ def _lamp_labels(tick: Recorded, i: int, features: Singles, windows: Windows, sh
 def _background(
     rgb: Pixels, rig: CameraRig, taken: Windows, group: int, random: np.random.Generator
 ) -> Iterator[Crops]:
-    """Boxes on the ground where nobody is: what a detector may find by mistake."""
+    """Empty boxes on the ground, like a detector's false positives."""
     n = 4 * BACKGROUND
     size = np.exp(random.uniform(np.log(0.3), np.log(5.0), (n, 1))) * random.uniform(0.5, 1.0, (n, 3))
     ahead = np.exp(random.uniform(np.log(5.0), np.log(60.0), n))
@@ -213,7 +213,7 @@ def _background(
 
 
 def _overlap(one: Floats, others: Floats) -> Floats:
-    """Which share of the smaller rectangle two have in common."""
+    """Intersection of two rectangles as a fraction of the smaller one."""
     sides = np.minimum(one[2:], others[:, 2:]) - np.maximum(one[:2], others[:, :2])
     common = np.prod(np.maximum(sides, 0.0), axis=1)
     smaller = np.minimum(np.prod(one[2:] - one[:2]), np.prod(others[:, 2:] - others[:, :2], axis=1))

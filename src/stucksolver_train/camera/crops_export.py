@@ -1,4 +1,4 @@
-"""From the trained crop network to the files that the runtime loads: `crops.onnx` and its card `crops.json`."""
+"""Exports the trained crop network to the files that the runtime loads: `crops.onnx` and its card `crops.json`."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from stucksolver_train.camera.crops_net import CropNet, Shipped
 
 OPSET = 17
 TOLERANCE = 2e-2
-"""How far onnxruntime's logits may be from torch's."""
+"""Largest allowed difference between the logits of onnxruntime and torch."""
 TRIED = 64
-"""Crops that both are tried with."""
+"""Number of crops on which both are compared."""
 
 
 class ExportError(RuntimeError):
-    """The exported network does not say what the trained one says."""
+    """The outputs of the exported and the trained network differ."""
 
 
 def export(net: CropNet, out: Path, card: dict[str, Any], tried: Crops) -> dict[str, Any]:
-    """Write the network and its card, and compare both on some crops. Returns the card. Raises `ExportError`."""
+    """Writes the network and its card, and tests the export on some crops. Returns the card. Raises `ExportError`."""
     shipped, file = Shipped(net).eval(), out / "crops.onnx"
     example = (torch.zeros(2, CROP_PX, CROP_PX, 3, dtype=torch.uint8), torch.zeros(2, FEATURES))
     names = ["kind", "lamps", "light"]
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the exporter that needs no further package says that it is old
+        warnings.simplefilter("ignore")  # the exporter that needs no further package warns that it is deprecated
         torch.onnx.export(
             shipped,
             example,
@@ -69,4 +69,4 @@ def _compare(shipped: Shipped, file: Path, tried: Crops) -> None:
     told = session.run(None, {"crops": crops, "features": features})
     worst = max(float(np.abs(a.numpy() - b).max()) for a, b in zip(expected, told, strict=True))
     if worst > TOLERANCE:
-        raise ExportError(f"{file}: onnxruntime is off by {worst:.3g} from torch; do not ship it")
+        raise ExportError(f"{file}: onnxruntime and torch differ by {worst:.3g}; do not ship it")

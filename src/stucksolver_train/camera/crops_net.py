@@ -1,4 +1,4 @@
-"""The crop network in torch, and what is done to crops while it learns."""
+"""The crop network in torch, and the augmentation of its training crops."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from stucksolver.perception.camera.crops import CROP_PX, FEATURES, FILL
 WIDTHS = (24, 32, 64, 128)
 SQUEEZED, JOINED = 48, 160
 SHIFT, ZOOM = 0.10, 0.18
-"""How far a tracker's box may be off: the middle by this share of the crop's side, the side by this share."""
+"""Error of a tracker's box: its centre by this fraction of the crop's side, and its side by this fraction."""
 LENGTH_FEATURES, BEARING = slice(0, 3), slice(6, 8)
 LEFT, RIGHT = 1, 2
 """Indices of the blinkers in `LAMPS`."""
 
 
 class Block(nn.Module):
-    """Two convolutions, the first of which halves the picture; the second is added to what it gets."""
+    """A convolution with stride 2, followed by a residual convolution."""
 
     def __init__(self, before: int, after: int) -> None:
         super().__init__()
@@ -35,7 +35,7 @@ class Block(nn.Module):
 
 
 class CropNet(nn.Module):
-    """A trunk of 3x3 convolutions down to 4x4, joined with the features; one linear head for each question."""
+    """A trunk of convolutions down to 4x4, joined with the features, with one linear head per question."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -47,15 +47,15 @@ class CropNet(nn.Module):
         self.heads = nn.ModuleList(nn.Linear(JOINED, size) for size in HEADS.values())
 
     def forward(self, pictures: Tensor, features: Tensor) -> tuple[Tensor, ...]:
-        """Logits of each head for pictures (n, 3, 64, 64; 0 to 1) and features (n, 10)."""
-        # The square root brings out what is dark: much is decided at night.
+        """Logits of each head for images (n, 3, 64, 64; 0 to 1) and features (n, 10)."""
+        # The square root brightens dark pixels, which matter at night.
         seen = self.squeeze(self.trunk(pictures.clamp(min=1e-4).sqrt() * 2.0 - 1.0)).flatten(1)
         joined = self.join(torch.cat([seen, self.geometry(features)], dim=1))
         return tuple(head(joined) for head in self.heads)
 
 
 class Shipped(nn.Module):
-    """The network as it is exported: takes crops as they are cut, (n, 64, 64, 3) bytes."""
+    """The network as exported: takes crops as they are cut, (n, 64, 64, 3) bytes."""
 
     def __init__(self, net: CropNet) -> None:
         super().__init__()
@@ -68,22 +68,22 @@ class Shipped(nn.Module):
 
 
 def middle(stored: Tensor) -> Tensor:
-    """What the runtime would cut of stored crops (n, 96, 96, 3 bytes): (n, 3, 64, 64; 0 to 1)."""
+    """The part of stored crops (n, 96, 96, 3 bytes) that the runtime would cut: (n, 3, 64, 64; 0 to 1)."""
     edge = (stored.shape[1] - CROP_PX) // 2
     part = stored[:, edge : edge + CROP_PX, edge : edge + CROP_PX]
     return part.permute(0, 3, 1, 2).float() / 255.0
 
 
 def augmented(stored: Tensor, features: Tensor, lamps: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Crops as they might have been: another box, another light, mirrored, partly covered.
+    """Augments crops: shifts and zooms the box, changes the lighting, mirrors, covers a part.
 
     Args:
         stored: (n, 96, 96, 3) bytes.
         features: (n, 10).
-        lamps: (n, 5) labels.
+        lamps: (n, 5), lamp labels.
 
     Returns:
-        Pictures (n, 3, 64, 64; 0 to 1), features and lamp labels that go with them.
+        Images (n, 3, 64, 64; 0 to 1) with their features and lamp labels.
     """
     n, device = len(stored), stored.device
     whole = stored.permute(0, 3, 1, 2).float() / 255.0
@@ -102,7 +102,7 @@ def augmented(stored: Tensor, features: Tensor, lamps: Tensor) -> tuple[Tensor, 
     noise[:, LENGTH_FEATURES] = 0.05 * torch.randn(n, 3, device=device)
     features = features + torch.where(objects, noise, torch.zeros_like(noise))
     features[flip, BEARING.stop - 1] *= -1.0
-    turned = torch.rand(n, device=device) < 0.1  # a tracker may take the rear for the front
+    turned = torch.rand(n, device=device) < 0.1  # a tracker may confuse rear and front
     features[turned, BEARING] *= -1.0
     swapped = lamps.clone()
     swapped[:, LEFT], swapped[:, RIGHT] = lamps[:, RIGHT], lamps[:, LEFT]
@@ -110,7 +110,7 @@ def augmented(stored: Tensor, features: Tensor, lamps: Tensor) -> tuple[Tensor, 
 
 
 def _relit(pictures: Tensor) -> Tensor:
-    """Brightness, contrast, colour, blur, noise and a covered patch."""
+    """Changes brightness, contrast and colour, and adds blur, noise and a covered patch."""
     n, device = len(pictures), pictures.device
 
     def draw(*shape: int) -> Tensor:

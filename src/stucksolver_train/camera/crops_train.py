@@ -1,7 +1,7 @@
 """Trains the crop network: `python -m stucksolver_train.camera.crops_train --data DIR --check DIR --out OUT`.
 
-Reads all crops of the recordings, learns for a given time on a GPU or the processor, calibrates on one half of the
-check recordings, scores on the other, and writes `crops.onnx`, `crops.json` (the card) and `crops_scores.json` to OUT.
+Reads all crops of the recordings, trains for a given time on a GPU or the CPU, calibrates on one half of the check
+recordings, scores the other half, and writes `crops.onnx`, `crops.json` (the card) and `crops_scores.json` to OUT.
 """
 
 from __future__ import annotations
@@ -29,40 +29,40 @@ from stucksolver_train.camera.crops_export import export
 from stucksolver_train.camera.crops_net import CropNet, augmented, middle
 
 MOST_CROPS = 250_000
-"""More are thinned out; about 7 GB."""
+"""Maximum number of crops; more are subsampled. About 7 GB."""
 RARE = 0.65
-"""Classes are drawn in proportion to their number to the power of one minus this."""
+"""Classes are drawn in proportion to count ** (1 - this)."""
 LIT = 3.0
-"""Crops with a lamp that is lit or a door that is open are drawn so much more often."""
+"""Factor by which crops with a lit lamp or an open door are drawn more often."""
 PEAK_RATE, WEIGHT_DECAY, WARM_UP = 2e-3, 0.02, 0.05
 AVERAGED = 0.998
-"""Of the moving average of the weights, for each step."""
+"""Decay of the moving average of the weights, per step."""
 REPORT_S = 5.0
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Of a training run."""
+    """Options of a training run."""
 
     out: Path
     minutes: float
-    """Of learning; reading and scoring come on top."""
+    """Duration of training, without reading and scoring."""
     seed: int = 1
     batch: int = 512
     steps: int | None = None
-    """End after so many steps even if there is time left."""
+    """Stop after this many steps even if there is time left."""
     jobs: int = 1
     device: str = "cpu"
 
 
 def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> dict[str, object]:
-    """Train, export and score; what the card holds. Raises `RecordingError`, and `ValueError` without crops."""
+    """Trains, exports and scores. Returns the card. Raises `RecordingError`, or `ValueError` without crops."""
     torch.manual_seed(settings.seed)
     start = time.monotonic()
     taught, held = (crops_in(folders, settings.jobs, settings.seed) for folders in (data, check))
-    print(f"{len(taught)} crops to learn from, {len(held)} to check with, read in {time.monotonic() - start:.0f} s")
+    print(f"{len(taught)} crops to train on, {len(held)} to check on, read in {time.monotonic() - start:.0f} s")
     if not len(taught) or not len(held):
-        raise ValueError("there are no crops in the recordings: they need pictures with instance masks")
+        raise ValueError("the recordings contain no crops: they need images with instance masks")
     net = fit(taught, settings)
     logits = logits_of(net, held, settings)
     half = halves(held.group)
@@ -81,7 +81,7 @@ def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> di
 
 
 def fit(taught: Crops, settings: Settings) -> CropNet:
-    """The network after learning, with averaged weights, on the processor."""
+    """The trained network with averaged weights, on the CPU."""
     device = torch.device(settings.device)
     net = CropNet().to(device).train()
     averaged: CropNet = copy.deepcopy(net).eval()
@@ -130,7 +130,7 @@ def losses_of(outputs: Sequence[Tensor], kind: Tensor, lamps: Tensor, light: Ten
 
 
 def sampling_weights(crops: Crops) -> Floats:
-    """How often each crop is drawn: rare kinds, rare states of lights and lit lamps more than their share."""
+    """Sampling weight of each crop: higher for rare kinds, rare light states and lit lamps."""
     names = np.where(crops.kind >= 0, crops.kind, np.where(crops.light >= 0, 100 + crops.light, 200))
     _, place, counts = np.unique(names, return_inverse=True, return_counts=True)
     weights = counts[place].astype(np.float64) ** -RARE
@@ -138,7 +138,7 @@ def sampling_weights(crops: Crops) -> Floats:
 
 
 def logits_of(net: CropNet, crops: Crops, settings: Settings) -> Logits:
-    """What the network says about crops, as the runtime would cut them."""
+    """The network's outputs for crops, cut in the same way as at runtime."""
     parts: list[list[NDArray[np.float64]]] = []
     with torch.no_grad():
         for start in range(0, len(crops), 512):
@@ -156,7 +156,7 @@ def _thinned(weights: Tensor, settings: Settings) -> Tensor:
 
 
 def _rate(done: float) -> float:
-    """Of the peak: a short rise, then half a cosine down."""
+    """Learning rate relative to its peak: a short rise, then a half cosine down."""
     if done < WARM_UP:
         return done / WARM_UP + 0.01
     return 0.5 * (1.0 + float(np.cos(np.pi * (done - WARM_UP) / (1.0 - WARM_UP)))) + 0.001
@@ -172,16 +172,16 @@ def _average(averaged: CropNet, net: CropNet, keep: float) -> None:
 
 
 def main() -> None:
-    """The command."""
+    """The command line."""
     parser = argparse.ArgumentParser(description="train the crop network on recordings")
-    parser.add_argument("--data", type=Path, nargs="+", required=True, help="folders of recordings to learn from")
-    parser.add_argument("--check", type=Path, nargs="+", required=True, help="folders of recordings held out")
+    parser.add_argument("--data", type=Path, nargs="+", required=True, help="folders of training recordings")
+    parser.add_argument("--check", type=Path, nargs="+", required=True, help="folders of held-out recordings")
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--minutes", type=float, default=4.0, help="of learning")
+    parser.add_argument("--minutes", type=float, default=4.0, help="duration of training")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--batch", type=int, default=512)
-    parser.add_argument("--steps", type=int, help="end after so many steps")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes that read recordings")
+    parser.add_argument("--steps", type=int, help="stop after this many steps at the latest")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="number of reading processes")
     told = parser.parse_args()
     device = "cuda" if torch.cuda.is_available() else "cpu"
     settings = Settings(told.out, told.minutes, told.seed, told.batch, told.steps, told.jobs, device)

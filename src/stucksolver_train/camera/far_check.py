@@ -1,4 +1,4 @@
-"""Checks the far detector on held-out pictures: recall, precision, ranges; makes the card and a page of tables."""
+"""Checks the far detector on held-out images: recall, precision and ranges. Makes the card and a page of tables."""
 
 from __future__ import annotations
 
@@ -20,43 +20,43 @@ from stucksolver_train.camera.far_net import FarNet, Shipped
 
 BIN_M = 25.0
 BINS = tuple(BIN_M * k for k in range(1, 10))
-"""Edges of the ranges for which recall is told: 25 to 225 m."""
+"""Bin edges of the ranges for which recall is reported: 25 to 225 m."""
 SEEN_SHARE = 0.7
-"""Recall is told of what is at most this much hidden; the rest counts neither as missed nor as false."""
+"""Recall counts boxes with at least this visible fraction; the others count neither as missed nor as false."""
 LEAST_SCORE = 0.05
-"""Peaks below are not looked at."""
+"""Lower peaks are ignored."""
 PRECISION = 0.95
-"""The threshold is the lowest with which so many of the vehicles beyond 40 m are right."""
+"""The threshold is the lowest that gives this precision for vehicles beyond 40 m."""
 FROM_M, TO_M = 40.0, 200.0
 FAR_PX = 45.0
-"""Cars beyond 40 m are lower in the picture."""
+"""Cars beyond 40 m have a smaller height in the image."""
 LEAST_SLACK_PX = 4.0
 SLACK = 0.5
-"""A detection is right where its lower middle is within this share of the box's sides, or `LEAST_SLACK_PX`."""
+"""A detection is correct if its bottom centre is within this fraction of the box's sides, or `LEAST_SLACK_PX`."""
 LOOK_S = 0.75
-"""Two pictures of a drive that are nearer in time show the same scene."""
+"""Two images of a drive that are closer in time show the same scene."""
 BRIGHTNESS_SHARES, CONTRAST_SHARES = (1 / 3, 2 / 3), (0.5,)
-"""Where held-out pictures are cut into sorts of look, of which each has its own recall."""
+"""Quantiles that divide held-out images into classes by look; each class has its own recall."""
 LEAST_FITTED = 12
-"""Detections to fit a label's size to; with fewer it keeps the vehicles' factors and a wide deviation."""
+"""Minimum detections to fit a label's size. With fewer, it uses the vehicles' factors and a wide deviation."""
 WIDE_SIGMA = 0.4
 FALLBACK_SIZE = (7.5, -0.5, -0.5)
 
 
 @dataclass(frozen=True, eq=False)
 class _Matched:
-    """Detections of one picture beside its truth."""
+    """Detections of one image and its ground truth."""
 
     found: FarDetections
     truth: NDArray[np.int64]
-    """(n,): index of the box that each detection shows, -1 for none, -2 for one that is not judged."""
+    """(n,): index of the box matched to each detection, -1 for none, -2 for a detection that is not judged."""
     boxes: NDArray[np.float32]
     drive: int
 
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """One row for each box that should have been found."""
+    """One row per box that should have been found."""
 
     label: NDArray[np.int64]
     distance: Floats
@@ -67,7 +67,7 @@ class _Rows:
     hit: NDArray[np.bool_]
 
     def part(self, which: NDArray[np.bool_]) -> _Rows:
-        """Some of them."""
+        """Some of the rows."""
         return _Rows(**{name: getattr(self, name)[which] for name in self.__dataclass_fields__})
 
 
@@ -102,22 +102,22 @@ def check(net: FarNet, strips: Strips, device: torch.device) -> dict[str, Any]:
 
 
 def look_classes(looks: Floats, edges: dict[str, list[float]]) -> NDArray[np.int64]:
-    """The sort of each picture's look (n, 2): brightness is the coarse part of the index."""
+    """Class (n,) of each image's look (n, 2). Brightness is the major part of the index."""
     bright = np.searchsorted(edges["brightness"], looks[:, 0])
     contrast = np.searchsorted(edges["contrast"], looks[:, 1])
     return np.asarray(bright * (len(edges["contrast"]) + 1) + contrast, np.int64)
 
 
 def written(card: dict[str, Any]) -> str:
-    """The card's tables as a page."""
+    """The card's tables as a Markdown page."""
     bins = " | ".join(f"{a:.0f}-{b:.0f} m" for a, b in pairwise(BINS))
-    lines = ["# Far detector on held-out pictures", "", f"threshold {card['threshold']:.3f}", ""]
-    lines += [f"| recall (of how many) | {bins} |", "|---" * len(BINS) + "|"]
+    lines = ["# Far detector on held-out images", "", f"threshold {card['threshold']:.3f}", ""]
+    lines += [f"| recall (number of boxes) | {bins} |", "|---" * len(BINS) + "|"]
     for name, counts in card["tables"].items():
         lines.append(f"| {name} | " + " | ".join(f"{h / n:.3f} ({n})" if n else "-" for h, n in counts) + " |")
     lines.append("| precision, by estimated range | " + " | ".join(_share(one) for one in card["precision"]) + " |")
     told = card["range"]
-    lines += ["", f"front or rear seen: {card['towards_right']}; missed again 0.5 s later: {card['repeated_miss']}"]
+    lines += ["", f"front or rear correct: {card['towards_right']}; missed again 0.5 s later: {card['repeated_miss']}"]
     lines += [f"range: {told['said']}", ""]
     return "\n".join(lines)
 
@@ -140,7 +140,7 @@ def _found(net: FarNet, strips: Strips, device: torch.device) -> list[FarDetecti
 
 
 def _match(found: FarDetections, boxes: NDArray[np.float32], drive: int) -> _Matched:
-    """Each detection, the surest first, takes the nearest free box of its label within reach."""
+    """Matches detections, highest score first, to the nearest free box of their label within reach."""
     boxes = boxes[~np.isnan(boxes[:, 0])]
     column, row = (boxes[:, 1] + boxes[:, 3]) / 2.0, boxes[:, 4]
     reach_x = np.maximum(SLACK * (boxes[:, 3] - boxes[:, 1]), LEAST_SLACK_PX)
@@ -158,7 +158,7 @@ def _match(found: FarDetections, boxes: NDArray[np.float32], drive: int) -> _Mat
 
 
 def _unjudged(found: FarDetections, k: int, boxes: NDArray[np.float32], off: Floats) -> bool:
-    """Does a detection that shows no box of its label lie on something of which nothing is taught?"""
+    """Does an unmatched detection lie on something that is excluded from the loss?"""
     x, y = found.column[k], found.row[k] - found.height[k] / 2.0
     within = (boxes[:, 1] - 2 < x) & (x < boxes[:, 3] + 2) & (boxes[:, 2] - 2 < y) & (y < boxes[:, 4] + 2)
     return bool(np.any((boxes[:, 0] < 0) & (within | (off <= 1.0))))
@@ -195,13 +195,13 @@ def _rows(pictures: Sequence[_Matched], look: NDArray[np.int64]) -> _Rows:
 
 
 def _counts(rows: _Rows) -> list[list[int]]:
-    """For each bin: how many were found, and of how many."""
+    """For each bin: number of found boxes, and of all boxes."""
     place = np.digitize(rows.distance, BINS) - 1
     return [[int(rows.hit[place == k].sum()), int((place == k).sum())] for k in range(len(BINS) - 1)]
 
 
 def _repeated(rows: _Rows, time_s: Floats) -> list[int]:
-    """Of vehicles missed in one look and judged in the next of the scene: how many are missed again, of how many."""
+    """Vehicles missed in one image and again in the next one of the scene, and all that were missed in the first."""
     known = {
         (int(d), int(a), int(p)): bool(h)
         for d, a, p, h in zip(rows.drive, rows.actor, rows.picture, rows.hit, strict=True)
@@ -218,7 +218,7 @@ def _repeated(rows: _Rows, time_s: Floats) -> list[int]:
 
 
 def _precision(pictures: Sequence[_Matched], strips: Strips) -> list[list[int]]:
-    """Of vehicles by their range as the height tells it: right, and of how many."""
+    """Correct vehicle detections, and all, by the range estimated from their height."""
     counts = np.zeros((len(BINS) - 1, 2), int)
     for one in pictures:
         mine = (one.found.label == 0) & (one.truth != -2)
@@ -230,7 +230,7 @@ def _precision(pictures: Sequence[_Matched], strips: Strips) -> list[list[int]]:
 
 
 def _towards(pictures: Sequence[_Matched]) -> list[int]:
-    """Of vehicles found beyond `FROM_M` whose front or rear is seen: told right, and of how many."""
+    """Vehicles found beyond `FROM_M` with a visible front or rear: correctly classified, and all."""
     right = total = 0
     for one in pictures:
         for k in np.flatnonzero((one.truth >= 0) & (one.found.label == 0)):
@@ -252,10 +252,10 @@ def _tables(rows: _Rows, about: Sequence[tuple[str, str]]) -> dict[str, list[lis
 
 
 def _ranges(pictures: Sequence[_Matched], strips: Strips) -> dict[str, Any]:
-    """Fitted to every other drive and measured on the rest."""
+    """The range model, fitted to every other drive and measured on the rest."""
     model = _fitted(pictures, strips, lambda drive: drive % 2 == 0)
     found, distance, _ = _pairs(pictures, strips, lambda drive: drive % 2 == 1)
-    said = "not measured: a single drive"
+    said = "not measured: there is only one drive"
     if len(found):
         range_m, sigma_m = ranges_of(found, strips.rig, model)
         off = np.abs(range_m - distance)
@@ -309,7 +309,7 @@ def _fitted(pictures: Sequence[_Matched], strips: Strips, chosen: Callable[[int]
 def _pairs(
     pictures: Sequence[_Matched], strips: Strips, chosen: Callable[[int], bool]
 ) -> tuple[FarDetections, Floats, Floats]:
-    """Detections that show a judged box, of some drives, their distances from the lens, and true lower edges."""
+    """Detections in some drives that match a judged box, their distances from the camera, and the true lower edges."""
     parts, distances, edges = [], [], []
     for one in pictures:
         if not chosen(one.drive):

@@ -1,4 +1,4 @@
-"""From recordings to strips around the horizon and the boxes of what is seen in them."""
+"""Loads strips around the horizon from recordings, with the boxes of the actors visible in them."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from stucksolver.perception.rig import CameraRig
 from stucksolver.scene import ObjectKind
 
 MARGIN_ROWS = 24
-"""Rows kept on either side of the strip, from which training takes strips at other heights."""
+"""Extra rows above and below the strip, so that training can cut strips at other heights."""
 MOST_BOXES = 40
-"""Kept of a picture, the nearest first."""
+"""Maximum number of boxes per image, nearest first."""
 LEAST_PX = 6
-"""Pixels that an actor must show to count as seen."""
+"""Minimum number of visible pixels for an actor to count as seen."""
 LEAST_SHARE = 0.3
-"""Of it must be seen; of what is more hidden nothing is taught, neither that it is there nor that it is not."""
+"""Minimum visible fraction. More occluded actors are excluded from the loss: neither positive nor negative."""
 LARGEST_PX = 72.0
-"""Higher boxes (cars nearer than 24 m, buses nearer than 50 m) are the LiDAR's business; nothing is taught of them."""
+"""Taller boxes (cars nearer than 24 m, buses nearer than 50 m) are left to the LiDAR and excluded from the loss."""
 NEAREST_M = 1.0
 AHEAD_M = 18.0
-"""What is nearer is left to the LiDAR: nothing is taught of it."""
+"""Nearer actors are left to the LiDAR and excluded from the loss."""
 BOX_FIELDS = ("label", "left", "top", "right", "bottom", "share", "distance", "towards", "actor_id", "width_m")
-"""`label`: -1 is to be left out of the loss. Edges in px of the picture. `towards`: 1 coming, 0 going, -1 across.
-`distance`: along the ground from the vehicle's reference point to the box's middle (m)."""
+"""`label`: -1 is excluded from the loss. Edges in px of the image. `towards`: 1 approaching, 0 receding, -1 crossing.
+`distance`: along the ground from the vehicle's reference point to the box's centre (m)."""
 _LABEL_OF = {
     **dict.fromkeys(
         (
@@ -47,22 +47,22 @@ _LABEL_OF = {
     **dict.fromkeys((ObjectKind.PEDESTRIAN, ObjectKind.FLAGGER), 2),
 }
 _FILLS = (0.7, 0.45, 0.4)
-"""How much of its rectangle an unhidden one of each label fills, nearly."""
+"""Approximate fraction of its rectangle that an unoccluded actor of each label fills."""
 _ACROSS = 0.5
-"""Cosine between heading and line of sight below which neither the front nor the rear is what is seen."""
+"""If the cosine between heading and line of sight is below this, neither front nor rear is visible."""
 _ID_SPACE = 65536
 
 
 @dataclass(frozen=True, eq=False)
 class Strips:
-    """Equal lengths n."""
+    """Strips and their boxes, in arrays of equal length n."""
 
     rgb: NDArray[np.uint8]
     """(n, STRIP_ROWS + 2 MARGIN_ROWS, width, 3)."""
     top: NDArray[np.int64]
-    """(n,): the picture's row with which each begins."""
+    """(n,): image row at which each strip starts."""
     boxes: Singles
-    """(n, MOST_BOXES, 10): see `BOX_FIELDS`; rows of nan where there are fewer."""
+    """(n, MOST_BOXES, 10): see `BOX_FIELDS`; padded with rows of nan."""
     time_s: Floats
     drive: NDArray[np.int64]
     """Index into `about`."""
@@ -75,21 +75,21 @@ class Strips:
 
 
 def load(folders: Sequence[Path], jobs: int) -> Strips:
-    """All pictures with masks in the recordings of some folders. Raises `RecordingError`, `ValueError` for none."""
+    """Loads all images with masks from folders of recordings. Raises `RecordingError`, or `ValueError` for none."""
     drives = [one for folder in folders for one in recordings(folder)]
     files = [(k, file) for k, drive in enumerate(drives) for file in drive.files]
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
         parts = list(pool.map(_read, [(k, file.parent, file) for k, file in files]))
     parts = [part for part in parts if len(part[0])]
     if not parts:
-        raise ValueError(f"{', '.join(map(str, folders))}: there is no picture with its instance mask")
+        raise ValueError(f"{', '.join(map(str, folders))}: no image has an instance mask")
     rgb, top, boxes, time_s, drive = (np.concatenate(column) for column in zip(*parts, strict=True))
     about = tuple((_told(one.about, "town"), _told(one.about, "weather")) for one in drives)
     return Strips(rgb, top, boxes, time_s, drive, about, drives[0].rig.camera)
 
 
 def boxes_of(tick: Recorded, rig: CameraRig) -> Singles:
-    """(n, 10), see `BOX_FIELDS`: what can be seen, nearest first. The tick must have a mask."""
+    """Visible actors, nearest first, as (n, 10), see `BOX_FIELDS`. The tick must have a mask."""
     assert tick.instances is not None
     x, y, z, yaw = (float(one) for one in tick.pose[:4])
     pose = PoseEstimate(tick.time_s, x, y, z, yaw, 0.0, 0.0, np.zeros((4, 4)))
@@ -121,9 +121,9 @@ def boxes_of(tick: Recorded, rig: CameraRig) -> Singles:
 
 
 def _levelled(boxes: Floats, pitch_rad: float, roll_rad: float) -> Floats:
-    """Boxes in the frame of the vehicle's body, which is pitched (nose down) and rolled (as CARLA counts it).
+    """Boxes in the frame of the vehicle body with its pitch (positive nose down) and roll (CARLA's sign).
 
-    Their own upright axes are kept: what that changes is below a pixel.
+    The boxes keep their upright axes: the error is below one pixel.
     """
     cp, sp, cr, sr = np.cos(pitch_rad), np.sin(pitch_rad), np.cos(roll_rad), np.sin(roll_rad)
     body = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]]) @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
@@ -133,7 +133,7 @@ def _levelled(boxes: Floats, pitch_rad: float, roll_rad: float) -> Floats:
 
 
 def _unknown(mask: NDArray[np.uint16], actor: int) -> tuple[float, ...]:
-    """An actor beyond the recorded range: nothing is taught where it is."""
+    """A box around an actor beyond the recorded range: excluded from the loss."""
     rows, columns = np.nonzero(mask == actor)
     edges = (float(columns.min()), float(rows.min()), float(columns.max() + 1), float(rows.max() + 1))
     return (-1.0, *edges, 0.0, np.inf, -1.0, float(actor), 0.0)
@@ -161,6 +161,6 @@ def _read(work: tuple[int, Path, Path]) -> tuple[NDArray[np.generic], ...]:
 
 
 def _told(about: dict[str, object], name: str) -> str:
-    """Of a drive, as words; `weather` may be a record of values in drives along routes."""
+    """A property of a drive as text. On routes, `weather` may be a record of values; then it is "other"."""
     told = about.get(name, "unknown")
     return told if isinstance(told, str) else "other"

@@ -1,4 +1,4 @@
-"""From the trained far detector to the files that the runtime loads: `far.onnx` and its card `far.json`."""
+"""Exports the trained far detector to the files that the runtime loads: `far.onnx` and its card `far.json`."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from stucksolver_train.camera.far_net import FarNet, Shipped
 
 OPSET = 17
 TOLERANCE = 5e-3
-"""How far onnxruntime's numbers may be from torch's."""
+"""Largest allowed difference between the outputs of onnxruntime and torch."""
 LEAST_PEAK = 0.05
-"""Lower peaks are nobody's; on even grey all cells are some."""
+"""Lower peaks are ignored; on a uniform grey image every cell is a peak."""
 TRIED = 4
-"""Pictures that both are tried with."""
+"""Number of images on which both are compared."""
 
 
 class ExportError(RuntimeError):
-    """The exported network does not say what the trained one says."""
+    """The outputs of the exported and the trained network differ."""
 
 
 def export(net: FarNet, out: Path, card: dict[str, Any], tried: Strips) -> dict[str, Any]:
-    """Write the network and its card, and compare both on some pictures. Returns the card. Raises `ExportError`."""
+    """Writes the network and its card, and tests the export on some images. Returns the card. Raises `ExportError`."""
     shipped, file = Shipped(net).eval(), out / "far.onnx"
     width = tried.rgb.shape[2]
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the exporter that needs no further package says that it is old
+        warnings.simplefilter("ignore")  # the exporter that needs no further package warns that it is deprecated
         torch.onnx.export(
             shipped,
             (torch.zeros(1, STRIP_ROWS, width, 3, dtype=torch.uint8),),
@@ -63,8 +63,8 @@ def _compare(shipped: Shipped, file: Path, tried: Strips) -> None:
         (peaks, rest), (their_peaks, their_rest) = wanted, session.run(None, {"strip": strip})
         off = float(np.quantile(np.abs(rest - their_rest), 0.999))
         for label, y, x in zip(*np.nonzero(peaks[0] >= LEAST_PEAK), strict=True):
-            # Of two cells that are equal but for rounding either may be the peak.
+            # If two cells are equal except for rounding, either may be the peak.
             near = their_peaks[0, label, max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
             off = max(off, float(np.abs(near - peaks[0, label, y, x]).min()))
         if off > TOLERANCE:
-            raise ExportError(f"{file}: onnxruntime and torch differ by {off:.4f}; the export is not the network")
+            raise ExportError(f"{file}: onnxruntime and torch differ by {off:.4f}; do not ship it")

@@ -1,7 +1,7 @@
 """The network that finds far vehicles in the strip around the horizon, and its loss.
 
-After CenterNet (Zhou, Wang, Krähenbühl: Objects as Points, 2019): a heatmap whose peaks are the middles of boxes, and
-at each peak the box's size, its exact middle, its lower edge and whether its front or its rear is seen.
+After CenterNet (Zhou, Wang, Krähenbühl: Objects as Points, 2019): a heatmap whose peaks are box centres, and
+at each peak the box's size, its exact centre, its lower edge, and whether its front or its rear is visible.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from stucksolver.perception.camera.far_strip import LABELS, STRIDE
 
 CLASSES = len(LABELS)
 CHANNELS = CLASSES + 6
-"""Heat of each label; log of width and height, shift of the middle across and down, of the lower edge, all in cells;
-and the logit of coming towards us."""
+"""Heat of each label; log width and log height, horizontal and vertical offset of the centre, offset of the lower edge,
+all in cells; and the logit of facing towards us."""
 MEAN, SPREAD = 9.0, 4.0
-"""Of the roots of pixels, nearly; takes them to about -2 to 2."""
+"""Approximate mean and spread of the square roots of pixels; normalises them to about -2 to 2."""
 SIGMA_SHARE = 0.17
-"""Standard deviation of a blob as a share of the box's side."""
+"""Standard deviation of a Gaussian, as a fraction of the box's side."""
 LEAST_SIGMA = 0.7
-"""Of a blob, in cells."""
+"""Smallest standard deviation of a Gaussian (cells)."""
 PRIOR = -3.5
-"""First logit of the heat: boxes are rare."""
+"""Initial heat logit: boxes are rare."""
 AROUND = tuple((dx, dy) for dy in (-1, 0, 1) for dx in (-1, 0, 1))
-"""Cells around a box's middle where its size is taught too: the peak may come out next to its place."""
+"""Cells around a box's centre that also learn its size, because the peak may be predicted next to its place."""
 BESIDE = 0.3
-"""Weight of those that are not the middle."""
+"""Weight of the cells next to the centre."""
 SIZE_WEIGHT, MIDDLE_WEIGHT, EDGE_WEIGHT, TOWARDS_WEIGHT = 0.5, 0.5, 1.0, 0.2
 
 
@@ -37,7 +37,7 @@ def _step(inputs: int, outputs: int, stride: int = 1, kernel: int = 3) -> nn.Seq
 
 
 class _Block(nn.Module):
-    """Two convolutions beside a way round them (He et al. 2016)."""
+    """A residual block of two convolutions (He et al. 2016)."""
 
     def __init__(self, channels: int) -> None:
         super().__init__()
@@ -49,7 +49,7 @@ class _Block(nn.Module):
 
 
 class FarNet(nn.Module):
-    """From (n, 3, rows, width), scaled, to (n, `CHANNELS`, rows / 4, width / 4)."""
+    """Maps scaled images (n, 3, rows, width) to (n, `CHANNELS`, rows / 4, width / 4)."""
 
     def __init__(self, stem: int = 16, fine: int = 32, coarse: int = 48) -> None:
         super().__init__()
@@ -63,7 +63,7 @@ class FarNet(nn.Module):
         nn.init.constant_(self.out.bias[:CLASSES], PRIOR)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Raw channels: logits of heat first."""
+        """Raw channels, heat logits first."""
         fine = self.fine(self.stem(x))
         coarse = self.coarse(fine)
         coarse = coarse + fn.interpolate(self.join(self.coarsest(coarse)), scale_factor=2.0, mode="nearest")
@@ -72,14 +72,14 @@ class FarNet(nn.Module):
 
 
 class Shipped(nn.Module):
-    """What the runtime loads: bytes in, peaks of the heat and the other channels out."""
+    """The network that the runtime loads: takes bytes, returns heatmap peaks and the other channels."""
 
     def __init__(self, net: FarNet) -> None:
         super().__init__()
         self.net = net
 
     def forward(self, strip: Tensor) -> tuple[Tensor, Tensor]:
-        """(1, rows, width, 3) bytes; returns peaks (1, classes, h, w), 0 beside them, and the rest (1, 6, h, w)."""
+        """From bytes (1, rows, width, 3): peaks (1, classes, h, w), 0 elsewhere, and the rest (1, 6, h, w)."""
         raw = self.net(scaled(strip.permute(0, 3, 1, 2).float()))
         heat = torch.sigmoid(raw[:, :CLASSES])
         highest = fn.max_pool2d(heat, 3, 1, 1)
@@ -87,7 +87,7 @@ class Shipped(nn.Module):
 
 
 def scaled(pixels: Tensor) -> Tensor:
-    """Pixels (0 to 255) as the network wants them: by their root, so that an unlit car at night stands out too."""
+    """Normalises the square roots of pixels (0 to 255), so that an unlit car at night also stands out."""
     return (torch.sqrt(pixels) - MEAN) / SPREAD
 
 
@@ -95,12 +95,12 @@ def loss_of(raw: Tensor, boxes: Tensor, shift: Tensor) -> Tensor:
     """The loss of a batch.
 
     Args:
-        raw: (n, `CHANNELS`, h, w), of the network.
-        boxes: (n, m, 10), see `far_data.BOX_FIELDS`; rows that are not there are nan.
-        shift: (n, 2): column and row of the picture where each strip begins (px).
+        raw: (n, `CHANNELS`, h, w), network output.
+        boxes: (n, m, 10), see `far_data.BOX_FIELDS`; missing rows are nan.
+        shift: (n, 2), image column and row at which each strip starts (px).
 
     Returns:
-        A scalar: focal loss of the heat, and absolute errors of the rest, for each box.
+        A scalar: focal loss of the heat plus absolute errors of the rest, per box.
     """
     rows, columns = raw.shape[2:]
     there = ~torch.isnan(boxes[..., 0])
@@ -126,7 +126,7 @@ def loss_of(raw: Tensor, boxes: Tensor, shift: Tensor) -> Tensor:
     middle = torch.stack([x - cell_x - 0.5, y - cell_y - 0.5], 2)
     error = SIZE_WEIGHT * (told[..., :2] - sides.clamp(min=0.25).log()).abs().sum(2)
     error = error + MIDDLE_WEIGHT * (told[..., 2:4] - middle).abs().sum(2)
-    # An error of the lower edge matters less on high boxes, which are near.
+    # An error of the lower edge matters less for tall boxes, which are near.
     error = error + EDGE_WEIGHT * (told[..., 4] - (bottom - cell_y - 0.5)).abs() / (sides[:, 1] / 2.0).clamp(min=1.0)
     front, facing = boxes[which, place, 7], boxes[which, place, 0] < 2
     target = front.clamp(min=0.0).expand_as(share)
@@ -146,7 +146,7 @@ def _targets(
     rows: int,
     columns: int,
 ) -> tuple[Tensor, Tensor]:
-    """Heat (n, classes, rows, columns) with 1 at each middle, and weights (n, 1, rows, columns), 0 where not known."""
+    """Heat (n, classes, rows, columns) with 1 at each centre, and weights (n, 1, rows, columns), 0 where unknown."""
     across = torch.arange(columns, device=label.device) + 0.5
     down = torch.arange(rows, device=label.device) + 0.5
     x, y = ((left + right) / 2.0).floor() + 0.5, ((top + bottom) / 2.0).floor() + 0.5
@@ -167,12 +167,12 @@ def _targets(
 
 
 def _highest(down: Tensor, across: Tensor) -> Tensor:
-    """(n, rows, columns): the highest of m products of a column (n, m, rows) and a row (n, m, columns)."""
+    """(n, rows, columns): maximum over m outer products of a column (n, m, rows) and a row (n, m, columns)."""
     return (down[..., :, None] * across[..., None, :]).amax(1)
 
 
 def _focal(logits: Tensor, heat: Tensor, weight: Tensor) -> Tensor:
-    """The penalty-reduced focal loss of CenterNet's paper (alpha 2, beta 4), summed."""
+    """Penalty-reduced focal loss of CenterNet (alpha 2, beta 4), summed."""
     p = torch.sigmoid(logits).clamp(1e-4, 1.0 - 1e-4)
     is_peak = (heat > 0.999).float()
     hit = -((1.0 - p) ** 2) * torch.log(p) * is_peak

@@ -1,9 +1,9 @@
-"""Trains the detector of far vehicles on recordings, checks it on others, and writes what the runtime loads.
+"""Trains the detector of far vehicles on recordings, checks it on others, and writes the files that the runtime loads.
 
 `python -m stucksolver_train.camera.far_train --data DIR [DIR ...] --check DIR --out OUT --minutes 4 --seed 1`
 
-`--data` may be ordinary drives and those of `stucksolver_eval.perception.far_scenes`; `--check` should be towns that
-none of them shows. It runs on a GPU where there is one; `--steps 20 --batch 2` tries everything on a processor.
+`--data` takes ordinary drives and those of `stucksolver_eval.perception.far_scenes`; `--check` should contain other
+towns. Uses a GPU if there is one; `--steps 20 --batch 2` is a quick trial on a CPU.
 """
 
 from __future__ import annotations
@@ -29,27 +29,27 @@ from stucksolver_train.camera.far_export import export
 from stucksolver_train.camera.far_net import FarNet, loss_of, scaled
 
 CROP_WIDTH = 800
-"""Training takes half the strip's width at a time: more pictures in a batch."""
+"""Training cuts crops of half the strip's width, so that a batch holds more images."""
 TOP_RATE = 3e-3
 """Highest learning rate of the one cycle (Smith, Topin 2019)."""
 WARM_UP = 0.1
-"""Share of the time in which the rate rises."""
+"""Fraction of the time in which the rate rises."""
 DECAY = 1e-4
 AVERAGED = 0.998
-"""The shipped weights are an average over about the last 1 / (1 - this) steps."""
+"""Decay of the moving average of the weights: an average over about the last 1 / (1 - this) steps is shipped."""
 COLOR, LIGHT = 0.1, 0.2
-"""Standard deviations of the logarithm of each colour's and of the whole brightness."""
+"""Standard deviations of the log gain of each colour channel and of the overall brightness."""
 HAZE = 0.06
-"""Of what is added to all pixels, as a share of the mean brightness."""
+"""Standard deviation of the offset of all pixels, as a fraction of the mean brightness."""
 NOISE = 1.5
-"""The highest standard deviation of pixels' noise; an unlit car at night stands out by five."""
+"""Highest standard deviation of the pixel noise (grey levels); an unlit car at night has a contrast of five."""
 SAY_EVERY_S = 5.0
 FAR_M = 60.0
-"""A picture with something visible beyond is drawn twice as often."""
+"""An image with a visible actor beyond this distance is drawn twice as often."""
 
 
 def train(strips: Strips, device: torch.device, *, minutes: float, steps: int | None, batch: int, seed: int) -> FarNet:
-    """A trained network; for so many minutes, or so many steps."""
+    """Trains for a number of minutes, or of steps, and returns the network."""
     torch.manual_seed(seed)
     net = FarNet().to(device, memory_format=torch.channels_last)
     average: FarNet = copy.deepcopy(net)
@@ -83,7 +83,7 @@ def train(strips: Strips, device: torch.device, *, minutes: float, steps: int | 
 
 
 class _Batches:
-    """Draws half strips with their boxes, and changes them as cameras and light would."""
+    """Draws half strips with their boxes, and augments them in the way that cameras and light vary."""
 
     def __init__(self, strips: Strips, device: torch.device, batch: int, seed: int) -> None:
         self._random, self._batch, self._device = np.random.default_rng(seed), batch, device
@@ -95,7 +95,7 @@ class _Batches:
         self._chances = chances / chances.sum()
 
     def draw(self) -> tuple[Tensor, Tensor, Tensor]:
-        """Pixels (n, 3, rows, width) scaled, boxes (n, m, 10), and where the pieces begin (n, 2)."""
+        """Scaled pixels (n, 3, rows, width), boxes (n, m, 10), and the column and row where each crop starts (n, 2)."""
         random, n, device = self._random, self._batch, self._device
         which = torch.from_numpy(random.choice(len(self._rgb), n, p=self._chances)).to(device)
         down = random.integers(0, 2 * MARGIN_ROWS + 1, n)
@@ -117,7 +117,7 @@ class _Batches:
         return scaled(self._changed(pixels)), boxes, torch.stack([left, top], 1)
 
     def _changed(self, pixels: Tensor) -> Tensor:
-        """Other brightness, colours, and noise. All is in proportion to the light: night must stay legible."""
+        """Changes brightness and colours, and adds noise. Gain and offset follow the light: night stays readable."""
         n, device = len(pixels), self._device
         gain = torch.exp(
             COLOR * torch.randn(n, 3, 1, 1, device=device) + LIGHT * torch.randn(n, 1, 1, 1, device=device)
@@ -128,7 +128,7 @@ class _Batches:
 
 
 def _rate(share: float) -> float:
-    """The learning rate at a share of the time, of its highest value."""
+    """Learning rate at a fraction of the time, relative to its highest value."""
     if share < WARM_UP:
         return 0.05 + 0.95 * share / WARM_UP
     return max(0.5 * (1.0 + math.cos(math.pi * (share - WARM_UP) / (1.0 - WARM_UP))), 0.002)
@@ -144,13 +144,13 @@ def _follow(average: FarNet, net: FarNet, kept: float) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Train, check, export."""
-    parser = argparse.ArgumentParser(description="Trains the detector of far vehicles.")
+    """Trains, checks and exports."""
+    parser = argparse.ArgumentParser(description="Train the detector of far vehicles.")
     parser.add_argument("--data", type=Path, nargs="+", required=True, help="folders of recordings to train on")
     parser.add_argument("--check", type=Path, nargs="+", required=True, help="folders of recordings to check on")
-    parser.add_argument("--out", type=Path, required=True, help="where far.onnx, far.json and far-check.md go")
-    parser.add_argument("--minutes", type=float, default=4.0, help="of training, without reading and checking")
-    parser.add_argument("--steps", type=int, help="instead of minutes")
+    parser.add_argument("--out", type=Path, required=True, help="output folder for far.onnx, far.json and far-check.md")
+    parser.add_argument("--minutes", type=float, default=4.0, help="duration of training, without reading and checking")
+    parser.add_argument("--steps", type=int, help="number of steps, instead of minutes")
     parser.add_argument("--batch", type=int, default=64)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
@@ -158,7 +158,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     began = time.monotonic()
     strips, held_out = load(args.data, args.jobs), load(args.check, args.jobs)
-    print(f"{len(strips)} and {len(held_out)} pictures, read in {time.monotonic() - began:.0f} s; {device}", flush=True)
+    print(f"{len(strips)} and {len(held_out)} images, read in {time.monotonic() - began:.0f} s; {device}", flush=True)
     net = train(strips, device, minutes=args.minutes, steps=args.steps, batch=args.batch, seed=args.seed)
     card = check(net, held_out, device)
     card |= {"seed": args.seed, "pictures": len(strips), "checked_on": sorted({town for town, _ in held_out.about})}

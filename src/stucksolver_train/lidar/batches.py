@@ -1,4 +1,4 @@
-"""Windows on the device: their sweeps brought together, varied, and their boxes padded to one size."""
+"""Windows on the device: sweeps merged, augmented, and boxes padded to one size."""
 
 from __future__ import annotations
 
@@ -15,35 +15,35 @@ from stucksolver_train.lidar.data import BOX, IGNORED, Windows
 NO_BOX = -2
 """The label of padding."""
 TURN_RAD = 0.35
-"""Windows are turned by up to this much."""
+"""Windows are rotated by up to this angle."""
 SCALE = 0.05
 SHIFT_M, LIFT_M = 0.3, 0.08
-"""Standard deviations: the vehicle may stand elsewhere, and lean or sit on its springs otherwise."""
+"""Standard deviations of the horizontal and vertical shift, for another position and suspension height."""
 LEAST_KEPT = 0.7
-"""At least this share of the points remains when points are dropped."""
+"""At least this fraction of the points is kept when points are dropped."""
 RANGE_NOISE_M = 0.02
 POSE_NOISE_M, SPEED_NOISE_MPS, TURN_NOISE_RPS = 0.01, 0.05, 0.004
-"""Standard deviations of the own motion, as localisation errs: of each pose, and growing with age."""
+"""Standard deviations of localisation noise: of each pose, and of the speed and turn rate, which grow with age."""
 FORGET = 0.15
-"""Share of windows that lack some of their older sweeps, as after a start."""
+"""Fraction of windows that lose some of their older sweeps, as right after a start."""
 
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Some windows."""
+    """A batch of windows."""
 
     points: Tensor
-    """(n, 5): as `SweepBuffer.gather` returns them, of all windows."""
+    """(n, 5): points of all windows, in the format of `SweepBuffer.gather`."""
     window: Tensor
-    """(n,): which window a point belongs to."""
+    """(n,): the window of each point."""
     boxes: Tensor
     """(windows, most, 10), see `BOX`."""
     labels: Tensor
-    """(windows, most); `IGNORED` or `NO_BOX` where nothing is taught."""
+    """(windows, most); `IGNORED` or `NO_BOX` where there is no target."""
 
 
 class Store:
-    """Windows on a device."""
+    """Windows stored on a device."""
 
     def __init__(self, windows: Windows, device: torch.device) -> None:
         self.device = device
@@ -65,7 +65,7 @@ class Store:
         return len(self.history)
 
     def batch(self, which: Tensor, vary: bool) -> Batch:
-        """Windows by their indices (b,), as they are or varied for training."""
+        """The windows with these indices (b,), augmented for training if `vary`."""
         history = self.history[which]
         if vary:
             history = _forgetful(history)
@@ -76,7 +76,7 @@ class Store:
         return Batch(points, window, boxes, labels)
 
     def _gathered(self, history: Tensor, noisy: bool) -> tuple[Tensor, Tensor]:
-        """What `SweepBuffer.gather` makes of each history (b, sweeps)."""
+        """What `SweepBuffer.gather` returns for each history (b, sweeps)."""
         known = history >= 0
         tick = history.clamp(min=0)
         first = self.start[tick]
@@ -86,7 +86,7 @@ class Store:
         slot = torch.repeat_interleave(length.flatten())
         begin = torch.cumsum(length.flatten(), 0) - length.flatten()
         index = torch.arange(len(slot), device=self.device) - begin[slot] + first.flatten()[slot]
-        # Older sweeps lose flat ground before anything else is computed for them.
+        # Removes flat ground from older sweeps before anything else is computed for them.
         rough = (age <= RECENT_S).flatten()[slot] | _uneven(self.points[index], slot, history.numel())
         index, slot = index[rough], slot[rough]
         window = slot // history.shape[1]
@@ -101,7 +101,7 @@ class Store:
 
 
 def _uneven(points: Tensor, slot: Tensor, slots: int) -> Tensor:
-    """`stucksolver.perception.lidar.sweeps.uneven`, of points (n, 3; centimetres) in several sweeps."""
+    """`stucksolver.perception.lidar.sweeps.uneven` for points (n, 3; centimetres) of several sweeps."""
     place = points[:, :2].float() / CENTIMETRE / torch.tensor(CELL_M, device=points.device)
     place = (torch.floor(place) + CELLS // 2).clamp(0, CELLS - 1).long()
     cell, z = (slot * CELLS + place[:, 0]) * CELLS + place[:, 1], points[:, 2].float()
@@ -114,7 +114,7 @@ def _uneven(points: Tensor, slot: Tensor, slots: int) -> Tensor:
 
 
 def _thinned(old: Tensor, window: Tensor, slot: Tensor, windows: int) -> Tensor:
-    """Which points remain, when older ones are thinned as `SweepBuffer` does: every so many of each sweep."""
+    """Which points are kept: older sweeps are subsampled with a fixed step, as in `SweepBuffer`."""
     counts = torch.zeros(windows, 2, dtype=torch.int64, device=old.device)
     counts.view(-1).index_add_(0, 2 * window + old.long(), torch.ones_like(window))
     room = (MOST_POINTS - counts[:, 0]).clamp(min=1)
@@ -127,7 +127,7 @@ def _thinned(old: Tensor, window: Tensor, slot: Tensor, windows: int) -> Tensor:
 
 
 def _motion(pose: Tensor, age: Tensor, noisy: bool) -> tuple[Tensor, Tensor, Tensor]:
-    """Turn and shift (b, sweeps) that bring each sweep into the frame of the first."""
+    """Rotation and translation (b, sweeps) that bring each sweep into the frame of the first."""
     yaw, turn = pose[:, :1, 2], pose[:, :, 2] - pose[:, :1, 2]
     dx, dy = pose[:, :, 0] - pose[:, :1, 0], pose[:, :, 1] - pose[:, :1, 1]
     along, across = torch.cos(yaw) * dx + torch.sin(yaw) * dy, torch.cos(yaw) * dy - torch.sin(yaw) * dx
@@ -141,7 +141,7 @@ def _motion(pose: Tensor, age: Tensor, noisy: bool) -> tuple[Tensor, Tensor, Ten
 
 
 def _forgetful(history: Tensor) -> Tensor:
-    """Some histories end early."""
+    """Truncates some histories."""
     count, most = history.shape
     length = torch.randint(2, most, (count, 1), device=history.device)
     whole = torch.rand(count, 1, device=history.device) >= FORGET
@@ -150,7 +150,7 @@ def _forgetful(history: Tensor) -> Tensor:
 
 
 def varied(points: Tensor, window: Tensor, boxes: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Mirrored, turned, scaled and shifted windows with fewer and noisier points, and their boxes likewise."""
+    """Mirrors, rotates, scales and shifts windows with their boxes, drops points and adds noise."""
     count, device = len(boxes), boxes.device
     mirror = (torch.rand(count, device=device) < 0.5).float() * -2.0 + 1.0
     turn = (torch.rand(count, device=device) * 2.0 - 1.0) * TURN_RAD

@@ -1,4 +1,4 @@
-"""How good a network is on windows it never saw, and what its scores are worth."""
+"""Evaluates a network on held-out windows and calibrates its scores."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from stucksolver_train.lidar.net import PillarNet, strongest
 from stucksolver_train.lidar.pillars import pillars
 
 NEAR_M = 2.0
-"""A detection whose middle is this near to a body of its label is right."""
+"""A detection is correct if its centre is this close to a body of its label."""
 AROUND_IGNORED_M = 1.0
-"""Detections within this of a body that is not counted are not counted either."""
+"""Detections this close to an ignored body are ignored, too."""
 LEAST_SCORE = 0.1
-"""What the shipped detector leaves out, as a calibrated score."""
+"""The shipped detector drops detections whose calibrated score is below this."""
 RAW = Calibration((1.0,) * len(LABELS), (0.0,) * len(LABELS), (0.01,) * len(LABELS))
 PRIOR_STRENGTH = 4.0
-"""The calibration's pull towards doing nothing: as much as this many detections."""
+"""Strength of the prior towards the identity calibration, as a number of detections."""
 
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """All detections of one label, the strongest first."""
+    """All detections of one label, strongest first."""
 
     score: Floats
     right: NDArray[np.bool_]
     errors: Floats
-    """(right ones, 4): distance (m), yaw (rad), speed vector (m/s), volume ratio."""
+    """(correct detections, 4): distance (m), yaw (rad), speed vector (m/s), volume ratio."""
     bodies: int
-    """How many there were to find."""
+    """Number of bodies that should have been found."""
 
 
 def predicted(net: PillarNet, store: Store, batch: int = 8) -> list[Detections]:
@@ -56,7 +56,7 @@ def predicted(net: PillarNet, store: Store, batch: int = 8) -> list[Detections]:
 
 
 def judged(found: Sequence[Detections], store: Store) -> list[Judged]:
-    """For each label, which detections are right (greedily, by score, as nuScenes does; Caesar et al. 2020)."""
+    """Which detections of each label are correct: greedy matching by score, as in nuScenes (Caesar et al. 2020)."""
     boxes, labels = store.boxes.cpu().numpy().astype(np.float64), store.labels.cpu().numpy()
     return [_judged_label(label, found, boxes, labels) for label in range(len(LABELS))]
 
@@ -97,7 +97,7 @@ def _beside_ignored(middle: Floats, ignored: Floats) -> bool:
 
 
 def average_precision(of: Judged) -> float:
-    """Area below precision over recall; precision at a recall is the best at that recall or beyond."""
+    """Area under the precision-recall curve; precision at a recall is the best at that recall or higher."""
     if not of.bodies or not len(of.score):
         return 0.0
     hits = np.cumsum(of.right)
@@ -106,13 +106,13 @@ def average_precision(of: Judged) -> float:
 
 
 def mean_average_precision(all_labels: Sequence[Judged]) -> float:
-    """Over the labels of which there are bodies."""
+    """Mean average precision over the labels that have bodies."""
     counted = [average_precision(one) for one in all_labels if one.bodies]
     return sum(counted) / max(1, len(counted))
 
 
 def calibrated(all_labels: Sequence[Judged]) -> Calibration:
-    """Slope and shift by which a logit becomes the share of such detections that are right (Platt 1999)."""
+    """Slope and shift that turn a logit into the probability that the detection is correct (Platt 1999)."""
     fits = [_platt(one.score, one.right) for one in all_labels]
     return Calibration(
         tuple(slope for slope, _ in fits), tuple(shift for _, shift in fits), (LEAST_SCORE,) * len(all_labels)
@@ -120,7 +120,7 @@ def calibrated(all_labels: Sequence[Judged]) -> Calibration:
 
 
 def _platt(score: Floats, right: NDArray[np.bool_]) -> tuple[float, float]:
-    """Logistic regression on the logit by Newton's method, pulled towards slope 1 and shift 0."""
+    """Logistic regression on the logit by Newton's method, regularised towards slope 1 and shift 0."""
     share = np.clip(score, 1e-6, 1.0 - 1e-6)
     inputs = np.stack([np.log(share / (1.0 - share)), np.ones(len(share))], axis=1).reshape(-1, 2)
     prior = np.array([1.0, 0.0])
@@ -130,12 +130,12 @@ def _platt(score: Floats, right: NDArray[np.bool_]) -> tuple[float, float]:
         slope = inputs.T @ (said - right) + PRIOR_STRENGTH * (fit - prior)
         bend = (inputs * (said * (1.0 - said))[:, None]).T @ inputs + PRIOR_STRENGTH * np.eye(2)
         fit = fit - np.linalg.solve(bend, slope)
-    # A slope below zero would turn the order of detections round.
+    # A negative slope would reverse the order of detections.
     return max(0.1, float(fit[0])), float(fit[1])
 
 
 def report(all_labels: Sequence[Judged]) -> list[dict[str, float | str]]:
-    """One row for each label: AP at 2 m, bodies, and the errors of right detections (medians but for the 90 %)."""
+    """One row per label: AP at 2 m, bodies, and errors of correct detections (medians and 90th percentiles)."""
     rows: list[dict[str, float | str]] = []
     for name, one in zip(LABELS, all_labels, strict=True):
         row: dict[str, float | str] = {"label": name, "bodies": one.bodies, "ap": round(average_precision(one), 4)}

@@ -1,4 +1,4 @@
-"""Recordings in memory, as windows of sweeps with the boxes at their end."""
+"""Loads recordings into memory as windows of sweeps, with the boxes at the end of each window."""
 
 from __future__ import annotations
 
@@ -22,54 +22,54 @@ from stucksolver.scene import ObjectKind
 HISTORY = 10
 """Sweeps in a window: half a second at 20 Hz."""
 LEAST_HISTORY = 5
-"""A window with fewer is not used."""
+"""Windows with fewer sweeps are not used."""
 EVERY = 2
 """A window ends at every second tick."""
 GAP_S = 0.075
-"""Ticks further apart than this belong to different stretches."""
+"""Ticks with a larger gap between them belong to different stretches."""
 IGNORED = -1
-"""The label of bodies that are neither taught nor counted as background: kinds without a label, or hardly hit."""
+"""Label of bodies that are neither targets nor background: kinds without a label, or with too few returns."""
 LEAST_POINTS = 3
-"""Returns of the last turn that a box needs to be taught."""
+"""Minimum number of returns in the last sweep for a box to become a target."""
 MARGIN_M, ABOVE_GROUND_M = 0.05, 0.05
-"""Returns count as a box's if they are inside it, give or take the margin, and above its lower side by this much."""
+"""Returns belong to a box if they are inside it within this margin, and this far above its bottom."""
 OWN_BODY_M = 1.5
-"""A box this near to our own reference point is our own."""
+"""A box this close to the ego's reference point is the ego itself."""
 BOX = 10
-"""Of a box here: middle x, y, z, length, width, height, yaw, velocity x and y (vehicle frame), returns in it."""
+"""Fields of a box: centre x, y, z, length, width, height, yaw, velocity x and y (vehicle frame), number of returns."""
 
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """All sweeps of some recordings and the windows in them; one row for each tick, or each window."""
+    """All sweeps of some recordings and their windows, with one row per tick or per window."""
 
     points: NDArray[np.int16]
     """(n, 3) centimetres."""
     intensity: NDArray[np.uint8]
     start: NDArray[np.int64]
-    """(ticks + 1,): where in `points` the sweep of a tick begins."""
+    """(ticks + 1,): index in `points` at which the sweep of each tick starts."""
     time_s: Floats
     pose: Floats
     """(ticks, 3): x, y, yaw."""
     history: NDArray[np.int64]
-    """(windows, HISTORY): its ticks, the newest first; -1 for none."""
+    """(windows, HISTORY): ticks of each window, newest first; -1 for none."""
     boxes: tuple[NDArray[np.float32], ...]
-    """For each window (k, 10), see `BOX`."""
+    """(k, 10) for each window, see `BOX`."""
     labels: tuple[NDArray[np.int64], ...]
-    """For each window (k,)."""
+    """(k,) for each window."""
 
     def __len__(self) -> int:
         return len(self.history)
 
 
 def load(folders: Sequence[Path], jobs: int, most: int | None = None, every: int = EVERY) -> Windows:
-    """Every recording in some folders.
+    """Loads every recording in some folders.
 
     Args:
         folders: Recordings or folders of recordings.
-        jobs: Processes that read.
-        most: Read no more windows than this from a recording.
-        every: A window ends at every so many ticks.
+        jobs: Number of reading processes.
+        most: Maximum number of windows per recording.
+        every: Ticks between the ends of two windows.
 
     Raises:
         RecordingError: A folder has no recordings.
@@ -112,7 +112,7 @@ def _read(task: tuple[Path, int | None, int]) -> Windows:
             run = []
         first = first if run else i
         run = [*run[-HISTORY + 1 :], i]
-        # Counted from the first full history, so that every stretch has one.
+        # Counted from the first full history, so that every long enough stretch has a window.
         if len(run) >= LEAST_HISTORY and (i - first - HISTORY + 1) % every == 0:
             histories.append([*run[::-1], *[-1] * (HISTORY - len(run))])
     if most is not None and len(histories) > most:
@@ -132,7 +132,7 @@ def _read(task: tuple[Path, int | None, int]) -> Windows:
 
 
 class _Tick:
-    """What is kept of a tick."""
+    """The data kept of one tick."""
 
     def __init__(self, tick: Recorded) -> None:
         self.time_s, self.pose = tick.time_s, np.asarray(tick.pose, np.float64)
@@ -172,7 +172,7 @@ def _truth(ticks: Sequence[_Tick], history: Sequence[int]) -> tuple[NDArray[np.f
 
 
 def vehicle_frame(boxes: Floats, pose: Floats) -> Floats:
-    """Boxes (k, 9) of the truth (see `BOX_COLUMNS`) in the frame of a vehicle at `pose` (see `Recorded.pose`).
+    """Ground-truth boxes (k, 9) (see `BOX_COLUMNS`) in the frame of a vehicle at `pose` (see `Recorded.pose`).
 
     Returns:
         (k, 9): middle x, y, z, length, width, height, yaw, velocity x and y; the first nine of `BOX`.
@@ -189,7 +189,7 @@ def vehicle_frame(boxes: Floats, pose: Floats) -> Floats:
 
 
 def returns_in(boxes: Floats, points: NDArray[np.float32]) -> Floats:
-    """How many points (n, 3) each box (k, 9; see `BOX`) holds, the ground below it left out."""
+    """Number of points (n, 3) in each box (k, 9; see `BOX`), without the ground below it."""
     found = np.zeros(len(boxes))
     for i, (x, y, z, length, width, height, yaw) in enumerate(boxes[:, :7].tolist()):
         reach = math.hypot(length, width) / 2 + MARGIN_M
@@ -205,7 +205,7 @@ def returns_in(boxes: Floats, points: NDArray[np.float32]) -> Floats:
 
 
 def _moved(then: _Tick, now: _Tick) -> Any:
-    """Points of a tick as seen from a later one."""
+    """Points of one tick in the frame of a later one."""
     points = then.points.astype(np.float32) / CENTIMETRE
     turn, yaw = then.pose[3] - now.pose[3], now.pose[3]
     dx, dy = then.pose[:2] - now.pose[:2]

@@ -1,4 +1,4 @@
-"""Makes the shipped network of a trained one: `python -m stucksolver_train.lidar.export --run OUT --check DIR`."""
+"""Exports a trained network for shipping: `python -m stucksolver_train.lidar.export --run OUT --check DIR`."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ OPSET = 18
 INPUTS = ("features", "slot", "occupied")
 OUTPUTS = ("logit", "label", "place", "regressed")
 CLOSE = 1e-2
-"""Largest difference between the exported network and the trained one, in logits and regressed values."""
+"""Largest allowed difference between the exported and the trained network, in logits and regressed values."""
 COMPARED = 20
-"""Windows on which these two are compared."""
+"""Number of windows on which the two are compared."""
 CHECKED_IN_DRIVE = 20
 RANGES_IN_DRIVE = 4
-"""Windows of each recording that set the ranges of the integers."""
+"""Windows of each recording that are used to set the integer ranges."""
 MOST_RANGES = 48
 MOST_LOST = 0.02
-"""Of the mean AP, by quantisation."""
+"""Largest allowed loss of mean AP by quantisation."""
 
 
 class ExportError(RuntimeError):
@@ -48,13 +48,13 @@ def export(run: Path, check: Sequence[Path], to: Path = DATA, ranges: Sequence[P
     """Writes `lidar.onnx` and `card.json`.
 
     Args:
-        run: What `stucksolver_train.lidar.train` wrote.
-        check: Recordings held out: the networks are compared with them, and the scores calibrated.
-        to: Where the files go.
-        ranges: Recordings that set the ranges of the integers; without any the network stays as it is.
+        run: Output folder of `stucksolver_train.lidar.train`.
+        check: Held-out recordings, used to compare the networks and to calibrate the scores.
+        to: Output folder.
+        ranges: Recordings that set the integer ranges. If empty, the network is not quantised.
 
     Returns:
-        What is on the card.
+        The content of the card.
 
     Raises:
         ExportError: The exported network is not as good as the trained one.
@@ -76,7 +76,7 @@ def export(run: Path, check: Sequence[Path], to: Path = DATA, ranges: Sequence[P
         found = _judged(file, store)
         lost = told["mean_ap_full"] - mean_average_precision(found)
         if lost > MOST_LOST:
-            raise ExportError(f"{file}: in integers the mean AP falls by {lost:.3f}; export without --int8")
+            raise ExportError(f"{file}: quantised to integers, the mean AP falls by {lost:.3f}; export without --int8")
     else:
         full.replace(file)
     told |= {"mean_ap": mean_average_precision(found), "check": report(found), "windows": len(store)}
@@ -92,7 +92,7 @@ def export(run: Path, check: Sequence[Path], to: Path = DATA, ranges: Sequence[P
 
 def _write(shipped: Shipped, file: Path) -> None:
     with warnings.catch_warnings():
-        # Torch would rather use its newer exporter, which does not know ScatterND's maximum.
+        # Torch recommends its newer exporter, which does not support ScatterND with a maximum.
         warnings.simplefilter("ignore")
         torch.onnx.export(
             shipped,
@@ -143,7 +143,7 @@ def _difference(shipped: Shipped, file: Path, store: Store) -> float:
 
 
 def _box_difference(expected: Sequence[Any], got: Sequence[Any]) -> float:
-    """Of the stronger half, found by label and cell, since equal logits may come in any order."""
+    """Largest box difference over the stronger half, matched by label and cell: equal logits may come in any order."""
     places = {place: i for i, place in enumerate(zip(got[1].tolist(), got[2].tolist(), strict=True))}
     half = list(zip(expected[1].tolist(), expected[2].tolist(), strict=True))[: len(expected[0]) // 2]
     pairs = [(i, places[place]) for i, place in enumerate(half) if place in places]
@@ -156,10 +156,10 @@ def _box_difference(expected: Sequence[Any], got: Sequence[Any]) -> float:
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--run", type=Path, required=True, help="folder that the training wrote")
-    parser.add_argument("--check", type=Path, nargs="+", required=True, help="recordings held out")
+    parser.add_argument("--run", type=Path, required=True, help="output folder of the training")
+    parser.add_argument("--check", type=Path, nargs="+", required=True, help="held-out recordings")
     parser.add_argument("--out", type=Path, default=DATA, help="folder for lidar.onnx and card.json")
-    parser.add_argument("--int8", type=Path, nargs="+", default=[], help="recordings that set the ranges of integers")
+    parser.add_argument("--int8", type=Path, nargs="+", default=[], help="recordings that set the integer ranges")
     given = parser.parse_args(arguments)
     told = export(given.run, given.check, given.out, given.int8)["shipped"]
     size_mb = (given.out / WEIGHTS).stat().st_size / 1e6

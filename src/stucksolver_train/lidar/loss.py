@@ -1,4 +1,4 @@
-"""What the network is taught: middles as small hills on the map of their label, and the box at their top."""
+"""Training targets and loss: each centre is a Gaussian on its label's heatmap, with the box regressed at its peak."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from stucksolver.perception.lidar.grid import GRID, Grid
 from stucksolver_train.lidar.data import IGNORED
 
 HILL = 0.13
-"""A hill's standard deviation, as a share of length plus width."""
+"""Standard deviation of a Gaussian, as a fraction of length plus width."""
 LEAST_HILL, MOST_HILL = 0.55, 1.7
-"""Cells."""
+"""Bounds on the standard deviation (cells)."""
 HILL_REACH = 5
-"""Cells on each side over which a hill is drawn."""
+"""Cells on each side over which a Gaussian is drawn."""
 BESIDE = 0.3
-"""Weight of the cells around the middle one, which are taught the same box: the peak may come out there."""
+"""Weight of the cells around the centre cell. They learn the same box, because the peak may be predicted there."""
 SAME_BACKWARDS = ("cone", "barrier", "debris")
-"""What looks the same from behind: its yaw is taught between -90 and 90 degrees."""
+"""Labels that look the same from behind: their yaw targets lie between -90 and 90 degrees."""
 YAWLESS = ("cone", "debris")
-"""What has no front that could be seen: its yaw is hardly taught."""
+"""Labels without a visible front: their yaw gets a very small weight."""
 WEIGHTS = (1.0, 1.0, 1.0, 0.7, 0.7, 0.7, 0.7, 0.7, 0.6, 0.6)
-"""Of the regressed values."""
+"""Loss weights of the regressed values."""
 BOX_WEIGHT = 1.0
 FOCUS, SOFTEN = 2.0, 4.0
 """Exponents of the focal loss (Law and Deng 2018, CornerNet; Zhou et al. 2019, CenterNet)."""
 LEAST_COUNT = 4.0
-"""A label's loss is divided by how many there are in a batch, or by this."""
+"""A label's loss is divided by its count in the batch, but by at least this."""
 
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """For b windows."""
+    """Training targets of b windows."""
 
     heat: Tensor
-    """(b, labels, rows, columns): 1 in the cell of a middle, falling off around it."""
+    """(b, labels, rows, columns): 1 in the cell of a centre, decreasing around it."""
     counted: Tensor
-    """(b, 1, rows, columns): 0 where bodies lie that are neither taught nor background."""
+    """(b, 1, rows, columns): 0 on bodies that are neither targets nor background."""
     place: Tensor
-    """(k, 2): window and cell of each value that is taught, middles and cells beside them."""
+    """(k, 2): window and cell of each regression target, at centres and the cells next to them."""
     regressed: Tensor
     """(k, 10)."""
     weight: Tensor
@@ -51,7 +51,7 @@ class Targets:
 
 
 def targets(boxes: Tensor, labels: Tensor, grid: Grid = GRID) -> Targets:
-    """Of padded boxes (b, most, 10) and labels (b, most)."""
+    """Targets from padded boxes (b, most, 10) and labels (b, most)."""
     x, y = (boxes[..., 0] - grid.x_min_m) / grid.cell_m, (boxes[..., 1] - grid.y_min_m) / grid.cell_m
     row, column = torch.floor(x).long(), torch.floor(y).long()
     inside = (row >= 0) & (row < grid.rows) & (column >= 0) & (column < grid.columns)
@@ -76,7 +76,7 @@ def targets(boxes: Tensor, labels: Tensor, grid: Grid = GRID) -> Targets:
 
 
 def _values(box: Tensor, label: Tensor) -> Tensor:
-    """(k, 10): what is to be regressed of boxes (k, 10), without the offset from the cell."""
+    """(k, 10): regression targets of boxes (k, 10), without the offset from the cell."""
     backwards = torch.tensor([name in SAME_BACKWARDS for name in LABELS], device=box.device)[label]
     sine, cosine = torch.sin(box[:, 6]), torch.cos(box[:, 6])
     sign = torch.where(backwards & (cosine < 0), -1.0, 1.0)
@@ -102,7 +102,7 @@ def _hills(box: Tensor, label: Tensor, window: Tensor, row: Tensor, column: Tens
 
 
 def _counted(boxes: Tensor, ignored: Tensor, grid: Grid) -> Tensor:
-    """0 on and around the boxes that are ignored: their area is sampled, and grown by a cell."""
+    """0 on and around the ignored boxes: their area is sampled and dilated by one cell."""
     window, which = torch.nonzero(ignored, as_tuple=True)
     box = boxes[window, which]
     along = torch.linspace(-0.5, 0.5, 33, device=boxes.device)
@@ -120,7 +120,7 @@ def _counted(boxes: Tensor, ignored: Tensor, grid: Grid) -> Tensor:
 
 
 def losses(heat: Tensor, box: Tensor, aim: Targets) -> tuple[Tensor, Tensor]:
-    """Of the maps and of the boxes, each a number."""
+    """The heatmap loss and the box loss, one scalar each."""
     heat, box = heat.float(), box.float()
     share = torch.sigmoid(heat).clamp(1e-5, 1.0 - 1e-5)
     top = aim.heat > 0.999

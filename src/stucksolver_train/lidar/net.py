@@ -1,7 +1,7 @@
-"""The network: points to pillars, pillars to a picture from above, the picture to objects' middles and boxes.
+"""The network: points to pillars, pillars to a bird's-eye view, bird's-eye view to object centres and boxes.
 
-CenterPoint (Yin, Zhou, Krähenbühl 2021) on PointPillars (Lang et al. 2019), made small for two cores of a processor:
-one head for all labels, and the four pillars of a coarse cell are joined before the first convolution.
+CenterPoint (Yin, Zhou, Krähenbühl 2021) on PointPillars (Lang et al. 2019), made small enough for two CPU cores:
+it has one head for all labels, and joins the four pillars of a coarse cell before the first convolution.
 """
 
 from __future__ import annotations
@@ -18,19 +18,20 @@ from stucksolver.perception.lidar.grid import GRID, Grid
 from stucksolver.perception.lidar.pillars import FEATURES
 
 WIDTHS = (32, 64, 96)
-"""Channels at cells of 0.64, 1.28 and 2.56 m; multiples of 16, in which onnxruntime reckons anyway."""
+"""Channels at cells of 0.64, 1.28 and 2.56 m; multiples of 16, the block size onnxruntime computes in."""
 PILLAR_WIDTH = 24
 HEAD_WIDTH = 32
 PRIOR_LOGIT = -4.6
-"""Before training every cell says 1 %, so that the many empty ones do not drown the first steps (Lin et al. 2017)."""
+"""Before training every cell predicts 1 %, so that the many empty cells do not dominate the first steps
+(Lin et al. 2017)."""
 STRONGEST = 200
-"""Cells that leave the network."""
+"""Number of cells that the network outputs."""
 
 
 class _Scatter(torch.autograd.Function):  # type: ignore[misc]
-    """The maximum of rows (n, width) by their places (n,) and of what `base` has there.
+    """Scatters rows (n, width) to their places (n,) in `base`, keeping the maximum.
 
-    Exported as ONNX's ScatterND, which onnxruntime does ten times faster than the ScatterElements that torch exports.
+    Exported as ONNX's ScatterND, which onnxruntime runs ten times faster than the ScatterElements that torch exports.
     """
 
     @staticmethod
@@ -54,7 +55,7 @@ def _up(before: int, after: int) -> nn.Sequential:
 
 
 class PillarNet(nn.Module):
-    """Logits (b, labels, rows, columns) and regressed values (b, 10, rows, columns) of b windows."""
+    """Predicts logits (b, labels, rows, columns) and regressed values (b, 10, rows, columns) for b windows."""
 
     def __init__(self, widths: tuple[int, int, int] = WIDTHS, grid: Grid = GRID) -> None:
         super().__init__()
@@ -63,7 +64,7 @@ class PillarNet(nn.Module):
         self.point = nn.Sequential(
             nn.Linear(FEATURES, PILLAR_WIDTH), nn.ReLU(), nn.Linear(PILLAR_WIDTH, PILLAR_WIDTH), nn.ReLU()
         )
-        # Without a constant, so that cells without points stay 0 and the detector can leave them out.
+        # No bias, so that cells without points stay 0 and the detector can skip them.
         self.join = nn.Sequential(nn.Linear(4 * PILLAR_WIDTH, a, bias=False), nn.ReLU())
         self.first = _convolution(a, a)
         self.second = nn.Sequential(_convolution(a, b, 2), *(_convolution(b, b) for _ in range(3)))
@@ -75,8 +76,11 @@ class PillarNet(nn.Module):
         nn.init.constant_(self.heat.bias, PRIOR_LOGIT)
 
     def forward(self, features: Tensor, cell: Tensor, windows: int) -> tuple[Tensor, Tensor]:
-        """Of points' features (n, 8) and their pillars (n,), see `stucksolver_train.lidar.pillars`."""
-        # Coordinates need more digits than bfloat16 has; with autocast, only the convolutions use it.
+        """Logits and regressed values from point features (n, 8) and pillar indices (n,).
+
+        See `stucksolver_train.lidar.pillars`.
+        """
+        # Coordinates need more precision than bfloat16; with autocast, only the convolutions use it.
         with torch.autocast(features.device.type, enabled=False):
             seen = self.point(features)
             pillars = seen.new_zeros(windows * self.grid.pillars, PILLAR_WIDTH)
@@ -85,7 +89,7 @@ class PillarNet(nn.Module):
         return self.maps(cells, windows)
 
     def maps(self, cells: Tensor, windows: int) -> tuple[Tensor, Tensor]:
-        """From coarse cells (windows * cells, width) on."""
+        """Logits and regressed values from coarse cells (windows * cells, width)."""
         x = cells.reshape(windows, self.grid.rows, self.grid.columns, self.widths[0]).permute(0, 3, 1, 2)
         x1 = self.first(x)
         x2 = self.second(x1)
@@ -95,23 +99,23 @@ class PillarNet(nn.Module):
 
 
 class Shipped(nn.Module):
-    """The network as it is exported: one window in, the strongest cells out."""
+    """The network as exported: takes one window, returns the strongest cells."""
 
     def __init__(self, net: PillarNet) -> None:
         super().__init__()
         self.net = net
 
     def forward(self, features: Tensor, slot: Tensor, occupied: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Logit (k,), label (k,), coarse cell (k,) and regressed values (k, 10).
+        """Logit (k,), label (k,), coarse cell (k,) and regressed values (k, 10) of the strongest cells.
 
         Args:
-            features: (n, 8) of points.
-            slot: (n,) pillars, numbered within the coarse cells that have points.
-            occupied: (m,) these cells.
+            features: (n, 8), point features.
+            slot: (n,), pillar indices, counted only over the coarse cells that contain points.
+            occupied: (m,), indices of these cells.
         """
         net = self.net
         seen = net.point(features)
-        # Empty pillars are made from the input, not as a constant, which would be written to the file as 10 MB of 0.
+        # Empty pillars are derived from the input: a constant would be written to the file as 10 MB of zeros.
         empty = torch.zeros_like(occupied, dtype=seen.dtype)[:, None].expand(-1, 4 * PILLAR_WIDTH)
         pillars = _Scatter.apply(seen, slot, empty.reshape(-1, PILLAR_WIDTH))
         cells = net.join(pillars.reshape(-1, 4 * PILLAR_WIDTH))
@@ -120,7 +124,7 @@ class Shipped(nn.Module):
 
 
 def strongest(heat: Tensor, box: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Of one window (1, ...): cells that no neighbour of theirs beats, the strongest `STRONGEST` of them."""
+    """The `STRONGEST` highest local maxima of one window (1, ...)."""
     around = functional.max_pool2d(heat, 3, 1, 1)
     peaks = torch.where(heat == around, heat, torch.full_like(heat, -20.0)).flatten()
     logit, index = torch.topk(peaks, STRONGEST)

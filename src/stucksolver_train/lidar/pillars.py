@@ -1,4 +1,4 @@
-"""`stucksolver.perception.lidar.pillars` with torch, for many windows at once."""
+"""`stucksolver.perception.lidar.pillars` in torch, for a batch of windows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from stucksolver.perception.lidar.pillars import FAR_M, OLD_S, TALL_M
 
 
 def pillars(points: Tensor, window: Tensor, grid: Grid = GRID) -> tuple[Tensor, Tensor]:
-    """Features (m, 8) and pillars (m,) of points (n, 5) of several windows; those of window w begin at w times all."""
+    """Features (m, 8) and pillar indices (m,) of points (n, 5) in several windows.
+
+    Pillar indices of window w start at w * `grid.pillars`.
+    """
     x, y, z = points[:, 0], points[:, 1], points[:, 2]
     side = torch.tensor(grid.pillar_m, dtype=points.dtype, device=points.device)
     column_x, column_y = torch.floor((x - grid.x_min_m) / side), torch.floor((y - grid.y_min_m) / side)

@@ -1,4 +1,4 @@
-"""The network's convolutions in 8-bit integers: a third of the time on processors with VNNI, half the file."""
+"""Quantises the network's convolutions to 8-bit integers: a third of the time on CPUs with VNNI, half the file size."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from pathlib import Path
 from typing import Any
 
 FULL = ("/heat/Conv", "/box/Conv")
-"""Layers that keep their precision: what they say is the answer itself."""
+"""Layers that stay in full precision, because their output is the final result."""
 QUANTISED = ["Conv", "ConvTranspose", "Relu", "Add"]
 
 
 def quantise(file: Path, to: Path, inputs: Iterator[dict[str, Any]]) -> None:
-    """Static quantisation after training (Jacob et al. 2018), by channel, with onnxruntime's tools.
+    """Post-training static quantisation, per channel, with onnxruntime's tools (Jacob et al. 2018).
 
     Args:
         file: The exported network.
-        to: Where the other one goes.
-        inputs: What the network is fed on typical windows; their extremes set the ranges of the integers.
+        to: Path of the quantised network.
+        inputs: Network inputs of typical windows; their extremes set the integer ranges.
     """
     from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
     from onnxruntime.quantization.shape_inference import quant_pre_process
@@ -29,7 +29,7 @@ def quantise(file: Path, to: Path, inputs: Iterator[dict[str, Any]]) -> None:
 
     logging.getLogger().setLevel(logging.ERROR)
     plain = to.with_suffix(".plain.onnx")
-    # Batch normalisations become part of their convolutions before these are quantised.
+    # Fuses batch normalisations into their convolutions before quantisation.
     quant_pre_process(str(file), str(plain), skip_symbolic_shape=True)
     quantize_static(
         str(plain),

@@ -25,9 +25,9 @@ from stucksolver_train.lidar.net import WIDTHS, PillarNet
 from stucksolver_train.lidar.pillars import pillars
 
 WARM_UP = 0.1
-"""Share of the time in which the learning rate rises (one cycle; Smith and Topin 2018)."""
+"""Fraction of the time in which the learning rate rises (one cycle; Smith and Topin 2018)."""
 LEAST_RATE = 0.01
-"""Of the highest rate, at both ends."""
+"""Learning rate at both ends, as a fraction of the highest."""
 WEIGHT_DECAY = 0.01
 MOST_GRADIENT = 10.0
 EMA_DECAY = 0.999
@@ -35,21 +35,21 @@ SAY_EVERY_S = 5.0
 RARE_MOST = 4.0
 """A window with rare labels is drawn at most this many times as often as one without."""
 CHECKED_IN_DRIVE = 40
-"""Windows of each recording that the check uses."""
+"""Windows of each recording that are used in the check."""
 WEIGHTS = "lidar.pt"
 
 
 @dataclass(frozen=True)
 class Options:
-    """Of a training."""
+    """Options of a training run."""
 
     data: tuple[Path, ...]
     check: tuple[Path, ...]
     out: Path
     minutes: float = 8.0
-    """Of training alone; reading before it and checking after it come on top."""
+    """Duration of training alone, without reading and checking."""
     steps: int | None = None
-    """Ends earlier, after so many."""
+    """Stop after this many steps at the latest."""
     seed: int = 0
     batch: int = 16
     rate: float = 2e-3
@@ -57,7 +57,7 @@ class Options:
     widths: tuple[int, int, int] = WIDTHS
     jobs: int = os.cpu_count() or 1
     device: str = ""
-    """Empty: a GPU where there is one."""
+    """If empty, a GPU if there is one."""
 
 
 def train(options: Options) -> list[dict[str, float | str]]:
@@ -71,10 +71,10 @@ def train(options: Options) -> list[dict[str, float | str]]:
         ValueError: The recordings hold no window.
     """
     began = time.monotonic()
-    # Read before the GPU is touched: what reads are forked processes.
+    # Must be read before the GPU is initialised, because the reading processes are forked.
     windows = load(options.data, options.jobs, every=options.every)
     held_out = load(options.check, options.jobs, most=CHECKED_IN_DRIVE)
-    _say(f"read {len(windows)} windows and {len(held_out)} to check with in {time.monotonic() - began:.0f} s")
+    _say(f"read {len(windows)} windows and {len(held_out)} for checking in {time.monotonic() - began:.0f} s")
     device = torch.device(options.device or ("cuda" if torch.cuda.is_available() else "cpu"))
     torch.manual_seed(options.seed)
     torch.backends.cudnn.benchmark = True
@@ -83,7 +83,7 @@ def train(options: Options) -> list[dict[str, float | str]]:
     store = Store(windows, device)
     _say(f"{sum(one.numel() for one in net.parameters()) / 1e6:.2f} million weights on {device}")
     averaged, steps = _fit(net, store, torch.from_numpy(drawn_how_often(windows)).to(device), options)
-    # Written before the check, which takes long and might be cut off.
+    # Written before the check, which takes long and might be interrupted.
     options.out.mkdir(parents=True, exist_ok=True)
     weights = {name: value.cpu() for name, value in averaged.state_dict().items()}
     torch.save({"weights": weights, "widths": options.widths}, options.out / WEIGHTS)
@@ -108,14 +108,14 @@ def train(options: Options) -> list[dict[str, float | str]]:
 
 
 def drawn_how_often(windows: Windows) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """(windows,): higher where a window shows labels that few windows show."""
+    """(windows,): sampling weights, higher for windows with rare labels."""
     shown = np.array([[(labels == label).any() for label in range(len(LABELS))] for labels in windows.labels])
     rarity = np.sqrt(1.0 / np.maximum(shown.mean(axis=0), 1e-3))
     return np.asarray(np.clip((shown * rarity).max(axis=1), 1.0, RARE_MOST))
 
 
 def _fit(net: PillarNet, store: Store, how_often: Tensor, options: Options) -> tuple[PillarNet, int]:
-    """The weights averaged over the steps, and the number of steps."""
+    """The network with weights averaged over the steps, and the number of steps."""
     device = store.device
     decayed = [one for one in net.parameters() if one.ndim > 1]
     rest = [one for one in net.parameters() if one.ndim <= 1]
@@ -139,7 +139,7 @@ def _fit(net: PillarNet, store: Store, how_often: Tensor, options: Options) -> t
         maps, boxes = losses(heat, box, targets(batch.boxes, batch.labels))
         optimiser.zero_grad(set_to_none=True)
         (maps + boxes).backward()
-        # A step that is not finite would spoil all that was learnt.
+        # A non-finite step would destroy the weights.
         if torch.isfinite(nn.utils.clip_grad_norm_(net.parameters(), MOST_GRADIENT)):
             optimiser.step()
         step, since = step + 1, since + 1
@@ -155,13 +155,13 @@ def _fit(net: PillarNet, store: Store, how_often: Tensor, options: Options) -> t
 
 
 def _share(began: float, step: int, options: Options) -> float:
-    """How much of the training is done, 0 to 1."""
+    """Fraction of the training that is done, 0 to 1."""
     by_time = (time.monotonic() - began) / (60.0 * options.minutes)
     return max(by_time, step / options.steps) if options.steps else by_time
 
 
 def one_cycle(share: float) -> float:
-    """Learning rate at a share of the training, as a part of the highest: up, then down as a cosine."""
+    """Learning rate as a fraction of the highest: rises linearly, then falls as a cosine."""
     if share < WARM_UP:
         return LEAST_RATE + (1.0 - LEAST_RATE) * share / WARM_UP
     down = (share - WARM_UP) / (1.0 - WARM_UP)
@@ -169,9 +169,9 @@ def one_cycle(share: float) -> float:
 
 
 def _average(averaged: nn.Module, net: nn.Module, decay: float) -> None:
-    """Moves the average by a step; what is counted rather than learnt is taken over."""
+    """Updates the moving average; integer buffers such as counters are copied."""
     for kept, new in zip(averaged.state_dict().values(), net.state_dict().values(), strict=True):
-        # Tensors of a state are detached, so nothing of this is differentiated.
+        # Tensors of a state dict are detached, so no gradient is tracked here.
         if kept.is_floating_point():
             kept.lerp_(new, 1.0 - decay)
         else:
@@ -189,17 +189,17 @@ def _say(line: str) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, nargs="+", required=True, help="recordings to learn from")
-    parser.add_argument("--check", type=Path, nargs="+", required=True, help="recordings held out")
+    parser.add_argument("--data", type=Path, nargs="+", required=True, help="training recordings")
+    parser.add_argument("--check", type=Path, nargs="+", required=True, help="held-out recordings")
     parser.add_argument("--out", type=Path, required=True, help="folder for lidar.pt and training.json")
-    parser.add_argument("--minutes", type=float, default=Options.minutes, help="of training alone")
-    parser.add_argument("--steps", type=int, help="end after so many")
+    parser.add_argument("--minutes", type=float, default=Options.minutes, help="duration of training alone")
+    parser.add_argument("--steps", type=int, help="stop after this many steps at the latest")
     parser.add_argument("--seed", type=int, default=Options.seed)
     parser.add_argument("--batch", type=int, default=Options.batch)
-    parser.add_argument("--rate", type=float, default=Options.rate, help="the highest learning rate")
-    parser.add_argument("--every", type=int, default=Options.every, help="a window ends at every so many ticks")
+    parser.add_argument("--rate", type=float, default=Options.rate, help="highest learning rate")
+    parser.add_argument("--every", type=int, default=Options.every, help="ticks between the ends of two windows")
     parser.add_argument("--widths", type=int, nargs=3, default=Options.widths, help="channels of the three scales")
-    parser.add_argument("--jobs", type=int, default=Options.jobs, help="processes that read")
+    parser.add_argument("--jobs", type=int, default=Options.jobs, help="number of reading processes")
     parser.add_argument("--device", default=Options.device)
     given = vars(parser.parse_args(arguments))
     for name in ("data", "check", "widths"):
