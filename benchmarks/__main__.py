@@ -1,4 +1,4 @@
-"""All benchmarks: `python -m benchmarks [--smoke] [NAME ...]`. Figures are printed as JSON, one object a benchmark."""
+"""Runs the benchmarks: `python -m benchmarks [--smoke] [NAME ...]`. Prints one JSON object per benchmark."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ NAMES = (
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("names", nargs="*", choices=[*NAMES, []], help="which (default: all)")
-    parser.add_argument("--smoke", action="store_true", help="few repetitions: shows that they run, not how fast")
+    parser.add_argument("names", nargs="*", choices=[*NAMES, []], help="benchmarks to run (default: all)")
+    parser.add_argument("--smoke", action="store_true", help="few repetitions: only tests that the benchmarks run")
     options = parser.parse_args()
     for name in options.names or NAMES:
         figures = importlib.import_module(f"benchmarks.{name}").run(options.smoke)

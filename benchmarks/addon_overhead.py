@@ -1,7 +1,7 @@
-"""What the whole add-on costs on each tick while driving freely, beside what the driver itself costs.
+"""Time of the whole add-on per tick while driving freely, compared with the driver itself.
 
-A car of our driver drives through carlette's demo town among 20 cars of the TrafficManager; every part is timed on
-every tick with the real client. The add-on is the stack's status (route projection, tracker) and `StuckSolver.step`.
+Our driver drives through carlette's demo town among 20 cars of the TrafficManager. Every part is timed on every tick,
+with the real client. The add-on is the stack's status (route projection, tracker) and `StuckSolver.step`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ T = TypeVar("T")
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """Medians and 99th percentiles in microseconds, and the add-on's share of the driver's own time."""
+    """Medians and 99th percentiles in microseconds, and the ratio of the add-on's time to the driver's."""
     return in_own_process(_measured, 100 if smoke else 600)
 
 
@@ -80,7 +80,7 @@ class Times(dict[str, list[float]]):
 
 
 def busy_town(client: carla.Client) -> tuple[carla.World, carla.Vehicle, carla.Location]:
-    """A synchronous world with an ego at rest in a street, `CARS` cars of the TrafficManager around, and a goal."""
+    """A synchronous world with `CARS` cars of the TrafficManager, an ego at rest in a street, and its goal."""
     world = client.get_world()
     settings = world.get_settings()
     settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S

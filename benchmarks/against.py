@@ -1,9 +1,9 @@
-"""Are we slower than we were? `python -m benchmarks.against [--keep]` compares ratios with those kept in baseline.json.
+"""Checks for slowdowns: `python -m benchmarks.against [--keep]` compares ratios with those in baseline.json.
 
-Absolute times differ from machine to machine, so each figure of `solver_overhead` is divided by the time of an empty
-loop that was measured beside it, and the least of several rounds counts: other work on the machine only ever adds. Even
-so machines differ in their caches and in how they weigh numpy against plain Python. Hence the wide threshold: what this
-finds is an algorithm that has become worse, and not a tenth.
+Absolute times differ between machines, so each figure of `solver_overhead` is divided by the time of an empty loop
+measured in the same run. The minimum of several rounds counts, because other load only adds time. Machines still differ
+in their caches and in the relative speed of numpy and plain Python. The threshold is therefore wide: this finds an
+algorithm that has become worse, not a change of 10 %.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from benchmarks import solver_overhead
 BASELINE = Path(__file__).with_name("baseline.json")
 ROUNDS = 5
 MAX_FACTOR = 2.5
-"""Slower than this many times the baseline is an error. On a machine of two cores with a load of ten, four runs of five
-rounds lay within a factor of 1.7."""
+"""More than this many times the baseline is an error. On a two-core machine with a load of ten, four runs of five
+rounds were within a factor of 1.7."""
 LOOP = "us_empty_loop"
 
 
 def measured(rounds: int = ROUNDS) -> dict[str, float]:
-    """Each figure as a multiple of the empty loop's time; the least of the rounds."""
+    """Each figure as a multiple of the empty loop's time; the minimum over the rounds."""
     least: dict[str, float] = {}
     for _ in range(rounds):
         figures = solver_overhead.run(smoke=True)
@@ -37,8 +37,8 @@ def measured(rounds: int = ROUNDS) -> dict[str, float]:
 
 
 def slower(now: Mapping[str, float], before: Mapping[str, float]) -> list[str]:
-    """What has become too slow, or is measured no more; a line for each."""
-    found = [f"{name}: not measured any more; if that is meant, run --keep" for name in before if name not in now]
+    """One line for each figure that is too slow or no longer measured."""
+    found = [f"{name}: no longer measured; if this is intended, run --keep" for name in before if name not in now]
     for name, value in now.items():
         if name in before and value > MAX_FACTOR * before[name]:
             found.append(f"{name}: {value / before[name]:.1f} times the baseline, more than {MAX_FACTOR}")
@@ -46,7 +46,7 @@ def slower(now: Mapping[str, float], before: Mapping[str, float]) -> list[str]:
 
 
 def main() -> int:
-    """1 where something is too slow."""
+    """Returns 1 if a figure is too slow or missing."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.against", description=__doc__)
     parser.add_argument("--keep", action="store_true", help="write the ratios of this machine as the new baseline")
     now = measured()

@@ -1,8 +1,8 @@
 """Frames per second of carlette's cameras, alone on one core, in a street with twenty cars.
 
-Processor time is measured, not the wall's, so that other programs disturb little. Each rate is also given as a ratio
-to that of a baseline in the same run: averaging two by two pixels of a 1600x900 picture in plain numpy, which shows
-how fast the machine is at the time.
+Measures CPU time instead of wall time, so that other programs have little effect. Each rate is also given as a ratio to
+a baseline in the same run, 2x2 averaging of a 1600x900 image in plain numpy, which shows the current speed of the
+machine.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ ROUNDS = 5
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """`fps_*` for each camera and `ratio_*` to `fps_baseline`; `build_s` is the time to build the town once."""
+    """`fps_*` for each camera and `ratio_*` to `fps_baseline`; `build_s` is the time to build the town."""
     frames = 4 if smoke else 40
     network = RoadNetwork(load_map(DEMO_TOWN))
     start = time.process_time()
@@ -68,7 +68,7 @@ def _measure(figures: dict[str, float], name: str, job: Callable[[], Any], frame
 
 
 def _rate(job: Callable[[], Any], frames: int) -> float:
-    """The median of several rounds' rates, in runs per second of processor time."""
+    """Median rate over several rounds, in runs per second of CPU time."""
     job()
     rates = []
     for _ in range(ROUNDS):
@@ -88,7 +88,7 @@ def _ticking(world: World, job: Callable[[], Any]) -> Callable[[], Any]:
 
 
 def _street(network: RoadNetwork) -> World:
-    """Cars around the spot, and one that drives."""
+    """A world with cars around the spot, one of them driving."""
     world = World(network)
     definition = load_catalogue().definitions["vehicle.lincoln.mkz_2020"]
     attributes = {one.id: (one.type, one.value) for one in definition.attributes}

@@ -1,4 +1,4 @@
-"""How long a fork of a world takes, and how fast carlette's own traffic drives it: no client, no sockets."""
+"""Time to fork a world, and its tick rate with carlette's own traffic, without a client or sockets."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ FORKS = 50
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """`fork_ms_*` (the median) and `ticks_per_s_*` with 0, 20 and 50 cars, and `ratio_*` of each to the empty town."""
+    """`fork_ms_*` (median) and `ticks_per_s_*` with 0, 20 and 50 cars, and `ratio_*` of rates to the empty town."""
     ticks = 100 if smoke else 2000
     figures: dict[str, float] = {}
     for cars in FLEETS:
@@ -27,7 +27,7 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _seconds(world: World, ticks: int) -> float:
-    """Processor time: what else runs on the machine counts less."""
+    """CPU time, which is less affected by other programs on the machine."""
     start = time.process_time()
     for _ in range(ticks):
         world.tick()

@@ -1,10 +1,10 @@
-"""Nonsense for a server, for as long as one likes: does it die, hang, or keep a healthy client waiting?
+"""Fuzzes a server for a given time: does it crash, hang, or block a well-behaved client?
 
     python -m benchmarks.carlette_fuzz --minutes 10
 
-Sends what `tests/carlette/fuzz` sends, with ever new seeds: calls with wild arguments, batches, noise on both ports,
-connections that end with a reset. After each, a client that does everything right must get its tick and a snapshot of
-finite numbers. Prints progress to standard error, and one line of JSON to standard output; a failure names its seed.
+Sends the same input as `tests/carlette/fuzz`, with a new seed each time: calls with random arguments, batches, noise on
+both ports, connections that end with a reset. After each, a well-behaved client must get its tick and a snapshot of
+finite numbers. Prints progress to standard error and one line of JSON to standard output. A failure names its seed.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ LOG = "errors.log"
 
 
 def fuzz(minutes: float, seed: int) -> dict[str, Any]:
-    """What was sent in that time, how often the log shows an error of the server's own, and its memory."""
+    """Counts of what was sent, the number of internal errors in the server's log, and its memory (MB)."""
     sys.path[:0] = [str(TESTS), str(TESTS / "fuzz")]
     nonsense = __import__("nonsense")
     counts: Counter[str] = Counter()
@@ -99,7 +99,7 @@ def _server(folder: Path) -> Iterator[tuple[int, subprocess.Popen[str]]]:
         try:
             ready = READY.search(process.stdout.readline() if process.stdout else "")
             if ready is None:
-                raise RuntimeError("the server did not come up; see its message")
+                raise RuntimeError("the server did not start; see its message")
             yield int(ready[1]), process
         finally:
             process.terminate()

@@ -1,7 +1,7 @@
-"""Scans per second of a 64-channel LiDAR alone on one core: 65,536 rays to 100 m among 20 cars in the demo town.
+"""Scans per second of a 64-channel LiDAR alone on one core: 65,536 rays up to 100 m among 20 cars in the demo town.
 
-Counted in time of the processor, which other programs on the machine disturb less than the clock on the wall. The
-sensor stands level and tilted, plain (with CARLA's usual losses) and semantic; no network is in it.
+Measures CPU time, which other programs affect less than wall time. The sensor is mounted level or tilted, and is plain
+(with CARLA's default dropout) or semantic. No network is involved.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ TILTED = Rotation(5.0, 20.0, -8.0)
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """The figures: `scans_per_s_*` level, tilted and semantic."""
+    """`scans_per_s_*` level, tilted and semantic, and the number of rays."""
     world, car = _street()
     scans = 5 if smoke else 200
     return {
@@ -47,7 +47,7 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _street() -> tuple[World, Actor]:
-    """A world with cars around the first of them."""
+    """A world with cars, and the first of them, which the others surround."""
     world = World(RoadNetwork(find_map("demo_town", map_folders([]))))
     cars: list[Actor] = []
     for spot in world.roads.spawn_points():

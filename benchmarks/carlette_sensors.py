@@ -1,6 +1,6 @@
-"""How much faster than real time carlette runs at 20 Hz with 20 cars of the TrafficManager and sensors on one of them.
+"""Real-time factor of carlette at 20 Hz with 20 cars of the TrafficManager and sensors on one of them.
 
-The client waits for every measurement in every tick, as evaluators do. Each set of sensors gets a server of its own.
+The client waits for every measurement in every tick, as evaluators do. Each sensor set gets its own server.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ SETS = {"none": (), "camera": (CAMERA,), "lidar": (LIDAR,), "camera_and_lidar": 
 def run(smoke: bool) -> dict[str, float]:
     """The figures for each set of sensors.
 
-    `real_time_factor_*`: simulated seconds in a second. `server_ms_*`: the server's processor time for each tick, all
-    threads together, which other programs on the machine disturb less.
+    `real_time_factor_*`: simulated seconds per second. `server_ms_*`: the server's CPU time per tick over all threads,
+    which other programs on the machine affect less.
     """
     ticks = 40 if smoke else 600
     figures = {}
@@ -43,7 +43,7 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _measure(name: str, ticks: int) -> tuple[float, float]:
-    """The client runs in a process of its own and is ended where it hangs; raises `RuntimeError` without a figure."""
+    """Runs the client in its own process and kills it if it hangs. Raises `RuntimeError` if it gives no figure."""
     context = multiprocessing.get_context("spawn")
     with running_server() as (port, server):
         receiver, sender = context.Pipe(duplex=False)
@@ -59,7 +59,7 @@ def _measure(name: str, ticks: int) -> tuple[float, float]:
             (start, before), (end, after) = moments
             return ticks * STEP_S / (end - start), 1e3 * (after - before) / ticks
         except EOFError:
-            raise RuntimeError(f"the client with sensors '{name}' ended without a figure; see its messages") from None
+            raise RuntimeError(f"the client with sensors '{name}' gave no figure; see its messages") from None
         finally:
             client.kill()
             client.join()
@@ -88,12 +88,12 @@ def _drive(port: int, name: str, ticks: int, result: Any) -> None:
         frame = world.tick()
         for queue in measuring:
             if queue.get(timeout=LONGEST_WAIT_S) != frame:
-                raise RuntimeError(f"a measurement of another frame than {frame} came with it")
+                raise RuntimeError(f"a measurement is not of frame {frame}")
     result.send(time.perf_counter())
 
 
 def _processor_s(pid: int) -> float:
-    """Time that a process of this machine has spent on a processor."""
+    """CPU time of a process on this machine (s)."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
@@ -105,5 +105,5 @@ def _listen(carla: Any, world: carla.World, car: Any, type_id: str, attributes: 
     queue: Queue[int] = Queue()
     sensor = world.spawn_actor(blueprint, carla.Transform(carla.Location(x=0.5, z=2.4)), attach_to=car)
     sensor.listen(lambda data: queue.put(data.frame))
-    queue.sensor = sensor  # type: ignore[attr-defined]  # a sensor that nobody holds is stopped
+    queue.sensor = sensor  # type: ignore[attr-defined]  # a sensor without a reference is stopped
     return queue

@@ -1,10 +1,10 @@
-"""Many thousand ticks of the client's traffic manager against carlette: how many hang, how many had to be rescued.
+"""Thousands of ticks of the client's traffic manager against carlette: counts hangs and rescues.
 
     python -m benchmarks.carlette_soak --ticks 200000 --cars 20 --map demo_town --ledger soak.jsonl
 
-Every client is a process of its own and the server counts its rescues in its log. Prints progress to standard
-error and one line of JSON to standard output. With a ledger the run can be ended at any time: the next one with the
-same ledger makes the ticks that are missing, and both are counted together.
+The client runs in its own process, and the server logs its rescues. Prints progress to standard error and one line of
+JSON to standard output. With a ledger the run can be stopped at any time: the next run with the same ledger does the
+missing ticks, and both are counted together.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from typing import IO, Any
 STEP_S = 0.05
 MANAGER_PORT = 8771
 HANG_S = 30.0
-"""A client that makes no tick for so long hangs: a rescue takes about half a second."""
+"""A client that reports no ticks for this long hangs; a rescue takes about half a second."""
 REPORT_TICKS = 500
 READY = re.compile(r"listening on \S+:(\d+) map=")
 WOKEN = "from a lost wake-up"
@@ -35,7 +35,7 @@ COUNTED = ("ticks", "hangs", "rescues")
 
 
 def soak(ticks: int, cars: int, town: str, seed: int, ledger: Path | None = None) -> dict[str, Any]:
-    """Ticks until `ticks` are done or the client hangs; what happened, in this run and those in the `ledger`."""
+    """Runs until `ticks` ticks are done or the client hangs. Returns counts over this run and those in the `ledger`."""
     earlier = Counter[str]()
     for line in ledger.read_text().splitlines() if ledger and ledger.exists() else ():
         earlier.update(json.loads(line))
@@ -90,13 +90,13 @@ def _note(ledger: Path | None, **counts: int) -> None:
 
 @contextmanager
 def logging_server(town: str, log: IO[str]) -> Iterator[tuple[int, int]]:
-    """A server's port and process id; its log goes into a file, as a pipe that nobody reads would stop it."""
+    """Runs a server; gives its port and process id. It logs to a file, because an unread pipe would block it."""
     command = [sys.executable, "-m", "carlette", "--port", "0", "--map", town, "--exit-on-stdin-eof"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log, text=True) as process:
         try:
             ready = READY.search(process.stdout.readline() if process.stdout else "")
             if ready is None:
-                raise RuntimeError("the server did not come up; see its message")
+                raise RuntimeError("the server did not start; see its message")
             yield int(ready[1]), process.pid
         finally:
             process.terminate()
@@ -108,13 +108,13 @@ def count_rescues(log: IO[str]) -> int:
 
 
 def resident_mb(pid: int) -> float:
-    """Memory that a process of this machine holds."""
+    """Resident memory of a process on this machine (MB)."""
     status = Path(f"/proc/{pid}/status").read_text()
     return int(re.search(r"VmRSS:\s+(\d+) kB", status)[1]) * 1024 / 1e6  # type: ignore[index]
 
 
 def _drive(port: int, cars: int, ticks: int, seed: int, result: Any) -> None:
-    """Ticks a town with traffic and reports how far it is and how far all cars came in sum."""
+    """Ticks a town with traffic; reports the number of ticks and the total distance of all cars (m)."""
     import carla
 
     client = carla.Client("127.0.0.1", port)
@@ -149,9 +149,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--ticks", type=int, default=20000)
     parser.add_argument("--cars", type=int, default=20)
-    parser.add_argument("--map", default="demo_town", help="a town, or a .xodr file")
+    parser.add_argument("--map", default="demo_town", help="a town or an .xodr file")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--ledger", type=Path, help="a file in which runs that are ended and begun again are counted")
+    parser.add_argument("--ledger", type=Path, help="file that keeps the counts of interrupted runs")
     options = parser.parse_args()
     result = soak(options.ticks, options.cars, options.map, options.seed, options.ledger)
     print(json.dumps(result), flush=True)

@@ -1,10 +1,11 @@
-"""One server for hours: towns are loaded in turn, each with traffic and an ego whose every measurement is checked.
+"""Soak test of one server: loads towns in turn, with traffic and an ego, and checks every measurement.
 
     python -m benchmarks.carlette_soak_sensors --minutes 120 --ledger soak_sensors.jsonl
 
-A round is a client process of its own: it loads a town, spawns 20 cars of the traffic manager and an ego with a camera,
-a LiDAR and the small sensors, ticks, and destroys everything. Prints progress to standard error and one line of JSON to
-standard output. The ledger gets a line for each round; the next run with the same ledger goes on where that one ended.
+Each round is a separate client process. It loads a town, spawns 20 cars of the traffic manager and an ego with a
+camera, a LiDAR and the small sensors, ticks, and destroys everything. Prints progress to standard error and one line
+of JSON to standard output. The ledger gets one line per round; the next run with the same ledger continues where this
+one ended.
 """
 
 from __future__ import annotations
@@ -37,13 +38,13 @@ LONGEST_ROUND_S = 900.0
 CLIENT_TIMEOUT_S = 60.0
 LONGEST_WAIT_S = 120.0
 COUNTED = ("ticks", "missing", "misframed", "surplus", "collisions")
-"""Of each round; `missing` measurements never came, `misframed` had another frame than the tick's."""
+"""Counts per round. `missing` measurements never came; `misframed` ones had a frame other than the tick's."""
 ENDINGS = ("crashed", "failed", "hung")
-"""Of clients that did not finish: by a signal, by an exception such as a timeout, or not at all."""
+"""How clients failed: killed by a signal, ended by an exception such as a timeout, or hung."""
 
 
 def soak(minutes: float, ledger: Path, ticks: int, towns: tuple[str, ...] = TOWNS) -> dict[str, Any]:
-    """Rounds until `minutes` are over; sums of all rounds in the `ledger`."""
+    """Runs rounds until `minutes` are over. Returns sums over all rounds in the `ledger`."""
     done = len(_rounds(ledger))
     with tempfile.TemporaryFile("a+") as log, logging_server(towns[0], log) as (port, server):
         deadline = time.monotonic() + 60.0 * minutes
@@ -64,7 +65,7 @@ def _rounds(ledger: Path) -> list[dict[str, Any]]:
 
 
 def _round(port: int, town: str, ticks: int, seed: int) -> dict[str, Any]:
-    """What one client found; one that crashes or hangs is counted and left behind."""
+    """Counts of one client. A client that crashes or hangs is counted and killed."""
     context = multiprocessing.get_context("spawn")
     receiver, sender = context.Pipe(duplex=False)
     client = context.Process(target=_drive, args=(port, town, ticks, seed, sender), daemon=True)
@@ -106,7 +107,7 @@ def _drive(port: int, town: str, ticks: int, seed: int, result: Any) -> None:
     for sensor, _ in sensors:
         sensor.destroy()
     client.apply_batch_sync([carla.command.DestroyActor(car) for car in cars])
-    # Not in the batch: that would wait with Python's lock, which the sensors' threads may still need to end.
+    # Not in the batch: it would hold Python's lock while waiting, and the sensors' threads may need it to end.
     world.tick()
     manager.set_synchronous_mode(False)
     settings.synchronous_mode = False
@@ -115,14 +116,14 @@ def _drive(port: int, town: str, ticks: int, seed: int, result: Any) -> None:
 
 
 def _free_port() -> int:
-    """Another soak on this machine may have taken any fixed one."""
+    """A free port; another soak test on this machine may use any fixed one."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
 
 
 def _cars(world: carla.World, seed: int) -> list[Any]:
-    """The ego and the others, on places that the seed chooses."""
+    """The ego and the others, at spawn points chosen by the seed."""
     blueprint = world.get_blueprint_library().find("vehicle.tesla.model3")
     spots = world.get_map().get_spawn_points()
     random.Random(seed).shuffle(spots)
@@ -143,7 +144,7 @@ def _listen(
 
 
 def _tick(world: carla.World, ticks: int, queues: dict[str, Queue[int]]) -> dict[str, float]:
-    """Each tick must bring one measurement of its frame from each sensor, but for collisions, which are counted."""
+    """Checks that each sensor gives one measurement per tick, of its frame. Collisions are only counted."""
     found: dict[str, float] = dict.fromkeys(COUNTED, 0)
     hits = queues.pop("sensor.other.collision")
     longest_s = first_s = 0.0
@@ -168,7 +169,7 @@ def _next(queue: Queue[int]) -> int | None:
 
 
 def _show_errors(log: IO[str]) -> None:
-    """What the server had to say, but for its rescues."""
+    """Prints the end of the server's log, without its rescues."""
     log.seek(0)
     others = [line for line in log if "lost wake-up" not in line]
     print("".join(others[-100:]), file=sys.stderr, flush=True)
@@ -190,10 +191,10 @@ def _summary(rounds: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Prints one line of JSON; fails where a measurement was lost."""
+    """Prints one line of JSON. The exit code is 1 if a measurement was missing, misframed or surplus."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--minutes", type=float, default=120.0)
-    parser.add_argument("--ticks", type=int, default=TICKS, help="of each round")
+    parser.add_argument("--ticks", type=int, default=TICKS, help="ticks per round")
     parser.add_argument("--ledger", type=Path, default=Path("soak_sensors.jsonl"))
     parser.add_argument("--towns", nargs="+", default=TOWNS, metavar="TOWN")
     options = parser.parse_args()

@@ -1,8 +1,8 @@
-"""Ticks per second of carlette through the real client: alone, and with traffic.
+"""Ticks per second of carlette with the real client, empty and with traffic.
 
-Each figure is also given as a share of the same loop against an empty world without a traffic manager (whose
-presence makes the server pace its snapshots), so that runs on different machines can be compared. What the client and
-the sockets cost alone shows a server whose world stands still: no server in Python can be faster.
+Each figure is also given as a ratio to the same loop in an empty world without a traffic manager (whose presence makes
+the server pace its snapshots), so that runs on different machines can be compared. A server whose world stands still
+shows the cost of the client and the sockets alone: no server in Python can be faster.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ def tick(self):
 simulator.Simulator.tick = tick
 cli.main()
 """
-"""A server that sends snapshots, but computes nothing."""
+"""A server that sends snapshots but computes nothing."""
 READY = re.compile(r"listening on \S+:(\d+) map=")
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """The medians of some rounds.
+    """The medians of several rounds.
 
     `ticks_per_s_*` standing still, unpaced, and with 0, 20 and 50 cars, and `ratio_*` of each to `ticks_per_s_unpaced`.
     """
@@ -58,9 +58,9 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _measure(cars: int | None, ticks: int, program: tuple[str, ...]) -> float:
-    """Ticks per second; the client runs in a process of its own and is ended where it hangs.
+    """Ticks per second. The client runs in its own process and is killed if it hangs.
 
-    Raises `RuntimeError` when it brings no figure.
+    Raises `RuntimeError` if it gives no figure.
     """
     context = multiprocessing.get_context("spawn")
     with running_server(program) as (port, _):
@@ -73,7 +73,7 @@ def _measure(cars: int | None, ticks: int, program: tuple[str, ...]) -> float:
                 raise RuntimeError(f"the client with {cars} cars did not finish within {LONGEST_RUN_S:g} s")
             return float(receiver.recv())
         except EOFError:
-            raise RuntimeError(f"the client with {cars} cars ended without a figure; see its messages") from None
+            raise RuntimeError(f"the client with {cars} cars gave no figure; see its messages") from None
         finally:
             client.kill()
             client.join()
@@ -81,20 +81,20 @@ def _measure(cars: int | None, ticks: int, program: tuple[str, ...]) -> float:
 
 @contextmanager
 def running_server(program: tuple[str, ...] = PROGRAM) -> Iterator[tuple[int, int]]:
-    """The free port of a server on the demo town, and its process id."""
+    """Runs a server with the demo town on a free port; gives the port and the process id."""
     command = [sys.executable, *program, "--port", "0", "--map", "demo_town", "--exit-on-stdin-eof"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         try:
             ready = READY.search(process.stdout.readline() if process.stdout else "")
             if ready is None:
-                raise RuntimeError("the server did not come up; see its message")
+                raise RuntimeError("the server did not start; see its message")
             yield int(ready[1]), process.pid
         finally:
             process.terminate()
 
 
 def _drive(port: int, cars: int | None, ticks: int, result: Any) -> None:
-    """Connects, spawns `cars` under a traffic manager (None = not even a manager), ticks, sends the rate."""
+    """Connects, spawns `cars` under a traffic manager (None: no manager either), ticks, and sends the rate."""
     import carla
 
     client = carla.Client("127.0.0.1", port)
@@ -125,6 +125,6 @@ def spawn_cars(world: Any, count: int) -> list[Any]:
         if car is not None:
             cars.append(car)
     if len(cars) < count:
-        raise RuntimeError(f"the town has room for {len(cars)} cars only, not for {count}")
+        raise RuntimeError(f"the town has room for only {len(cars)} cars, not {count}")
     world.tick()
     return cars

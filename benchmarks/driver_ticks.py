@@ -1,7 +1,7 @@
-"""What each of our drivers takes to decide a tick among 20 cars, in milliseconds: its whole `run_step`.
+"""Time of one `run_step` of each of our drivers among 20 cars, in milliseconds.
 
-Both drive the same street of carlette's demo town among cars of the TrafficManager, with the real client. Reading the
-snapshot is part of it; the first second is left out, in which sizes of actors are asked for once.
+Both drive the same street of carlette's demo town among cars of the TrafficManager, with the real client. The times
+include reading the snapshot. They exclude the first second, in which the sizes of actors are requested once.
 """
 
 from __future__ import annotations

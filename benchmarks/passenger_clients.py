@@ -1,17 +1,16 @@
-"""Pages beside the control loop: the same drive at 20 Hz with and without 50 pages that listen, in turn, in one run.
+"""Effect of open pages on the control loop: one drive at 20 Hz, alternating with and without 50 listening pages.
 
     python -m benchmarks.passenger_clients --full                     # 5 minutes with 50 pages, 5 without
-    python -m benchmarks.passenger_clients --seconds 60 --clients 20  # a shorter one
-    python -m benchmarks.passenger_clients --smoke                    # some seconds of each, to see that it works
+    python -m benchmarks.passenger_clients --seconds 60 --clients 20  # shorter
+    python -m benchmarks.passenger_clients --smoke                    # a few seconds of each, to test that it works
 
-With one of the first two a report of the late ticks follows on standard error, and the exit code is 1 if a tick was
-late with pages. Every page's work outside the control loop is in the server's process; what is left in the loop's own
-is printed as `page_work`.
+A report of the late ticks is printed to standard error. Except with `--smoke`, the exit code is 1 if a tick was late
+with pages. Most work for the pages is done in the server's process; the part left in the control loop is `page_work`.
 
-A car stands behind a parked one; the real solver looks for a way past it, and everything a page shows is sent: thoughts
-and conversation, the view from above ten times a second, a camera picture five times a second. The server is a process
-of its own and so are the pages, on whatever cores the machine has. Both halves go in turn, a slice of each, so that
-what else the machine does falls on both.
+A car stands behind a parked one. The real solver looks for a way past it, and everything that a page shows is sent:
+thoughts and conversation, the bird's-eye view at 10 Hz, a camera image at 5 Hz. The server and the pages each have
+their own process, on whatever cores the machine has. Slices with and without pages alternate, so that other load on the
+machine affects both.
 """
 
 from __future__ import annotations
@@ -35,23 +34,23 @@ CLIENTS = 50
 SECONDS, SLICE_S = 300.0, 30.0
 SMOKE_S, SMOKE_SLICE_S = 4.0, 2.0
 LATE_S = 0.05
-"""A tick that begins later than this after its time, by a whole tick, is late."""
+"""A tick is late if it starts more than this after its due time, which is one whole tick."""
 VIEW_TICKS, PICTURE_TICKS = 2, 4
 OPEN_S = 30.0
-"""For all pages to be open."""
+"""Time limit for opening all pages."""
 PICTURE_PX = (800, 450)
 CORE_TESTS = Path(__file__).parents[1] / "tests" / "core"
-"""The small world of the core's tests is what drives here."""
+"""The drive uses the small world of the core's tests."""
 
 
 @dataclass
 class Half:
-    """Ticks with, or without, pages: how late each began, and how long its own work took (s)."""
+    """Ticks with or without pages: how late each started, and how long its work took (s)."""
 
     late_s: list[float] = field(default_factory=list)
     work_s: list[float] = field(default_factory=list)
     page_s: list[float] = field(default_factory=list)
-    """The part of the work that is for the page."""
+    """The part of the work that is done for pages."""
     late: int = 0
 
     def figures(self) -> dict[str, float]:
@@ -71,7 +70,7 @@ class Half:
 
 
 class Car:
-    """A world, its solver and its seat at the desk."""
+    """A world with its solver and its seat at the desk."""
 
     def __init__(self, desk: Any, vehicle: str) -> None:
         sys.path.insert(0, str(CORE_TESTS))
@@ -79,14 +78,14 @@ class Car:
         from stucksolver import StuckSolver
 
         self._desk, self._vehicle, self._number = desk, vehicle, 0
-        # It never gets past: there is too little of the oncoming lane in sight. So every tick is one of a stuck car.
+        # It never gets past, because too little of the oncoming lane is in sight: the car is stuck in every tick.
         self._world = worlds.World(worlds.straight_road(), [worlds.thing("parked", 75.0)], sight_m=40.0)
         self._solver = StuckSolver(self._world.scene, clock="wall", on_event=desk.ear(vehicle))
         self._seat = desk.add(vehicle, self._solver)
         self._picture = _picture()
 
     def tick(self) -> float:
-        """Do what a stack's loop does in a tick. Returns the time that was spent for the page (s)."""
+        """Does the work of a stack's loop in one tick. Returns the time spent on the page (s)."""
         world = self._world
         directive = self._solver.step(world.status(), world.surroundings)
         world.drive(directive)
@@ -106,13 +105,13 @@ class Car:
             self._desk.show_picture(self._vehicle, self._picture)
 
     def close(self) -> None:
-        """Leave the desk."""
+        """Closes the solver and leaves the desk."""
         self._solver.close()
         self._desk.leave(self._vehicle)
 
 
 def measure(seconds: float, slice_s: float, clients: int = CLIENTS) -> dict[str, float]:
-    """Both halves, so many seconds each. Raises `RuntimeError` where pages do not open, or get nothing."""
+    """Measures with and without pages, this long each. Raises `RuntimeError` if pages do not open or get nothing."""
     from stucksolver.passenger import Desk, PageOptions, PassengerServer
 
     halves = {True: Half(), False: Half()}
@@ -120,7 +119,7 @@ def measure(seconds: float, slice_s: float, clients: int = CLIENTS) -> dict[str,
     with PassengerServer(PageOptions()) as server, Desk(server.address) as desk:
         car = Car(desk, "car-1")
         token = server.tokens.passenger("car-1")
-        _drive(car, Half(), 2.0)  # everything is loaded
+        _drive(car, Half(), 2.0)  # warm-up: loads everything
         left_s = seconds
         while left_s > 0.0:
             for watched in (False, True):
@@ -132,7 +131,7 @@ def measure(seconds: float, slice_s: float, clients: int = CLIENTS) -> dict[str,
                     counts = pages.close()
                     events, received = events + sum(n for n, _ in counts), received + sum(size for _, size in counts)
                     if min(n for n, _ in counts) == 0:
-                        raise RuntimeError("a page got no event: the server serves fewer than are counted")
+                        raise RuntimeError("a page got no event: the server serves fewer pages than expected")
             left_s -= slice_s
         car.close()
     alone, with_pages = halves[False].figures(), halves[True].figures()
@@ -150,7 +149,7 @@ def measure(seconds: float, slice_s: float, clients: int = CLIENTS) -> dict[str,
 
 
 def _drive(car: Car, half: Half, seconds: float) -> None:
-    """At 20 Hz by the clock on the wall; a tick that comes late does not make the next one late."""
+    """Drives at 20 Hz in wall time. After a late tick the schedule restarts, so that the next one is not late, too."""
     due = time.monotonic()
     end = due + seconds
     while due < end:
@@ -164,7 +163,7 @@ def _drive(car: Car, half: Half, seconds: float) -> None:
 
 
 class Pages:
-    """So many listeners in a process of their own, until they are closed."""
+    """Listening pages in their own process, until they are closed."""
 
     def __init__(self, port: int, token: str, count: int) -> None:
         context = multiprocessing.get_context("spawn")
@@ -175,11 +174,11 @@ class Pages:
 
     @property
     def open(self) -> bool:
-        """Have all of them got their first event?"""
+        """Have all pages received their first event?"""
         return self._ours.poll() and bool(self._ours.recv())
 
     def close(self) -> list[tuple[int, int]]:
-        """For each page: events and bytes that it got."""
+        """Closes the pages. Returns the number of events and bytes that each received."""
         self._ours.send("over")
         counts: list[tuple[int, int]] = self._ours.recv()
         self._process.join()
@@ -196,7 +195,7 @@ def _until_open(car: Car, pages: Pages) -> None:
 
 
 def _listen(theirs: Connection, port: int, token: str, count: int) -> None:
-    """The body of the pages' process."""
+    """Entry point of the pages' process."""
     counts = [[0, 0] for _ in range(count)]
 
     async def one(number: int) -> None:
@@ -236,13 +235,13 @@ def _quantile(ordered: list[float], share: float) -> float:
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """All figures. With `smoke` a few seconds: shows that it runs, not how late ticks are."""
+    """All figures. With `smoke`, a few seconds only: tests that it runs, and says nothing about late ticks."""
     return measure(SMOKE_S, SMOKE_SLICE_S) if smoke else measure(SECONDS, SLICE_S)
 
 
 def report(figures: dict[str, float]) -> str:
-    """Return the late ticks with and without pages, one line each."""
-    head = f"{figures['clients']:.0f} pages, load of the machine {figures['load_of_the_machine']:.1f}"
+    """The late ticks with and without pages, one line each."""
+    head = f"{figures['clients']:.0f} pages, machine load {figures['load_of_the_machine']:.1f}"
     rows = [
         f"{name} pages: {figures[f'{name}_late']:.0f} of {figures[f'{name}_ticks']:.0f} ticks late, "
         f"the worst {figures[f'{name}_behind_worst_ms']:.1f} ms; "
@@ -253,12 +252,12 @@ def report(figures: dict[str, float]) -> str:
 
 
 def main() -> int:
-    """Print all figures as JSON, and the report. Returns the exit code: 1 if a tick was late with pages."""
-    parser = argparse.ArgumentParser(description="Ticks of the control loop with and without pages that listen.")
+    """Prints all figures as JSON, and the report. Returns 1 if a tick was late with pages, except with `--smoke`."""
+    parser = argparse.ArgumentParser(description="Ticks of the control loop with and without listening pages.")
     lengths = parser.add_mutually_exclusive_group()
-    lengths.add_argument("--smoke", action="store_true", help="some seconds only")
+    lengths.add_argument("--smoke", action="store_true", help="a few seconds only")
     lengths.add_argument("--full", action="store_true", help="five minutes with 50 pages and five without (default)")
-    lengths.add_argument("--seconds", type=float, default=SECONDS, help="seconds with pages, and as many without")
+    lengths.add_argument("--seconds", type=float, default=SECONDS, help="duration with pages, and again without")
     parser.add_argument("--clients", type=int, default=CLIENTS, help="number of pages")
     options = parser.parse_args()
     seconds, slice_s = (SMOKE_S, SMOKE_SLICE_S) if options.smoke else (options.seconds, SLICE_S)

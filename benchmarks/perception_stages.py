@@ -1,7 +1,7 @@
-"""What each stage of perception takes (ms), among standing cars in carlette's grid town, and as a ratio to its cycle.
+"""Time of each perception stage (ms) among parked cars in carlette's grid town, and of a whole cycle.
 
-Perception works ten times a second, the camera's stages five times; `cycle` is what one cycle takes with its share of a
-picture. `of_its_time` is that over the 100 ms that it has: below 1 it keeps up on one core.
+Perception runs at 10 Hz, its camera stages at 5 Hz. `cycle_ms` is the time of one cycle, with the camera stages counted
+at half. `of_its_time` is `cycle_ms` divided by the available 100 ms: below 1, perception keeps up on one core.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ PICTURE_SHARE = 0.5
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """Medians of each stage, of the whole cycle, and the memory of this process (MB)."""
+    """Medians of each stage and of the whole cycle, and the memory of this process (MB)."""
     with carlette_server("grid_town", scenery=True) as server:
         world = connect(server, 30.0).get_world()
         set_synchronous(world, STEP_S)
@@ -49,7 +49,7 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _street(world: carla.World) -> carla.Vehicle:
-    """The ego, and cars that stand around it."""
+    """Spawns the ego and parked cars around it; returns the ego."""
     library, spots = world.get_blueprint_library(), world.get_map().get_spawn_points()
     ego: carla.Vehicle = world.spawn_actor(library.find("vehicle.lincoln.mkz_2020"), spots[0])
     here = spots[0].location

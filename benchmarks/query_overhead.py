@@ -1,8 +1,8 @@
-"""Does the control loop notice that a model is being asked? The step's time while a query is open, and while none is.
+"""Does a pending model query slow down the control loop? Times a step with and without a pending query.
 
-A chat server on this machine is as slow as it is told; the real client waits for it in its own thread. Figures are
-microseconds of the control thread's own processor time, medians and 99th percentiles, and their ratios; `ms_late_*` is
-by how much a tick that should come every 5 ms came late by the wall clock, at the 99th percentile.
+The query goes to a deliberately slow chat server on this machine; the real client waits for it in its own thread.
+`us_*` are microseconds of the control thread's CPU time, as medians or 99th percentiles. `ms_late_*` is the 99th
+percentile of the delay of a tick that is due every 5 ms, in wall time.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ repair_rounds = 0
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """`us_*` for each step, `open` with a query under way, `free` while the vehicle drives."""
+    """`us_*` per step and `ms_late_*`: `open` with a pending query, `free` while the vehicle drives."""
     seconds = 0.5 if smoke else 5.0
     free, free_late = _drive(RuleReasoner(), seconds, speed_mps=8.0)
     with _SlowServer(seconds * 4) as server:
@@ -54,7 +54,7 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _drive(reasoner: Reasoner, seconds: float, speed_mps: float) -> tuple[list[float], list[float]]:
-    """Times of all steps after the question was put, in microseconds, and how late each tick was, in seconds."""
+    """CPU time (us) and delay (s) of each step, without the first tenth, in which the question is asked."""
     surroundings = parked_car()
     costs: list[float] = []
     late: list[float] = []
@@ -64,7 +64,7 @@ def _drive(reasoner: Reasoner, seconds: float, speed_mps: float) -> tuple[list[f
             due = begin + tick * TICK_S
             time.sleep(max(due - time.monotonic(), 0.0))
             late.append(time.monotonic() - due)
-            # Twelve seconds in one step of the clock: the detector sees a vehicle that has long stood.
+            # The clock jumps by twelve seconds, so that the detector sees a vehicle that has stood for long.
             now = tick * TICK_S + (12.0 if tick > 2 else 0.0)
             status = Status(time_s=now, speed_mps=speed_mps, progress_m=speed_mps * now)
             start = time.thread_time()
@@ -89,7 +89,7 @@ def _p99(values: list[float]) -> float:
 
 
 class _SlowServer:
-    """Takes a request and answers it after so many seconds with an error."""
+    """Accepts a request and closes the connection without an answer after the given time (s)."""
 
     def __init__(self, seconds: float) -> None:
         over = self._over = threading.Event()
@@ -101,7 +101,7 @@ class _SlowServer:
                 self.close_connection = True
 
             def log_message(self, *_: object) -> None:
-                """Quiet."""
+                """No log."""
 
         self._http = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
         self._http.daemon_threads = True

@@ -1,7 +1,7 @@
-"""How well an OCR package reads the words of carlette's signs, by distance, and what a crop costs.
+"""How well an OCR package reads the words on carlette's signs by distance, and its CPU time per crop.
 
-`python -m benchmarks.sign_words [--weather night]`. Needs `rapidocr-onnxruntime` (Apache-2.0, weights of PP-OCR in the
-package), which no part of stucksolver uses: install it beside stucksolver in an environment of its own.
+`python -m benchmarks.sign_words [--weather night]`. Needs `rapidocr-onnxruntime` (Apache-2.0, includes weights of
+PP-OCR), which no part of stucksolver uses: install it with stucksolver in a separate environment.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ SIGNS = {
     ("306", ""): "",
     ("267", ""): "",
 }
-"""What stands on each; the last three have no words."""
+"""Words on each sign; the last three have none."""
 DISTANCES_M = (5, 10, 15, 20, 25, 30, 40)
 RIGHT_M, NEAR_RIGHT_M = 3.0, 2.5
-"""Beside the middle of the lane; at 5 m a little less, to be in the picture."""
+"""Lateral distance from the lane's centre; at 5 m slightly less, to be in the image."""
 WIDTH_PX, HEIGHT_PX, FOV_DEG, EYE_M = 1600, 900, 70.0, 1.6
-"""The shipped rig's camera."""
+"""The camera of the shipped rig."""
 HALF_M = 0.95
-"""Half the width of the crop at the sign's distance; the map says where the sign is."""
+"""Half the width of the crop at the sign's distance; the sign's position is known from the map."""
 CROP_PX = 192
-"""Smaller crops are enlarged to this width."""
+"""Smaller crops are upscaled to this width."""
 SURE = 0.6
 MOST_TURNED_DEG = 12.0
 WEATHERS: dict[str, dict[str, float]] = {"clear": {}, "night": {"altitude": -30.0}}
@@ -76,7 +76,7 @@ def crops(weather: str) -> Iterator[tuple[str, int, Bytes]]:
 
 
 def read(engine: Any, crop: Bytes) -> tuple[str, float]:
-    """Letters and digits that were read, and the processor time it took (ms)."""
+    """The letters and digits that were read, and the CPU time (ms)."""
     from PIL import Image
 
     picture = Image.fromarray(np.ascontiguousarray(crop))
@@ -90,7 +90,7 @@ def read(engine: Any, crop: Bytes) -> tuple[str, float]:
 
 
 def main() -> None:
-    """Print a line for each sign: whether it was read, by distance, and the wrong words."""
+    """Prints one line per sign: whether it was read at each distance, and wrong readings."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--weather", choices=sorted(WEATHERS), default="clear")
     weather = parser.parse_args().weather
@@ -108,7 +108,7 @@ def main() -> None:
         )
     for name, line in told.items():
         print(f"{name}: {', '.join(line)}")
-    print(f"median {statistics.median(times_ms):.0f} ms of processor time a crop")
+    print(f"median {statistics.median(times_ms):.0f} ms of CPU time per crop")
 
 
 if __name__ == "__main__":

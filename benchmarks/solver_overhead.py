@@ -1,8 +1,8 @@
-"""What the solver costs a stack: each tick of free driving, and each call of the guard, the rules and the view.
+"""Time that the solver adds to a stack: per tick of free driving, and per call of the guard, the rules and the view.
 
-Medians of many batches, in microseconds of the thread's own processor time, so that other work beside it counts for
-less. Figures per tick are also given as a ratio to an empty loop that calls a trivial method, measured in the same run,
-so that machines can be compared.
+Medians of many batches, in microseconds of the thread's CPU time, which other work affects less. Figures per tick are
+also given as a ratio to an empty loop that calls a trivial method, measured in the same run, so that machines can be
+compared.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ LANE_M = 3.5
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """`us_*`: microseconds per call; `ratio_*`: of the ticks to `us_empty_loop`."""
+    """`us_*`: microseconds per call. `ratio_*`: ratio of each tick figure to `us_empty_loop`."""
     batches = 5 if smoke else 60
     figures = _ticks(batches, 200 if smoke else 2000) | _looks(batches, 2 if smoke else 10)
     for name in ("detector", "step"):
@@ -62,7 +62,7 @@ def _ticks(batches: int, calls: int) -> dict[str, float]:
 
 
 def _looks(batches: int, calls: int) -> dict[str, float]:
-    """What happens only while a plan is pending or running, with 30 actors around."""
+    """Calls that happen only while a plan is pending or running, with 30 actors around."""
     surroundings, guard, rules = parked_car(), Guard(), RuleReasoner()
     view = FrenetScene(surroundings)
     scene = build_scene(view, Status(time_s=0.0, speed_mps=0.0, progress_m=0.0), describe(tuple(REGISTRY)))
@@ -73,7 +73,7 @@ def _looks(batches: int, calls: int) -> dict[str, float]:
     again, crowd = proven, _crowd(surroundings)
     back = guard.accept([BackUp(distance_m=5.0)], view, guided=False)[1]
     if back is None:
-        raise RuntimeError("the benchmark's way back was refused")
+        raise RuntimeError("the benchmark's plan to back up was refused")
     return {
         "us_view": _median(batches, calls, lambda: FrenetScene(surroundings)),
         "us_accept": _median(batches, calls, lambda: guard.accept(plan, FrenetScene(surroundings), guided=False)),
@@ -91,11 +91,11 @@ class _Nothing:
 
 
 def _never(seen: object = None) -> NoReturn:
-    raise RuntimeError("free driving asked for a look around")
+    raise RuntimeError("free driving requested the surroundings")
 
 
 def _each(statuses: list[Status], batches: int, call: Callable[[Status], object]) -> float:
-    """Median time of a call over batches of statuses, in microseconds."""
+    """Median time of a call over batches of statuses (us)."""
     size = len(statuses) // batches
     times = []
     for k in range(batches):
@@ -118,7 +118,7 @@ def _median(batches: int, calls: int, call: Callable[[], object]) -> float:
 
 
 def parked_car() -> Surroundings:
-    """Behind a parked car on a two-way road: parked cars on both sides, people on foot, traffic that has passed."""
+    """Behind a parked car on a two-way road with other parked cars, pedestrians, and traffic that has passed."""
     objects = [_object("lead", 75.0, 0.0, ObjectKind.CAR)]
     for k in range(ACTORS - 1):
         x = 40.0 + 9.0 * k
@@ -140,7 +140,7 @@ def parked_car() -> Surroundings:
 
 
 def _crowd(surroundings: Surroundings) -> Surroundings:
-    """The worst that can be met: everybody walks towards the path, so that nobody can be left out."""
+    """The worst case: everybody walks towards the path, so that the guard can filter out nobody."""
     walkers = [
         _object(f"walker {k}", 62.0 + 2.0 * k, 6.0 + k % 10, ObjectKind.PEDESTRIAN).model_copy(update={"vy_mps": -1.2})
         for k in range(ACTORS - 1)

@@ -42,7 +42,7 @@ def test_what_is_much_slower_than_the_baseline_is_named_and_a_little_is_not():
     assert slower({"us_step": 2.0 * MAX_FACTOR, "us_accept": 30.0}, before) == []
     [told] = slower({"us_step": 2.0, "us_accept": 101.0 * MAX_FACTOR}, before)
     assert told.startswith("us_accept: 2.5 times")
-    assert slower({"us_step": 2.0}, before) == ["us_accept: not measured any more; if that is meant, run --keep"]
+    assert slower({"us_step": 2.0}, before) == ["us_accept: no longer measured; if this is intended, run --keep"]
 
 
 ROOT = Path(__file__).parents[1]

@@ -1,1 +1,1 @@
-"""An oracle for the guard that shares no prediction and no geometry with it: accepted plans, driven in closed loop."""
+"""An oracle for the guard: drives accepted plans in closed loop. It shares no prediction or geometry with it."""

@@ -1,9 +1,9 @@
-"""Drives accepted plans in closed loop, for as long as one likes: is anybody touched whom the guard promised to miss?
+"""Drives accepted plans in closed loop: does a contact happen that the guard promised to avoid?
 
     python -m benchmarks.guard_oracle --out out/guard_oracle --plans 20000
 
-Goes on where it was after a kill. Prints progress to standard error; `stucksolver_eval.pages.guard_oracle` makes a
-page of what it has written. `--show SCENE K` drives one proposal again and prints its row.
+Resumes after an interruption. Prints progress to standard error; `stucksolver_eval.pages.guard_oracle` makes a page of
+its output. `--show SCENE K` drives one proposal again and prints its row.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ REPORT_S = 30.0
 
 
 def resume(path: Path) -> tuple[int, Counter[str]]:
-    """The next scene's number, and what has been counted; a scene that was not ended is taken out of the file."""
+    """The next scene's number, and the counts so far. Rows of an unfinished scene are removed from the file."""
     counts: Counter[str] = Counter()
     kept, pending, following = [], [], 0
     if path.exists():
@@ -42,7 +42,7 @@ def resume(path: Path) -> tuple[int, Counter[str]]:
 
 
 def count(row: dict[str, object], counts: Counter[str]) -> None:
-    """Add a row."""
+    """Adds a row to the counts."""
     counts["proposed"] += 1
     counts["accepted"] += bool(row["accepted"])
     counts["driven"] += bool(row.get("driven"))
@@ -59,7 +59,7 @@ def campaign(
     judge_only: bool = False,
     classes: tuple[str, ...] = tuple(CLASSES),
 ) -> Counter[str]:
-    """Drive on until so many accepted plans have been driven, or so many scenes are done."""
+    """Continues until this number of accepted plans has been driven, or of scenes is done. Returns the counts."""
     out.mkdir(parents=True, exist_ok=True)
     path = out / f"seed-{seed}.jsonl"
     number, counts = resume(path)
@@ -84,11 +84,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("out/guard_oracle"))
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--plans", type=int, default=20000, help="accepted plans to be driven")
-    parser.add_argument("--scenes", type=int, help="ends after so many scenes at the latest")
+    parser.add_argument("--plans", type=int, default=20000, help="number of accepted plans to drive")
+    parser.add_argument("--scenes", type=int, help="stop after this many scenes at the latest")
     parser.add_argument("--classes", nargs="+", choices=list(CLASSES), help="scenes of these classes (default: all)")
-    parser.add_argument("--judge-only", action="store_true", help="put the plans before the guard, drive none")
-    parser.add_argument("--show", type=int, nargs=2, metavar=("SCENE", "K"), help="one proposal, driven again")
+    parser.add_argument("--judge-only", action="store_true", help="judge the plans, but drive none")
+    parser.add_argument("--show", type=int, nargs=2, metavar=("SCENE", "K"), help="drive one proposal again")
     options = parser.parse_args()
     classes = tuple(options.classes or CLASSES)
     if options.show:

@@ -1,4 +1,4 @@
-"""Bodies as rectangles in the plane, and when two of them touch: the oracle's own, with nothing of the guard's."""
+"""The oracle's own rectangles and contacts in the plane; shares no code with the guard."""
 
 from __future__ import annotations
 
@@ -33,24 +33,24 @@ class Body:
         )
 
     def polygon(self) -> Polygon:
-        """The same as a polygon of shapely's."""
+        """The rectangle as a shapely polygon."""
         return Polygon(self.corners())
 
     def within(self, other: Body, gap: float) -> bool:
-        """Can two bodies be nearer to each other than a gap? Cheap, and never wrongly no."""
+        """Can the distance to another body be smaller than a gap? Cheap; a False is always correct."""
         reach = (math.hypot(self.length, self.width) + math.hypot(other.length, other.width)) / 2 + gap
         return (self.x - other.x) ** 2 + (self.y - other.y) ** 2 <= reach * reach
 
 
 def distance(one: Body, other: Body, most: float = 5.0) -> float:
-    """Gap between two bodies (m), 0 where they touch; `most` where they are further apart than that."""
+    """Gap between two bodies (m), 0 where they touch; at most `most`."""
     if not one.within(other, most):
         return most
     return min(float(shapely.distance(one.polygon(), other.polygon())), most)
 
 
 def part_touched(body: Body, other: Body) -> str:
-    """Where a body is touched: "front", "side" or "rear", by where the middle of the overlap lies on it."""
+    """Where a body is touched: "front", "side" or "rear", from the centre of the overlap."""
     overlap = body.polygon().intersection(other.polygon())
     if overlap.is_empty:
         return "side"
@@ -62,4 +62,4 @@ def part_touched(body: Body, other: Body) -> str:
 
 
 FACE_M = 0.25
-"""So much of the body's ends counts as its front and its rear."""
+"""Length of the body at each end that counts as its front or its rear."""

@@ -1,4 +1,4 @@
-"""Scenes one after the other, each from its own number, so that any one of them can be driven again alone."""
+"""Drives numbered scenes in sequence. Each is generated from its number, so that it can be driven again alone."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from stucksolver.decision.behaviors import BorrowOncomingLane
 from stucksolver.scene.view import FrenetScene
 
 RANDOM_PLANS = 5
-"""Plans at random for each scene, beside the rules' own."""
+"""Random plans per scene, in addition to the plan of the rules."""
 GUIDED = 0.3
-"""Such a share of the plans that pass somebody are proposed as asked for by a passenger."""
+"""Fraction of plans with a pass that are proposed as requested by a passenger."""
 Row = dict[str, Any]
 
 
 def setting_of(seed: int, number: int) -> tuple[str, Setting]:
-    """The class and the scene of a number; made anew on each call, since driving uses it up."""
+    """The class and the scene of a number. Created anew on each call, because driving changes it."""
     draw = random.Random(f"{seed}/{number}")
     names = list(CLASSES)
     name = names[number % len(names)]
@@ -35,7 +35,7 @@ def setting_of(seed: int, number: int) -> tuple[str, Setting]:
 
 
 def scene_rows(seed: int, number: int, judge_only: bool = False, only: int | None = None) -> Iterator[Row]:
-    """A row for each proposal in a scene, or for one; none where the scene is impossible. `judge_only`: drive none."""
+    """Rows of all proposals in a scene, or of one. None if the scene is impossible. `judge_only`: drives none."""
     name, setting = setting_of(seed, number)
     if not World(setting, Manner()).is_possible():
         return
@@ -47,7 +47,7 @@ def scene_rows(seed: int, number: int, judge_only: bool = False, only: int | Non
 
 @dataclass
 class Proposal:
-    """A plan in a scene. `silent`: from when on the solver will say nothing more (s)."""
+    """A plan in a scene. `silent`: time from which the solver is silent (s)."""
 
     world: World
     plan: RecoveryPlan
@@ -56,7 +56,7 @@ class Proposal:
 
 
 def proposal_of(seed: int, number: int, k: int, may_fall_silent: bool = True) -> Proposal | None:
-    """Proposal `k` of a scene, made anew on each call. Proposal 0 is the rules' own; None if they wait."""
+    """Proposal `k` of a scene, created anew on each call. Proposal 0 is the plan of the rules, None if they wait."""
     draw = random.Random(f"{seed}/{number}/{k}")
     _, setting = setting_of(seed, number)
     how = manner(draw)
@@ -70,7 +70,7 @@ def proposal_of(seed: int, number: int, k: int, may_fall_silent: bool = True) ->
 
 
 def proposals_of(seed: int, number: int) -> Iterator[tuple[int, Proposal]]:
-    """Every proposal in a scene with its number, to a solver that never falls silent; none in an impossible scene."""
+    """Every proposal in a scene with its number, without silence of the solver. None in an impossible scene."""
     if not World(setting_of(seed, number)[1], Manner()).is_possible():
         return
     for k in range(RANDOM_PLANS + 1):
@@ -80,7 +80,7 @@ def proposals_of(seed: int, number: int) -> Iterator[tuple[int, Proposal]]:
 
 
 def one(seed: int, number: int, k: int, judge_only: bool = False) -> Row | None:
-    """Proposal `k` of a scene, judged and, if accepted, driven; None where the rules wait."""
+    """Proposal `k` of a scene, judged and, if accepted, driven. None if the rules wait."""
     told = proposal_of(seed, number, k)
     if told is None:
         return None
@@ -89,7 +89,7 @@ def one(seed: int, number: int, k: int, judge_only: bool = False) -> Row | None:
 
 
 def judge_and_drive(world: World, plan: RecoveryPlan, guided: bool, silent: float, source: str) -> Row:
-    """The row of a proposal; it is not driven if `silent` is no number."""
+    """The row of a proposal. It is not driven if `silent` is NaN."""
     execution, verdict = judged(world, plan, guided)
     row: Row = {"source": source, "plan": plan.model_dump(mode="json")["behaviors"], "accepted": verdict.accepted}
     if not verdict.accepted:

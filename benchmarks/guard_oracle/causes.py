@@ -1,4 +1,4 @@
-"""Which contacts the written assumptions of `docs/SAFETY.md` exclude, and by which sentence."""
+"""Which contacts are excluded by the assumptions in `docs/SAFETY.md`, and by which one."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from benchmarks.guard_oracle.world import ANSWERS_S, HARD_MPS2
 
 AT_REST_MPS = 0.1
 JUNCTION_M = 15.0
-"""Who came into sight within so much of our way was not in sight when we came to the junction."""
+"""Someone first seen less than this distance of our path ago was not in sight when we reached the junction."""
 TOLERANCE_M = 0.15
-"""What a tracking error takes of each gap."""
+"""Reduction of each gap by a tracking error."""
 GO_OUR_WAY = ("leads", "queues", "comes up in the lane entered", "goes beside us", "filters past us")
 RESTS = "runs into the standing vehicle: those who meet one that stands keep their own distance"
 SIDE = "steps off into our side: a step off the kerb is promised never to be met by the front"
@@ -25,7 +25,7 @@ UNSEEN = "not in sight until it was too late to stop, by 6 m/s² after half a se
 
 
 def excluded_by(contact: Contact) -> str | None:
-    """The assumption that excludes a contact, None where none does."""
+    """The assumption that excludes a contact, or None."""
     if contact.through:
         return THROUGH
     stop_m = contact.seen_mps * ANSWERS_S + contact.seen_mps**2 / (2 * HARD_MPS2)

@@ -1,4 +1,4 @@
-"""What a contact was like: all that its cause is told from."""
+"""The facts about a contact from which its cause is determined."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from benchmarks.guard_oracle.world import World
 
 @dataclass
 class Contact:
-    """The first contact of a drive, with all that its cause is told from."""
+    """The first contact of a drive, with the facts from which its cause is determined."""
 
     name: str
     role: str
@@ -24,27 +24,27 @@ class Contact:
     their_part: str
     """Where the other was touched."""
     seen_s: float
-    """For how long the other had been in sight."""
+    """How long the other had been in sight (s)."""
     seen_m: float
-    """How far the ego had come since."""
+    """Distance that the ego had driven since then (m)."""
     seen_mps: float
-    """How quick it was when the other came into sight."""
+    """The ego's speed when the other came into sight (m/s)."""
     from_start: bool
     follows: bool
-    """Did the stack keep its distance to who goes ahead?"""
+    """Did the stack keep its distance to a leader?"""
     stood_s: float
-    """For how long the ego had been standing."""
+    """How long the ego had been standing (s)."""
     room: float
-    """What the other would have had beside us, had we gone straight on since they could last stop behind us (m)."""
+    """Room that the other would have had beside us if we had gone straight since it could last stop behind us (m)."""
     order: str
     led_from_rails: bool = False
-    """Did the drive begin on rails, behind somebody whom the stack follows?"""
+    """Did the drive start on rails, behind a vehicle that the stack follows?"""
     through: bool = False
-    """Has the other driven through somebody else?"""
+    """Has the other driven through another actor?"""
 
 
 def contact_with(world: World, other: Other, order: str, silent: bool) -> Contact:
-    """The record of a contact that has just been made."""
+    """The record of a contact that has just happened."""
     ego = world.ego
     vx, vy = ego.speed * math.cos(ego.yaw), ego.speed * math.sin(ego.yaw)
     seen = 0.0 if other.seen_at is None else world.t - other.seen_at

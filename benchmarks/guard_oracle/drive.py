@@ -1,4 +1,4 @@
-"""One accepted plan, driven in closed loop: the guard looks on every tick, the ego obeys, the others do their worst."""
+"""Drives one accepted plan in closed loop: the guard rechecks it, the ego obeys, the others do their worst."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
 
 EVERY = 2
-"""So many ticks from one look of the guard's to the next."""
+"""Ticks between two rechecks of the guard."""
 MOST_S = 40.0
 
 
 @dataclass
 class Ended:
-    """How a drive ended. `missed`: lines, rails and places that were run over or stood on against the rules."""
+    """How a drive ended. `missed`: lines crossed, and rails and places stood on, against the rules."""
 
     how: str
     t: float
@@ -35,7 +35,7 @@ class Ended:
 
 
 def manner(draw: Drawn) -> Manner:
-    """How the vehicle drives this time."""
+    """Draws how the vehicle drives."""
     drift = 0.0
     if draw.random() < 0.65:
         drift = draw.choice([-1, 1]) * (draw.uniform(0.05, 0.3) if draw.random() < 0.4 else draw.uniform(0.3, 1.0))
@@ -51,18 +51,18 @@ def manner(draw: Drawn) -> Manner:
 
 
 def silence(draw: Drawn) -> float:
-    """From when on the solver says nothing more (s)."""
+    """Draws the time from which the solver is silent (s)."""
     return draw.uniform(0.5, 8.0) if draw.random() < 0.06 else math.inf
 
 
 def judged(world: World, plan: RecoveryPlan, guided: bool) -> tuple[Execution, Any]:
-    """A plan put before the guard, and its verdict."""
+    """Submits a plan to the guard; returns the execution and the verdict."""
     execution = Execution(plan, Guard(), guided)
     return execution, execution.start(FrenetScene(world.surroundings()), 0.0)
 
 
 def drive(world: World, execution: Execution, silent_from: float) -> Ended:
-    """Drive a plan that has been started, to its end."""
+    """Drives a started plan to its end."""
     lease = _lease()
     order: Directive = CONTINUE
     watch = Watch(world)
@@ -93,7 +93,7 @@ def drive(world: World, execution: Execution, silent_from: float) -> Ended:
 
 
 def _lease() -> Any:
-    """A lease as the stack keeps it; None with a solver from before there were any."""
+    """The lease on the stack's side; None with an older solver that had no leases."""
     try:
         from stucksolver.decision.lease import Lease
     except ImportError:

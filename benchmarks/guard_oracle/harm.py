@@ -1,7 +1,7 @@
-"""Was a refusal right? A plan is driven with nobody looking on, and what would have come of it is seen.
+"""Was a refusal right? Drives the plan without a guard, and looks for harm.
 
-That says less than the guard's promise asks for: it drives a few ways of doing it beside others who do one thing each.
-A refusal that shows no harm here may be right all the same; one that does is.
+This tests less than what the guard promises: it tries only a few ways of driving, and each of the others does only one
+thing. A refusal without harm here may still be right; one with harm is right.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
 
 OFF = frozenset({RejectCode.OFF_LANES, RejectCode.OFF_ROAD})
 BRAKES_MPS2 = 3.5
-"""Nobody may be made to brake harder, to begin a plan."""
+"""The start of a plan must not make anyone brake harder than this."""
 LANE_M, ROAD_M = 0.1, 0.15
-"""The body may reach so far out of the lane that it is to keep, and off the road."""
+"""Tolerance for the body to reach out of the lane that it must keep, and off the road."""
 
 
 class Unguarded(Guard):
-    """Accepts whatever has a path, and never ends it."""
+    """A guard that accepts every plan with a path, and never ends it."""
 
     def accept(self, behaviors: Any, view: Any, guided: bool, approvals: Any = NOBODY, stops: bool = False) -> Any:
         return Verdict(), self.lay_out(behaviors, view, guided, approvals, stops)
@@ -46,8 +46,8 @@ class Unguarded(Guard):
 
 @dataclass
 class Harm:
-    """What came of it: the first contact, the hardest that somebody behind us had to brake (m/s²), and how far the
-    body came out of its lane and off the road, beyond where it began (m)."""
+    """The outcome: the first contact, the hardest braking of anyone behind us (m/s²), and how much further than at the
+    start the body reached out of its lane and off the road (m)."""
 
     contact: str | None = None
     brakes_mps2: float = 0.0
@@ -55,16 +55,16 @@ class Harm:
     off_road_m: float = 0.0
 
     def shown(self, codes: Collection[str]) -> bool:
-        """Is there any, such as a refusal for these reasons is to prevent?"""
+        """Is there harm of the kind that a refusal with these codes should prevent?"""
         off_lane = RejectCode.LEAVES_LANE in codes and self.off_lane_m > LANE_M
         off_road = not OFF.isdisjoint(codes) and self.off_road_m > ROAD_M
         return off_lane or off_road or self.contact is not None or self.brakes_mps2 > BRAKES_MPS2
 
 
 def harm_of(seed: int, number: int, plan: RecoveryPlan, codes: Collection[str]) -> Harm:
-    """Of a plan in a scene, over an eager and a sluggish way of driving it and both ways in which others answer.
+    """The worst harm of a plan in a scene, over brisk and sluggish driving and both ways in which others react.
 
-    Where it was refused since somebody may come out of what is not seen behind, somebody does, at the limit.
+    If the plan was refused because a vehicle may come out of an unseen area behind, one comes, at the speed limit.
     """
     worst = Harm()
     for how, answers in itertools.product((0.0, 1.0), ("lane", "way")):
@@ -82,7 +82,7 @@ def harm_of(seed: int, number: int, plan: RecoveryPlan, codes: Collection[str]) 
 
 
 def _add_unseen(setting: Setting, plan: RecoveryPlan) -> None:
-    """Somebody at the limit in the lane to be entered, just out of sight behind us."""
+    """Adds a vehicle at the speed limit in the lane to be entered, just out of sight behind us."""
     world = World(setting, Manner())
     side = next((b.side for b in plan.behaviors if isinstance(b, ChangeLane)), "")
     lane = next((lane for lane in setting.road.lanes if lane.name == side), None)
@@ -122,14 +122,14 @@ DRIVING = ("own", "left", "right", "oncoming")
 
 
 def _out(world: World, names: tuple[str, ...]) -> float:
-    """How far the body reaches out of lanes beside each other (m)."""
+    """How far the body reaches out of a set of adjacent lanes (m)."""
     lanes = [lane for lane in world.road.lanes if lane.name in names]
     _, _, right, left = world.ego_span()
     return max(left - max(lane.left for lane in lanes), min(lane.right for lane in lanes) - right)
 
 
 def _must_brake(world: World) -> float:
-    """The hardest that anybody behind us in a lane that we have entered must brake now, to stay behind us (m/s²)."""
+    """The hardest braking that anyone behind us in a lane that we entered needs now to stay behind us (m/s²)."""
     most = 0.0
     for other in world.others:
         if not isinstance(other, AlongLane) or other.way < 0 or other.was_behind:

@@ -1,8 +1,8 @@
-"""The others: as hostile as `docs/SAFETY.md` assumes them to be, and no more.
+"""The other actors: as hostile as `docs/SAFETY.md` assumes, but not more.
 
-They keep their speed and line, brake with up to 3.5 m/s² whenever they like, cross straight on, step off a kerb. Those
-who come from behind keep their distance where we have been in their way all along, and answer after a reaction time
-where we come into it, no harder than they must.
+They keep their speed and lane, brake by up to 3.5 m/s² at any time, cross straight, or step off a kerb. Those who
+approach from behind keep their distance if we have been in their path all along. If we enter it, they brake after a
+reaction time, no harder than necessary.
 """
 
 from __future__ import annotations
@@ -30,28 +30,28 @@ SIZES: dict[ObjectKind, tuple[float, float, float]] = {
 }
 """Length, width, height (m)."""
 ANSWERS_MPS2, ANSWERS_AFTER_S = 4.5, 1.0
-"""So they brake for a vehicle that has begun to enter their lane, after a reaction time."""
+"""Deceleration for a vehicle that has started to enter their lane, and the reaction time before it."""
 LATE_ANSWER_S = 0.5
-"""The same for those who mind only what is in their very way, and watch it."""
+"""Reaction time of those who react only to what is in their own path, and watch it."""
 HARDEST_MPS2 = 8.0
 STOOD_LONG_S = 3.0
-"""Who has stood so long in a lane is seen and stopped for by those who come in it."""
+"""Traffic in a lane sees, and stops for, someone who has stood in it for this long."""
 KEEPS_M = 0.5
 
 
 class Situation(Protocol):
-    """What the others know of the ego."""
+    """What the others know about the ego."""
 
     road: Road
     t: float
     ego_stood: float
-    """For how long it has stood (s)."""
+    """How long it has been standing (s)."""
 
     @property
     def ego_speed(self) -> float: ...
     def ego_body(self) -> Body: ...
     def ego_span(self) -> tuple[float, float, float, float]:
-        """Arc lengths of its rear and front, offsets of its right and left side (m)."""
+        """Arc lengths of its rear and front, and offsets of its right and left side (m)."""
         ...
 
     def rear_within(self, right: float, left: float) -> float | None:
@@ -61,7 +61,7 @@ class Situation(Protocol):
 
 @dataclass
 class Other:
-    """One of the others, standing. `role`: what part it plays, for the count of causes."""
+    """One of the others, standing. `role`: its part in the scene, for the statistics of causes."""
 
     name: str
     kind: ObjectKind
@@ -74,24 +74,24 @@ class Other:
     moved_ago: float | None = None
     hazard: bool = False
     seen_at: float | None = None
-    """When it was first seen (s from the start of the plan)."""
+    """Time when it was first seen (s from the start of the plan)."""
     seen_from: tuple[float, float] = (0.0, 0.0)
     """The ego's arc length and speed when it was first seen."""
     changed_at: float = -math.inf
-    """When it last changed its motion."""
+    """Time when its motion last changed (s)."""
 
     @property
     def speed(self) -> float:
         return math.hypot(self.vx, self.vy)
 
     def step(self, world: Situation, dt: float) -> None:
-        """Stand."""
+        """Stays where it is."""
         self.stood += dt
         if self.moved_ago is not None:
             self.moved_ago += dt
 
     def _put(self, x: float, y: float, yaw: float, dt: float) -> None:
-        """Be there after a step."""
+        """Moves to a place in one step."""
         self.vx, self.vy = (x - self.body.x) / dt, (y - self.body.y) / dt
         self.body.x, self.body.y, self.body.yaw = x, y, yaw
         moves = self.speed > 0.05
@@ -104,7 +104,7 @@ class Other:
 
 @dataclass
 class AlongLane(Other):
-    """Goes along a lane at an offset, with (+1) or against (-1) our direction.
+    """Moves along a lane at an offset, with (+1) or against (-1) our direction.
 
     `brakes_at`, `brakes_by`: when it brakes of its own accord, and how hard. `sets_off_at`: when one that stands drives
     off. `answers`: "lane" – to what enters its lane, which is `lane` (right, left); "way" – to what is in its very
@@ -123,10 +123,10 @@ class AlongLane(Other):
     answers: str = "lane"
     in_danger: float = 0.0
     was_behind: bool = False
-    """Was the ego in its way from the start?"""
+    """Was the ego in its path from the start?"""
 
     def start(self, world: Situation) -> None:
-        """Take the place on the road, and see whether we are in its way already."""
+        """Takes its place on the road, and notes whether we are already in its path."""
         self._place(world.road)
         rear = world.rear_within(*self._strip())
         self.was_behind = self.way > 0 and rear is not None and self.front <= rear
@@ -168,11 +168,11 @@ class AlongLane(Other):
 
     @property
     def keeps_distance(self) -> bool:
-        """Does it watch its own distance to us, whom it has had before it all along?"""
+        """Does it keep its distance to us because we have been ahead of it all along?"""
         return self.was_behind or self.way < 0
 
     def is_too_near(self, world: Situation) -> bool:
-        """Is what lies between us less than Lemma 2 of the paper on RSS asks for?"""
+        """Is the gap between us smaller than required by Lemma 2 of the RSS paper?"""
         if self.way < 0:
             _, front, right, left = world.ego_span()
             strip = self._strip()
@@ -197,7 +197,7 @@ class AlongLane(Other):
 
 @dataclass
 class Straight(Other):
-    """Goes straight on in the plane: crosses, joins, walks along or across. May brake, or stop for good."""
+    """Moves straight in the plane: crosses, joins, walks along or across. May brake, or stop for good."""
 
     heading: float = 0.0
     v: float = 0.0
@@ -223,7 +223,7 @@ class Straight(Other):
 
 @dataclass
 class StepsOff(Other):
-    """Stands at the kerb, and steps off when our front is `trigger` metres before it; walks straight across."""
+    """Stands at the kerb, steps off when our front is `trigger` metres away, and walks straight across."""
 
     s: float = 0.0
     d: float = 0.0
@@ -245,6 +245,6 @@ class StepsOff(Other):
 
 
 def made(kind: ObjectKind, size: tuple[float, float, float] | None = None) -> tuple[Body, float]:
-    """A body of the usual size of its kind, not placed yet, and its height."""
+    """A body with the typical size of its kind, not placed yet, and its height (m)."""
     length, width, height = size or SIZES[kind]
     return Body(0.0, 0.0, 0.0, length, width), height

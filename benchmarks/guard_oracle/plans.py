@@ -1,4 +1,4 @@
-"""What is proposed to the guard: what the rules propose in a scene, and behaviours at random."""
+"""Proposals for the guard: the plan of the rules in a scene, and random behaviours."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ RULES = RuleReasoner()
 
 
 def from_rules(view: FrenetScene, stopped_s: float) -> RecoveryPlan | None:
-    """What the rules would do here, None where they wait."""
+    """The plan of the rules in this scene, or None if they wait."""
     speed = abs(view.ego.speed_mps)
     status = Status(time_s=view.surroundings.time_s, speed_mps=speed, progress_m=view.ego_s)
     scene = build_scene(view, status, describe(NAMES))
@@ -62,7 +62,7 @@ ANYWHERE: tuple[Callable[[Drawn], Behavior], ...] = (
 
 
 def at_random(draw: Drawn, setting: Setting) -> RecoveryPlan:
-    """One or two behaviours, mostly such as suit the class of the scene."""
+    """One or two behaviours, most of which suit the class of the scene."""
     fits = setting.propose is not None and draw.random() < 0.7
     first = setting.propose(draw) if fits and setting.propose else [draw.choice(ANYWHERE)(draw)]
     if len(first) == 1 and draw.random() < 0.15:

@@ -1,10 +1,10 @@
-"""Compares two guards on the same proposals: what was accepted before and is refused now, and was that right?
+"""Compares two guards on the same proposals: which were accepted before and are refused now, and was that right?
 
     PYTHONPATH=OLD/src python -m benchmarks.guard_oracle --judge-only --scenes 600 --out out/before
     python -m benchmarks.guard_oracle --judge-only --scenes 600 --out out/after
     python -m benchmarks.guard_oracle.refusals out/before/seed-1.jsonl out/after/seed-1.jsonl refusals.json
 
-Each new refusal is driven with nobody looking on (`harm.py`).
+Each newly refused plan is driven without a guard (`harm.py`).
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ Key = tuple[int, int]
 
 
 def rows_of(path: Path) -> tuple[int, dict[Key, Row]]:
-    """The seed of a campaign, from its file's name, and its proposals by scene and number."""
+    """The seed of a campaign, read from its file name, and its proposals by scene and number."""
     seed = re.search(r"seed-(\d+)", path.name)
     if seed is None:
-        raise SystemExit(f"{path}: its name does not say the seed, as in seed-1.jsonl")
+        raise SystemExit(f"{path}: the file name must contain the seed, as in seed-1.jsonl")
     rows = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
     return int(seed[1]), {(row["scene"], row["k"]): row for row in rows if "scene" in row}
 
 
 def has_follower(seed: int, row: Row) -> bool:
-    """Is it a change of lane with somebody behind us in the lane to be entered?"""
+    """Is it a lane change with someone behind us in the lane to be entered?"""
     change = next((b for b in row["plan"] if b["name"] == "change_lane"), None)
     if change is None:
         return False
@@ -49,11 +49,11 @@ def has_follower(seed: int, row: Row) -> bool:
 
 
 def compare(before: Path, after: Path) -> dict[str, Any]:
-    """Counts by class, and every new refusal with what came of driving it."""
+    """Counts by class, and every new refusal with the outcome when driven anyway."""
     seed, old = rows_of(before)
     again, new = rows_of(after)
     if seed != again:
-        raise SystemExit(f"{before} is of seed {seed}, {after} of seed {again}: compare the same scenes")
+        raise SystemExit(f"{before} has seed {seed}, {after} has seed {again}: they must have the same scenes")
     counts: dict[str, Counter[str]] = defaultdict(Counter)
     refused = []
     for key, was in old.items():

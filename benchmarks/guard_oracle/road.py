@@ -1,4 +1,4 @@
-"""The oracle's own roads: a line of given curvature with lanes beside it, and the record of it that the guard reads."""
+"""The oracle's own roads: a line of given curvature with lanes, and its description for the guard."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SAME, OPPOSITE = LaneDirection.SAME, LaneDirection.OPPOSITE
 
 @dataclass(frozen=True)
 class OwnLane:
-    """A lane of the oracle's: offset of its centre to the left of the line, and its width (m)."""
+    """A lane of the oracle: offset of its centre to the left of the line, and its width (m)."""
 
     name: str
     offset: float
@@ -44,14 +44,14 @@ class OwnLane:
 
 @dataclass
 class Road:
-    """Pieces of (length m, curvature 1/m) one after the other from the origin along x, lanes and zones beside them."""
+    """A chain of pieces (length m, curvature 1/m) that starts at the origin along x, with lanes and zones."""
 
     key: str
     pieces: list[tuple[float, float]]
     lanes: list[OwnLane]
     zones: list[tuple[ZoneKind, float, float]] = field(default_factory=list)
     limit: float = 13.9
-    """Of the speed, on all lanes (m/s)."""
+    """Speed limit of all lanes (m/s)."""
 
     def __post_init__(self) -> None:
         bends = np.concatenate([np.full(round(length / FINE_M), bend) for length, bend in self.pieces])
@@ -64,7 +64,7 @@ class Road:
         self.end = float(self._s[-1])
 
     def place(self, s: float, d: float = 0.0) -> tuple[float, float, float]:
-        """(x, y, heading) of the point `s` metres along and `d` to the left; straight on beyond the ends."""
+        """(x, y, heading) of the point `s` metres along and `d` to the left; extended straight beyond the ends."""
         inside = min(max(s, 0.0), self.end)
         k = min(int(inside / FINE_M), len(self._s) - 2)
         part = inside / FINE_M - k
@@ -75,7 +75,7 @@ class Road:
         return float(x + beyond * c - d * n), float(y + beyond * n + d * c), float(heading)
 
     def find(self, x: float, y: float, near: float) -> tuple[float, float]:
-        """(s, d) of a point that is not far from arc length `near`."""
+        """(s, d) of a point close to arc length `near`."""
         s = near
         for _ in range(6):
             px, py, heading = self.place(s)
@@ -87,17 +87,17 @@ class Road:
         return s, (y - py) * math.cos(heading) - (x - px) * math.sin(heading)
 
     def places(self, s: np.ndarray, d: float) -> tuple[np.ndarray, np.ndarray]:
-        """(x, y) of many points on the line's own length."""
+        """(x, y) of many points within the length of the line."""
         heading = np.interp(s, self._s, self._turned)
         x, y = np.interp(s, self._s, self._x), np.interp(s, self._s, self._y)
         return x - d * np.sin(heading), y + d * np.cos(heading)
 
     def lane(self, name: str) -> OwnLane:
-        """A lane by its name."""
+        """The lane with this name."""
         return next(lane for lane in self.lanes if lane.name == name)
 
     def geometry(self) -> RoadGeometry:
-        """What the stack would tell of it."""
+        """The road as the stack would report it."""
         count = int(self.end / SPACING_M) + 1
         points = tuple(self.place(SPACING_M * k)[:2] for k in range(count))
         strips = tuple(
@@ -118,8 +118,8 @@ class Road:
 
 
 def lanes_of(layout: str, width: float = 3.5) -> list[OwnLane]:
-    """The lanes of a layout: "two_way", "multi" (a lane of ours on the left), "both", "right" (one on the right);
-    with "_shoulder" or "_parking" a strip of that kind on the right."""
+    """The lanes of a layout: "two_way", "multi" (a lane of our direction on the left), "right" (on the right), "both".
+    The suffix "_shoulder" or "_parking" adds a strip of that kind on the right."""
     base, _, beside = layout.partition("_")
     if base == "two":
         base, _, beside = "two_way", "", beside.removeprefix("way").removeprefix("_")

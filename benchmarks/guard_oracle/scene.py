@@ -1,4 +1,4 @@
-"""A scene of the oracle: road, others, controls, and how the ego stands in it; and the registry of its classes."""
+"""A scene of the oracle (road, others, controls, initial state of the ego) and the registry of scene classes."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ Drawn = random.Random
 
 @dataclass
 class Control:
-    """A light or sign at arc length `line`, that is seen from `seen_from` metres before it.
+    """A light or sign at arc length `line`, visible from `seen_from` metres before it.
 
-    A light shows `first` until `changes_at` (s), `then` from there on.
+    A light shows `first` until `changes_at` (s), and `then` afterwards.
     """
 
     kind: ControlKind
@@ -37,12 +37,12 @@ class Control:
 
 @dataclass
 class Setting:
-    """Everything as it is when a plan is proposed."""
+    """The state of everything when a plan is proposed."""
 
     road: Road
     others: list[Other] = field(default_factory=list)
     walls: list[tuple[Body, float]] = field(default_factory=list)
-    """What hides others and is no object: houses, hedges; with their heights."""
+    """Occluders that are not objects, such as houses and hedges, with their heights."""
     controls: list[Control] = field(default_factory=list)
     ego_s: float = 60.0
     ego_d: float = 0.0
@@ -52,7 +52,7 @@ class Setting:
     behind_m: float = 60.0
     stopped_s: float = 25.0
     propose: Callable[[Drawn], list[Behavior]] | None = None
-    """Proposals that suit the class, beside those of everywhere."""
+    """Proposals that suit the class, in addition to the general ones."""
 
 
 Side = Literal["left", "right"]
@@ -62,7 +62,7 @@ CLASSES: dict[str, Maker] = {}
 
 
 def scene_class(name: str) -> Callable[[Maker], Maker]:
-    """Registers a class of scenes. Raises `ValueError` for a name that is taken."""
+    """Registers a class of scenes. Raises `ValueError` if the name is taken."""
 
     def register(maker: Maker) -> Maker:
         if name in CLASSES:
@@ -76,7 +76,7 @@ def scene_class(name: str) -> Callable[[Maker], Maker]:
 def standing(
     name: str, road: Road, s: float, d: float, kind: ObjectKind = ObjectKind.CAR, *, turn: float = 0.0, role: str = ""
 ) -> Other:
-    """Something that stands on the road, turned by so much from its direction."""
+    """Something that stands on the road, at an angle to its direction."""
     body, height = made(kind)
     x, y, heading = road.place(s, d)
     body.x, body.y, body.yaw = x, y, heading + turn
@@ -95,7 +95,7 @@ def driving(
     way: int = 1,
     **more: Any,
 ) -> AlongLane:
-    """Someone who goes along a lane of the road."""
+    """Someone who moves along a lane of the road."""
     body, height = made(kind)
     inside = next((lane for lane in road.lanes if lane.right <= d <= lane.left), None)
     lane = (inside.right, inside.left) if inside else (d - 1.75, d + 1.75)
@@ -114,7 +114,7 @@ def crossing(
     size: tuple[float, float, float] | None = None,
     **more: Any,
 ) -> Straight:
-    """Someone at a place by the road who goes straight on, at an angle to it."""
+    """Someone next to the road who moves straight, at an angle to it."""
     body, height = made(kind, size)
     x, y, heading = road.place(s, d)
     body.x, body.y = x, y
@@ -122,13 +122,13 @@ def crossing(
 
 
 def at_the_kerb(name: str, s: float, d: float, trigger: float, pace: float = 1.4, *, height: float = 1.7) -> StepsOff:
-    """Someone on foot who may step off."""
+    """A pedestrian who may step off the kerb."""
     body, _ = made(ObjectKind.PEDESTRIAN)
     return StepsOff(name, ObjectKind.PEDESTRIAN, body, height, "steps off", s=s, d=d, trigger=trigger, pace=pace)
 
 
 def brakes(draw: Drawn, share: float = 0.4) -> dict[str, Any]:
-    """When and how hard somebody brakes of their own accord; mostly they do not."""
+    """When and how hard someone brakes without a reason; in most cases they do not."""
     if draw.random() > share:
         return {}
     return {"brakes_at": draw.uniform(0.0, 10.0), "brakes_by": draw.uniform(0.5, 3.5)}

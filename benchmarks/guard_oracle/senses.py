@@ -1,4 +1,4 @@
-"""What a perception without faults would report: who is in sight, and how far each lane is seen."""
+"""The report of a perfect perception: who is in sight, and how far each lane is visible."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from benchmarks.guard_oracle.road import Road
 from stucksolver.scene import LaneSight
 
 TALL_M = 2.0
-"""Lower things do not hide a lane from sensors on the roof."""
+"""Lower objects do not hide a lane from sensors on the roof."""
 TALLER_M = 0.3
-"""Something hides who is behind it and so much lower."""
+"""Something hides an object behind it that is lower by this much."""
 STEP_M = 3.0
 OWN_M = 4.0
-"""Nearer than this nothing on the lanes is hidden by what stands beside."""
+"""Within this distance, objects next to the lanes hide nothing on them."""
 
 
 def crosses(eye: tuple[float, float], x: np.ndarray, y: np.ndarray, body: Body) -> np.ndarray:
-    """Which lines from an eye to points lead through a body."""
+    """Which lines from an eye to points intersect a body."""
     c, n = math.cos(body.yaw), math.sin(body.yaw)
     ex, ey = eye[0] - body.x, eye[1] - body.y
     px, py = x - body.x, y - body.y
@@ -38,7 +38,7 @@ def crosses(eye: tuple[float, float], x: np.ndarray, y: np.ndarray, body: Body) 
 
 
 def in_sight(eye: tuple[float, float], other: Other, hiding: Sequence[tuple[Body, float]], reach_m: float) -> bool:
-    """Is any corner or the middle of somebody seen?"""
+    """Is any corner or the centre of someone visible?"""
     if math.hypot(other.body.x - eye[0], other.body.y - eye[1]) > reach_m:
         return False
     between = [body for body, height in hiding if body is not other.body and height >= other.height + TALLER_M]
@@ -59,7 +59,7 @@ def sights(
     ahead_m: float,
     behind_m: float,
 ) -> tuple[LaneSight, ...]:
-    """How far each lane is seen without a break, ahead and behind."""
+    """How far each lane is visible without a gap, ahead and behind (m)."""
     tall = [body for body, height in hiding if height > TALL_M]
     found = []
     for lane in road.lanes:

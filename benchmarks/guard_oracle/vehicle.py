@@ -1,7 +1,7 @@
-"""The ego of the oracle: a bicycle whose rear axle does not slip, and a follower that obeys orders and nothing else.
+"""The oracle's ego: a kinematic bicycle without slip at the rear axle, and a path follower that only obeys orders.
 
-No emergency braking: it brakes for nobody but on an order. With `follows` it keeps its distance to who goes ahead of it
-in our direction, as `docs/SAFETY.md` assumes of a stack, with comfortable braking only.
+There is no emergency braking: it only brakes when ordered to. With `follows` it keeps its distance to a leader in our
+direction, as `docs/SAFETY.md` assumes of a stack, with comfortable braking only.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ BRAKES_MPS2 = 3.0
 BRAKES_HARD_MPS2 = 6.0
 LOCK_RAD = math.atan(WHEELBASE_M / RADIUS_M)
 STEERS_RADPS = 0.6
-"""Of the front wheels: about a turn and a half of a steering wheel in a second."""
+"""Rate of the front wheels: about one and a half turns of a steering wheel per second."""
 REACH_M, APPROACH_RAD = 2.0, 0.4
-"""The follower comes back to its path over about so much way, at no steeper an angle."""
+"""The follower returns to its path over about this distance, and at this angle at most."""
 
 
 @dataclass(frozen=True)
 class Manner:
-    """How well and how quickly the vehicle does what it is told.
+    """How accurately and quickly the vehicle obeys.
 
-    `eager`, `keen` in [0, 1]: how much of its acceleration and of the allowed speed it uses. `lag`: from an order to
-    brake until the brakes bite (s). `drift`: it comes to drive so far beside its path (m, left positive), from
-    `drifts_from` (s) on, at `drift_rate` (m/s). `follows`: does it keep its distance to who goes ahead?
+    `eager`, `keen` in [0, 1]: how much of its acceleration and of the allowed speed it uses. `lag`: from an
+    order to brake until the brakes act (s). `drift`: final offset from its path (m, left positive), which grows from
+    `drifts_from` (s) on, at `drift_rate` (m/s). `follows`: does it keep its distance to a leader?
     """
 
     eager: float = 1.0
@@ -46,7 +46,7 @@ class Manner:
     follows: bool = False
 
     def beside(self, t: float) -> float:
-        """By how much it means to drive beside the path."""
+        """Offset from the path that the drift has reached by now (m)."""
         grown = max(t - self.drifts_from, 0.0) * self.drift_rate
         return math.copysign(min(grown, abs(self.drift)), self.drift)
 
@@ -60,11 +60,11 @@ class Track:
     s: np.ndarray
     speed: np.ndarray
     at: float = 0.0
-    """Where the vehicle is along it."""
+    """Position of the vehicle along the path."""
 
     @staticmethod
     def of(order: Execute) -> Track:
-        """The path of an order."""
+        """Creates it from an order."""
         x = np.array([p.x_m for p in order.path])
         y = np.array([p.y_m for p in order.path])
         s = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
@@ -75,7 +75,7 @@ class Track:
         return float(self.s[-1])
 
     def advance(self, x: float, y: float) -> tuple[float, float, float]:
-        """(distance to the left of the path, its direction, its curvature) where a point is abreast of it."""
+        """(Offset to the left of the path, its direction, its curvature) at the point's projection onto it."""
         near = np.flatnonzero((self.s >= self.at - 1.0) & (self.s <= self.at + 3.0))
         first = int(near[0]) if len(near) else len(self.s) - 2
         last = int(near[-1]) if len(near) else len(self.s) - 2
@@ -102,7 +102,7 @@ class Track:
         return math.atan2(float(self.y[k + 1] - self.y[k]), float(self.x[k + 1] - self.x[k]))
 
     def allowed(self, share: float) -> float:
-        """The speed at which every bound ahead can be kept with comfortable braking."""
+        """The highest speed from which comfortable braking keeps every bound ahead."""
         room = self.s - self.at
         ahead = room > -0.5
         if not ahead.any():
@@ -112,7 +112,7 @@ class Track:
 
 
 def wrapped(angle: float) -> float:
-    """An angle in [-pi, pi]."""
+    """Wraps an angle to [-pi, pi]."""
     return math.remainder(angle, math.tau)
 
 
@@ -138,7 +138,7 @@ class Ego:
         return self._track is None or self._track.at >= self._track.end - 0.1
 
     def obey(self, order: Directive, t: float, dt: float, room: float = math.inf, ahead: float = 0.0) -> None:
-        """One step of `dt` seconds under an order. `room`, `ahead`: gap to, and speed of, whom it follows."""
+        """One step of `dt` seconds under an order. `room`, `ahead`: gap to the leader (m), and its speed (m/s)."""
         if isinstance(order, Execute) and order.path:
             if order is not self._order:
                 self._order, self._track = order, Track.of(order)
@@ -168,7 +168,7 @@ class Ego:
         self._steer(t, dt)
 
     def _set(self, speed: float, dt: float) -> None:
-        """Move with the mean speed of a step; the rear axle goes where it points."""
+        """Moves with the mean speed of a step; the rear axle moves in the direction of the heading."""
         way = (self.speed + speed) / 2 * dt
         self.speed = speed
         lever = WHEELBASE_M / 2
@@ -180,7 +180,7 @@ class Ego:
         self.x, self.y = rear_x + lever * math.cos(self.yaw), rear_y + lever * math.sin(self.yaw)
 
     def _steer(self, t: float, dt: float) -> None:
-        """Turn the front wheels towards where the centre comes back to the path."""
+        """Turns the front wheels so that the centre returns to the path."""
         if self._track is None or self._order is None:
             return
         if self._order.reverse:

@@ -1,4 +1,4 @@
-"""Whether lines are passed that bind us, and rails entered."""
+"""Checks whether binding lines are crossed and rails are stood on."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from benchmarks.guard_oracle.world import World
 from stucksolver.scene import ControlKind, LightState, ZoneKind
 
 STOPPED_MPS, AT_THE_LINE_M = 0.3, 6.0
-"""Who stood so near before a line has stopped at it."""
+"""A vehicle that stood within this distance before a line has stopped at it."""
 MISSED_M = 0.3
-"""A line passed by so much is passed."""
+"""A line counts as crossed beyond this distance."""
 
 
 class Watch:
-    """Looks whether lines are passed and rails stood on."""
+    """Watches whether lines are crossed and rails are stood on."""
 
     def __init__(self, world: World) -> None:
         self.world = world
@@ -51,7 +51,7 @@ class Watch:
             self.missed.append(what)
 
     def _binds(self, control: Control, stopped: bool) -> bool:
-        """Must one not pass it? A stop sign and a dark light only until one has stopped at it."""
+        """Is it forbidden to pass? A stop sign and a dark light bind only until the vehicle has stopped at them."""
         front = self.world.ego_span()[1]
         if not control.line - front < control.seen_from:
             return False

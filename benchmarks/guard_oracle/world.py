@@ -1,4 +1,4 @@
-"""A scene in motion: the ego and the others on their road, and what perception would report of them."""
+"""A running scene: the ego and the others on their road, and what perception would report about them."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from stucksolver.decision import Directive
 from stucksolver.scene import EgoState, RoadGeometry, Surroundings, TrackedObject, TrafficControl, ZoneKind
 
 DT = 0.05
-"""The stack's tick, and the step of the simulation (s)."""
+"""Tick of the stack, and time step of the simulation (s)."""
 APART_M = 0.35
-"""A scene in which the ego begins nearer to anybody is no scene."""
+"""Scenes in which the ego starts closer than this to anyone are discarded."""
 AT_REST_MPS = 0.1
 ANSWERS_S, HARD_MPS2 = 0.5, 6.0
-"""Who must stop does so after so long, and so hard."""
+"""Reaction time and deceleration of someone who must stop."""
 
 
 class World:
-    """A scene in motion."""
+    """A running scene."""
 
     def __init__(self, setting: Setting, manner: Manner) -> None:
         self.setting = setting
@@ -38,9 +38,9 @@ class World:
         self._s, self._d = setting.ego_s, setting.ego_d
         self._first_d = setting.ego_d
         self._when_behind: dict[str, float] = {}
-        """By name: our place across the road when they were last so far behind that they could stop there."""
+        """By name: our lateral position when they could last stop behind us."""
         self.through: set[str] = set()
-        """Names of those who have driven through somebody else: the others do not look at each other."""
+        """Names of those who have driven through another actor: the others ignore each other."""
         self._corners: list[tuple[float, float]] = []
         self._locate()
         for other in self.others:
@@ -52,16 +52,16 @@ class World:
             for zone in self.geometry.zones
         )
         self.led_from_rails = on_rails and manner.follows and math.isfinite(self._leader()[0])
-        """Does the drive begin on rails, behind somebody whom the stack follows?"""
+        """Does the drive start on rails, behind a vehicle that the stack follows?"""
 
     @property
     def ego_s(self) -> float:
         return self._s
 
     def room_left_by(self, other: Other) -> float:
-        """The room (m) that somebody left beside the ego: had it gone straight on since they could last stop behind it.
+        """Room that someone left next to the ego if it had gone straight since they could last stop behind it (m).
 
-        Since the start, for whoever has been nearer from there on, or did not come up along a lane.
+        Counted from the start for those who were closer from the beginning, or did not approach along a lane.
         """
         body = other.body
         _, d = self.road.find(body.x, body.y, self._s)
@@ -92,7 +92,7 @@ class World:
         return min(s for s, _ in part) if len(part) > 2 else None
 
     def is_possible(self) -> bool:
-        """Does nobody begin in contact with anybody, or so fast behind us that they could not have come so?"""
+        """Does no one start in contact, or behind us at a speed with which they could not have got there?"""
         body = self.ego_body()
         if any(distance(body, o.body) < APART_M for o in self.others):
             return False
@@ -102,7 +102,7 @@ class World:
         return not any(isinstance(o, AlongLane) and o.was_behind and o.is_too_near(self) for o in self.others)
 
     def step(self, order: Directive) -> None:
-        """One tick of everybody."""
+        """Advances everyone by one tick."""
         room, ahead = self._leader() if self.ego.manner.follows else (math.inf, 0.0)
         self.ego.obey(order, self.t, DT, room, ahead)
         self._locate()
@@ -120,7 +120,7 @@ class World:
                     self.through |= {each.name for each in (one, other) if math.hypot(each.vx, each.vy) > AT_REST_MPS}
 
     def surroundings(self) -> Surroundings:
-        """What is seen now."""
+        """What perception reports now."""
         setting, ego = self.setting, self.ego
         hiding = [(o.body, o.height) for o in self.others] + setting.walls
         eye = (ego.x, ego.y)
@@ -177,7 +177,7 @@ class World:
         ]
 
     def _leader(self) -> tuple[float, float]:
-        """Gap to, and speed of, the next one that goes, or went, our way before our front."""
+        """Gap to (m) and speed of (m/s) the next one in front of us that moves, or moved, in our direction."""
         front = self.ego_span()[1]
         right, left = sorted(d for _, d in self._corners[:2])
         found = (math.inf, 0.0)
@@ -195,7 +195,7 @@ LIMITS = EgoState.model_fields["limits"].get_default()
 
 
 def geometry_of(setting: Setting) -> RoadGeometry:
-    """The record of a scene's road, made once."""
+    """The description of a scene's road, created once."""
     known: Any = getattr(setting.road, "_told", None)
     if known is None:
         known = setting.road.geometry()
@@ -205,7 +205,7 @@ def geometry_of(setting: Setting) -> RoadGeometry:
 
 
 def tracked(other: Other, t: float) -> TrackedObject:
-    """One of the others as a tracker without faults reports it."""
+    """One of the others as a perfect tracker reports it."""
     seen = t - (other.seen_at or 0.0)
     return TrackedObject.model_construct(
         id=other.name,
@@ -230,7 +230,7 @@ def tracked(other: Other, t: float) -> TrackedObject:
 
 
 def clipped(points: list[tuple[float, float]], border: float, keeps: int) -> list[tuple[float, float]]:
-    """A polygon in (s, d), cut at an offset; what lies to the left of it is kept with +1, to the right with -1."""
+    """A polygon in (s, d), cut at an offset; keeps the part to its left with +1, to its right with -1."""
     found = []
     for k, here in enumerate(points):
         before = points[k - 1]

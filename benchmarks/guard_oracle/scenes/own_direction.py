@@ -1,4 +1,4 @@
-"""Those of our own direction: abreast, behind, ahead, filtering, in a stream beside us."""
+"""Traffic in our direction: abreast, behind, ahead, filtering past, or in a stream next to us."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stucksolver.decision.behaviors import Behavior, ChangeLane, KeepLane, Nudge
 
 
 def change_to(side: Side) -> Callable[[Drawn], list[Behavior]]:
-    """To the lane beside us on a side."""
+    """Random behaviours that change to an adjacent lane."""
 
     def change(draw: Drawn) -> list[Behavior]:
         return [ChangeLane(side=side, distance_m=draw.uniform(15.0, 60.0), speed_mps=draw.uniform(1.0, 5.5))]
@@ -20,7 +20,7 @@ def change_to(side: Side) -> Callable[[Drawn], list[Behavior]]:
 
 @scene_class("beside a stream")
 def beside_a_stream(draw: Drawn) -> Setting:
-    """Something stands in our lane; in the one beside it follow vehicles at one speed."""
+    """Something stands in our lane; in the adjacent lane vehicles follow each other at the same speed."""
     left = draw.random() < 0.6
     on = road(draw, draw.choice(["multi", "both"]) if left else "right")
     lane = on.lane("left" if left else "right")
@@ -42,7 +42,7 @@ def beside_a_stream(draw: Drawn) -> Setting:
 
 @scene_class("abreast")
 def abreast(draw: Drawn) -> Setting:
-    """Somebody beside us, just ahead or just behind, in the lane beside or at the roadside."""
+    """Someone next to us, just ahead or just behind, in the adjacent lane or at the roadside."""
     beside = draw.choice(["multi", "right", "two_way_shoulder", "multi_shoulder"])
     on = road(draw, beside)
     lane = on.lane("roadside" if beside.endswith("shoulder") else ("left" if beside == "multi" else "right"))
@@ -70,7 +70,7 @@ def abreast(draw: Drawn) -> Setting:
 
 @scene_class("cyclist filters")
 def filters(draw: Drawn) -> Setting:
-    """Two-wheelers come past within our lane or beside it."""
+    """Two-wheelers pass us within our lane or next to it."""
     on = road(draw, draw.choice(["two_way", "two_way_shoulder", "multi", "two_way_parking"]))
     setting = Setting(on)
     if draw.random() < 0.6:
@@ -111,7 +111,7 @@ def filters(draw: Drawn) -> Setting:
 
 @scene_class("leader")
 def leader(draw: Drawn) -> Setting:
-    """Somebody goes ahead of us in our lane, and may brake; somebody may come up behind."""
+    """A leader in our lane may brake; someone may approach from behind."""
     on = road(draw, draw.choice(["two_way", "multi"]))
     kind = draw.choice([K.CAR, K.CAR, K.BUS, K.BICYCLE])
     v = draw.uniform(1.0, 9.0)

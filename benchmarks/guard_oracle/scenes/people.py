@@ -1,4 +1,4 @@
-"""People on foot: in sight at the kerb, walking, crossing; and those whom parked vehicles hide."""
+"""Pedestrians: visible at the kerb, walking or crossing, or hidden by parked vehicles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stucksolver.decision.behaviors import Behavior, Creep, KeepLane, Nudge, Pul
 
 
 def on(draw: Drawn) -> list[Behavior]:
-    """Straight on, quickly or slowly, or a little aside."""
+    """Random behaviours: straight on, fast or slowly, or slightly to the side."""
     what = draw.random()
     if what < 0.5:
         return [KeepLane(distance_m=draw.uniform(8.0, 45.0), speed_mps=draw.uniform(1.0, 5.5))]
@@ -24,7 +24,7 @@ def on(draw: Drawn) -> list[Behavior]:
 
 @scene_class("people")
 def people(draw: Drawn) -> Setting:
-    """In sight: some stand at the kerb and step off, some walk along, some cross."""
+    """Visible pedestrians: some stand at the kerb and step off, some walk along, some cross."""
     street = road(draw, draw.choice(["two_way", "two_way_shoulder", "multi"]))
     setting = Setting(street, propose=on)
     if draw.random() < 0.25:
@@ -46,7 +46,7 @@ def people(draw: Drawn) -> Setting:
 
 @scene_class("people behind parked cars")
 def late(draw: Drawn) -> Setting:
-    """Parked vehicles on the right; somebody steps out from between or before them, some as small as children."""
+    """Parked vehicles on the right; someone, possibly as small as a child, steps out between or in front of them."""
     street = road(draw, "two_way_parking")
     setting = Setting(street, propose=on)
     s = EGO_S + draw.uniform(-4.0, 10.0)

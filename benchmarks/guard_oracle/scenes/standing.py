@@ -1,4 +1,4 @@
-"""What stands: parked cars close beside a swing-out, queues, the roadside, and the way back behind us."""
+"""Stationary traffic: parked cars next to a swing-out, queues, pulling over, and backing up."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stucksolver.decision.behaviors import BackUp, Behavior, KeepLane, Nudge, Pu
 
 @scene_class("swing-out beside parked cars")
 def swing_out(draw: Drawn) -> Setting:
-    """Close quarters: something ahead, and parked vehicles on one side or both."""
+    """Little room: something ahead, and parked vehicles on one side or both."""
     street = road(draw, draw.choice(["two_way_parking", "multi", "two_way"]))
     setting = Setting(street, [blocker(draw, street)])
     far = street.lanes[1].left
@@ -43,7 +43,7 @@ def swing_out(draw: Drawn) -> Setting:
 
 @scene_class("queue")
 def queue(draw: Drawn) -> Setting:
-    """Two to four stand in line ahead; the first sets off at some moment."""
+    """Two to four vehicles stand in line ahead; the first starts at some time."""
     street = road(draw, draw.choice(["two_way", "two_way", "multi"]))
     setting = Setting(street, propose=borrow, ahead_m=230.0)
     s, sets_off = EGO_S + 2.45, draw.uniform(0.0, 12.0)
@@ -70,7 +70,7 @@ def queue(draw: Drawn) -> Setting:
 
 @scene_class("pull-over")
 def pull_over(draw: Drawn) -> Setting:
-    """Room at the roadside, with somebody behind or beside us there at times."""
+    """Room at the roadside, in some scenes with someone behind or next to us there."""
     street = road(draw, draw.choice(["two_way_shoulder", "two_way_parking", "multi_shoulder", "two_way"]))
     setting = Setting(street)
     if draw.random() < 0.5:
@@ -91,7 +91,7 @@ def pull_over(draw: Drawn) -> Setting:
 
 @scene_class("backing up")
 def back_up(draw: Drawn) -> Setting:
-    """Something close ahead; behind us somebody stands, comes, or walks across."""
+    """Something close ahead; behind us someone stands, approaches, or walks across."""
     street = road(draw, draw.choice(["two_way", "multi"]))
     setting = Setting(street, [blocker(draw, street)])
     what = draw.random()
