@@ -1,1 +1,1 @@
-"""Builds the documentation's web site: `python -m docsite`, or `make docs`. It ships with no distribution."""
+"""Builds the documentation site: `python -m docsite` or `make docs`. Not part of any distribution."""

@@ -1,4 +1,4 @@
-"""Builds the site: `python -m docsite [--out DIR] [--report out/demo/report.html]`; any broken link is an error."""
+"""Builds the site: `python -m docsite [--out DIR] [--report out/demo/report.html]`; a broken link is an error."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from docsite.diagrams import ROOT, picture, sources
 from docsite.stage import stage
 
 MENDED = (
-    # The theme's search dialog has no name that a screen reader could say.
+    # The theme's search dialog has no accessible name.
     (
         re.compile('data-md-component="search" role="dialog"'),
         'data-md-component="search" role="dialog" aria-label="Search"',
     ),
-    # Markdown makes a header cell of an empty corner.
+    # Markdown turns the empty corner of a table into a header cell.
     (re.compile(r"<th(?: style=\"[^\"]*\")?></th>"), "<td></td>"),
 )
-"""What is replaced in every page, and by what."""
+"""Replacements made in every page."""
 
 
 def main() -> int:
-    """Stage and build. 1 where a page has a broken link or does not build."""
+    """Stages and builds the site. Returns 1 if a page has a broken link or does not build."""
     parser = argparse.ArgumentParser(prog="python -m docsite", description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("out/site"), help="folder of the site")
-    parser.add_argument("--report", type=Path, help="a demonstration's page, to be shown as it is")
+    parser.add_argument("--out", type=Path, default=Path("out/site"), help="output folder")
+    parser.add_argument("--report", type=Path, help="page of a demonstration, included unchanged")
     options = parser.parse_args()
     if options.report and not options.report.is_file():
-        parser.error(f"{options.report} is not there; `make demo` writes out/demo/report.html")
+        parser.error(f"{options.report} does not exist; `make demo` writes out/demo/report.html")
     undrawn = [source for source in sources() if not picture(source).is_file()]
     if undrawn:
         print(
@@ -59,7 +59,7 @@ def main() -> int:
         return 1
     for page in options.out.rglob("*.html"):
         if page.name == "report.html":
-            continue  # the replay is shown as it is
+            continue  # the replay is included unchanged
         text = page.read_text(encoding="utf-8")
         for wrong, right in MENDED:
             text = wrong.sub(right, text)

@@ -1,7 +1,7 @@
-"""The clip of the README, from the demonstration's page: `python -m docsite.clip [out/demo/report.html]`.
+"""Makes the README's clip from the demonstration's page: `python -m docsite.clip [out/demo/report.html]`.
 
-Chromium shows the page's first situation, the two runs side by side, at one time after another.
-The pictures become `docs/images/demo.webp`, an animation that repeats; `make demo` writes the page.
+Chromium shows the page's first situation, with its two runs side by side, at successive times. The screenshots become
+the looping animation `docs/images/demo.webp`. `make demo` writes the page.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from docsite.diagrams import ROOT
 FILE = ROOT / "docs" / "images" / "demo.webp"
 FROM_S, TO_S, STEP_S = 4.0, 43.0, 0.5
 FRAME_MS = 125
-"""Shown at four times the speed of the drive."""
+"""Plays at four times the speed of the drive."""
 SIZE = {"width": 1200, "height": 545}
 WIDTH_PX = 900
 SHOW = """([slider, time_s]) => {
@@ -28,7 +28,7 @@ SHOW = """([slider, time_s]) => {
 
 
 def frames(report: Path) -> list[Image.Image]:
-    """The top of the page at each time."""
+    """Screenshots of the top of the page at each time."""
     from playwright.sync_api import sync_playwright
 
     pictures = []
@@ -49,10 +49,10 @@ def frames(report: Path) -> list[Image.Image]:
 
 
 def main() -> int:
-    """Write the clip. 2 where there is no page to show."""
+    """Writes the clip. Returns 2 if the page does not exist."""
     report = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "out" / "demo" / "report.html")
     if not report.is_file():
-        print(f"error: {report} is not there; `make demo` writes out/demo/report.html", file=sys.stderr)
+        print(f"error: {report} does not exist; `make demo` writes out/demo/report.html", file=sys.stderr)
         return 2
     first, *rest = frames(report)
     first.save(FILE, save_all=True, append_images=rest, duration=FRAME_MS, loop=0, quality=60, method=6)

@@ -1,8 +1,8 @@
-"""Mermaid diagrams of the pages as pictures that need no script: `python -m docsite.diagrams MERMAID_JS`.
+"""Draws the Mermaid diagrams of the pages as images without scripts: `python -m docsite.diagrams MERMAID_JS`.
 
-A page of the site must ask no other host for anything, and the usual theme loads Mermaid from one. So each diagram is
-drawn once, by Chromium and the file `dist/mermaid.min.js` of the npm package `mermaid` (11), and kept in
-`docs/images/diagrams` under the digest of its source. A diagram whose source has changed since is shown as source.
+The site must not load anything from another host, and the usual theme loads Mermaid from one. Each diagram is therefore
+drawn once, by Chromium with `dist/mermaid.min.js` of the npm package `mermaid` (11), and stored in
+`docs/images/diagrams` under the hash of its source. If its source has changed since, the source is shown instead.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ DRAW = """async (source) => {
 
 
 def picture(source: str) -> Path:
-    """Where the drawing of a diagram is kept, if it has been made."""
+    """Path of the drawing of a diagram, which may not exist yet."""
     return FOLDER / f"{hashlib.sha256(source.strip().encode()).hexdigest()[:16]}.svg"
 
 
 def sources() -> Iterator[str]:
-    """Every diagram of the repository's pages."""
+    """The sources of all diagrams in the repository's pages."""
     for page in (ROOT / "ARCHITECTURE.md", ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))):
         yield from BLOCK.findall(page.read_text(encoding="utf-8"))
 
 
 def drawn(text: str, up: str) -> str:
-    """A page with its diagrams as pictures; `up` leads from the page's folder to the root."""
+    """A page with its diagrams as images. `up` is the path from the page's folder to the root."""
 
     def replaced(found: re.Match[str]) -> str:
-        """The picture, with the source folded below it: for who cannot see it, too."""
+        """The image, with the source folded below it for readers who cannot see the image."""
         source, file = found[1], picture(found[1])
         if not file.is_file():
             return f"```text\n{source}```"
@@ -51,9 +51,9 @@ def drawn(text: str, up: str) -> str:
 
 
 def main() -> int:
-    """Draw what is not drawn yet, and remove what no page shows any more."""
+    """Draws the missing diagrams, and removes those that no page uses any more."""
     if len(sys.argv) != 2 or not Path(sys.argv[1]).is_file():
-        print("error: name the file mermaid.min.js: npm pack mermaid@11, then package/dist/", file=sys.stderr)
+        print("error: give the path of mermaid.min.js (npm pack mermaid@11; it is in package/dist/)", file=sys.stderr)
         return 2
     from playwright.sync_api import sync_playwright
 

@@ -1,6 +1,6 @@
-"""Lays out what the site is built from: the repository's pages, and those made from the program.
+"""Collects the sources of the site: the repository's pages, and pages generated from the code.
 
-Pages keep the places that they have in the repository, so that the links between them are right on both.
+Pages keep their paths in the repository, so that links between them work in both places.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ PAGES = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "CHAN
 LINK = re.compile(r"(?<!!)\[([^\]\n]+)\]\(([^)\s#]+)(#[^)\s]*)?\)")
 PICTURE_TYPES = (".png", ".svg", ".jpg", ".webp")
 FILE_MAX_BYTES = 300_000
-"""A larger file that a page links to is named and not taken along."""
+"""A larger file that a page links to is named, but not copied."""
 
 
 def stage(target: Path, report: Path | None = None) -> None:
-    """Fill an empty folder. `report`: the page of a demonstration, which becomes a page of the site as it is."""
+    """Fills an empty folder. `report`: the page of a demonstration, included in the site unchanged."""
     shutil.rmtree(target, ignore_errors=True)
     target.mkdir(parents=True)
     for source in _pages():
@@ -57,7 +57,7 @@ def _put(place: Path, source: Path) -> None:
 
 
 def _link(found: re.Match[str], source: Path, place: Path) -> str:
-    """A link as it is where it leads to a page; to a file of the code, the file is taken along, or only named."""
+    """A link to a page is kept. For a link to another file, the file is copied, or only named."""
     words, to = found[1], found[2]
     target = (source.parent / to).resolve()
     if "://" in to or to.startswith("mailto:") or not target.is_relative_to(ROOT) or not target.exists():
@@ -85,14 +85,14 @@ def _demo_page(there: bool) -> str:
     where = (
         "[**Open the replay**](demo/report.html){ .md-button }"
         if there
-        else "This build has none: `make demo` makes it."
+        else "This build does not include the replay; create it with `make demo`."
     )
     return f"""\
 # Demo
 
 Four runs in a street of a generated town, each replayed from above with every decision at the moment it was made: the
 driver alone behind a parked car, StuckSolver there, two slow cyclists ahead, and a passenger who asks to overtake them.
-It is what `make demo` writes, one page that loads nothing else.
+`make demo` writes this replay as a single page that loads nothing else.
 
 {where}
 

@@ -1,8 +1,8 @@
-"""Runs the tutorial, every file and command on its pages: `python -m docsite.tutorials [PAGE ...]`.
+"""Runs every file and command on the tutorial's pages: `python -m docsite.tutorials [PAGE ...]`.
 
-In a copy of the checkout, so that the pages may write and change files. A block with `title="NAME"` is a
-file; `sh` blocks are run in order, and the seconds that each took are printed; each line of a block titled "prints"
-must be in what the commands before it printed.
+Works in a copy of the checkout, so that the pages may write and change files. A block with `title="NAME"` is a file.
+`sh` blocks run in order, and the time of each is printed. Each line of a block titled "prints" must be in the output of
+the commands before it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ PAGES = ROOT / "docs" / "tutorial"
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 PRINTS = "prints"
 LIMIT_S = 600.0
-"""For one block of commands: the longest drives two streets, in about a minute on two idle cores."""
+"""Time limit for one block of commands. The longest drives two streets and takes about a minute on two idle cores."""
 
 
 class Block(NamedTuple):
@@ -36,16 +36,16 @@ class Block(NamedTuple):
 
 
 class TutorialError(RuntimeError):
-    """A page that does not do what it says."""
+    """A page does not do what it says."""
 
 
 def blocks(page: str) -> list[Block]:
-    """All blocks of a page that name their language."""
+    """All blocks of a page that have a language."""
     return [Block(language, title or "", text) for language, title, text in BLOCK.findall(page)]
 
 
 def follow(page: str, folder: Path, name: str = "page", python: str = sys.executable) -> Iterator[str]:
-    """Do what a page says in a folder; gives each block of commands once it has run. Raises `TutorialError`.
+    """Follow a page in a folder; yield each block of commands after it has run. Raises `TutorialError`.
 
     Commands find the programs of the environment of `python` first.
     """
@@ -54,7 +54,7 @@ def follow(page: str, folder: Path, name: str = "page", python: str = sys.execut
         if block.title == PRINTS:
             missing = [line for line in block.text.splitlines() if line.strip() not in printed]
             if missing:
-                raise TutorialError(f"{name}: not printed: {missing[0]!r}; it was:\n{printed[-2000:]}")
+                raise TutorialError(f"{name}: not printed: {missing[0]!r}; the output was:\n{printed[-2000:]}")
         elif block.title:
             (folder / block.title).parent.mkdir(parents=True, exist_ok=True)
             (folder / block.title).write_text(block.text, encoding="utf-8")
@@ -64,7 +64,7 @@ def follow(page: str, folder: Path, name: str = "page", python: str = sys.execut
 
 
 def _run(commands: str, folder: Path, name: str, python: str) -> str:
-    """What the commands print on both streams."""
+    """The output of the commands on both streams."""
     environment = {**os.environ, "PATH": f"{Path(python).parent}{os.pathsep}{os.environ['PATH']}"}
     for variable in [key for key in environment if key.startswith("STUCKSOLVER_")]:
         del environment[variable]
@@ -80,7 +80,7 @@ def _run(commands: str, folder: Path, name: str, python: str) -> str:
 
 
 def checkout(folder: Path) -> None:
-    """What a newcomer has after the clone; the large data of results and training are left out."""
+    """Copies what a newcomer has after cloning, without the large data of results and training."""
     command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     for name in listed.split("\0"):
@@ -90,7 +90,7 @@ def checkout(folder: Path) -> None:
 
 
 def main() -> int:
-    """1 where a page does not do what it says."""
+    """Runs the pages. Returns 1 if a page does not do what it says."""
     names = sys.argv[1:] or [page.stem for page in sorted(PAGES.glob("*.md"))]
     bad = 0
     for name in names:
@@ -102,7 +102,7 @@ def main() -> int:
                     now = time.monotonic()
                     print(f"{name}: {now - begun:6.1f} s  {commands.splitlines()[0]}", flush=True)
                     begun = now
-                print(f"{name}: {time.monotonic() - start:6.1f} s  in all", flush=True)
+                print(f"{name}: {time.monotonic() - start:6.1f} s  in total", flush=True)
             except (TutorialError, subprocess.TimeoutExpired) as error:
                 print(f"error: {error}", file=sys.stderr)
                 bad = 1

@@ -1,6 +1,6 @@
-"""CARLA's own BehaviorAgent with StuckSolver, on a street where a car is parked in its lane.
+"""CARLA's BehaviorAgent with StuckSolver, on a street with a car parked in its lane.
 
-Run it beside a server (carlette or CARLA) with CARLA's `agents` package on the path:
+Needs a running server (carlette or CARLA), and CARLA's `agents` package on the path:
 python examples/behavior_agent.py [HOST PORT]
 """
 
@@ -16,7 +16,7 @@ except ModuleNotFoundError:
 try:
     from agents.navigation.behavior_agent import BehaviorAgent
 except ModuleNotFoundError as error:
-    sys.exit(f"no module {error.name!r}: it comes with CARLA; add CARLA's folder PythonAPI/carla to PYTHONPATH")
+    sys.exit(f"no module {error.name!r}: it comes with CARLA; add its folder PythonAPI/carla to PYTHONPATH")
 
 import stucksolver
 from stucksolver.solver import Event
@@ -27,20 +27,20 @@ REACH_S = 5.0
 
 
 def main(host: str = "127.0.0.1", port: int = 2000) -> bool:
-    """Drives 120 m past a car that stands 40 m ahead; True when it came there."""
+    """Drives 120 m, past a car that stands 40 m ahead. True if it arrived."""
     try:
-        # The client library would wait for its whole time-out where nobody listens.
+        # Without a server, the client library would wait for its whole timeout.
         socket.create_connection((host, port), timeout=REACH_S).close()
         client = carla.Client(host, port)
         client.set_timeout(ANSWER_S)
         world = client.get_world()
     except (OSError, RuntimeError):
-        sys.exit(f"no CARLA server at {host}:{port}; start one, or carlette, or give HOST PORT")
+        sys.exit(f"no CARLA server at {host}:{port}; start CARLA or carlette, or give HOST PORT")
     world.apply_settings(carla.WorldSettings(synchronous_mode=True, fixed_delta_seconds=0.05))
     blueprint = world.get_blueprint_library().find("vehicle.lincoln.mkz_2020")
     start = straight_start(world.get_map())
     ahead = start.next(40.0)[0].transform
-    # A hand's breadth beside the middle: BehaviorAgent does not see what is exactly straight ahead.
+    # Slightly off the centre: BehaviorAgent does not see a vehicle that is exactly straight ahead.
     ahead.location += 0.3 * ahead.get_right_vector() + carla.Location(z=0.3)
     place = start.transform
     place.location.z += 0.3
@@ -67,18 +67,18 @@ def main(host: str = "127.0.0.1", port: int = 2000) -> bool:
 
 
 def straight_start(town: carla.Map) -> carla.Waypoint:
-    """A lane that goes on straight for 130 m without a junction."""
+    """A waypoint from which a lane is straight for 130 m, without a junction."""
     for transform in town.get_spawn_points():
         start = town.get_waypoint(transform.location)
         way = [start, *(found[0] for found in (start.next(d) for d in (30.0, 60.0, 90.0, 130.0)) if found)]
         turns = [abs(w.transform.rotation.yaw - start.transform.rotation.yaw) % 360.0 for w in way]
         if len(way) == 5 and not any(w.is_junction for w in way) and max(turns) < 5.0:
             return start
-    raise SystemExit("this town has no straight street of 130 m; choose another, such as Town01")
+    raise SystemExit("this town has no straight street of 130 m; choose another one, such as Town01")
 
 
 if __name__ == "__main__":
     host, port = sys.argv[1:3] if len(sys.argv) > 2 else ("127.0.0.1", "2000")
     if not port.isdecimal():
-        sys.exit(f"'{port}' is not a port; give HOST PORT, such as 127.0.0.1 2000")
+        sys.exit(f"'{port}' is not a port; give HOST PORT, for example 127.0.0.1 2000")
     print("arrived" if main(host, int(port)) else "did not arrive")

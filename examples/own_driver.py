@@ -1,8 +1,8 @@
-"""An agent of one's own in an evaluation: pure pursuit along the route, stopping behind whatever is ahead.
+"""Your own agent in an evaluation: follows the route with pure pursuit, and stops behind whatever is ahead.
 
     stucksolver evaluate --suite dev --routes 1242 --driver examples.own_driver:PurePursuit --recovery rules --out own
 
-StuckSolver drives its plans itself; the agent is asked for a control while none runs.
+StuckSolver drives its plans itself. While no plan runs, the agent provides the control.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ LOCK_RAD = 1.2
 
 
 class PurePursuit:
-    """Knows no lights, signs or junctions."""
+    """Ignores lights, signs and junctions."""
 
     def __init__(self, vehicle: Any, carla_map: Any) -> None:
         self.vehicle = vehicle
@@ -49,6 +49,6 @@ class PurePursuit:
 
     @staticmethod
     def seen(here: Any, there: Any) -> tuple[float, float]:
-        """(ahead, to the left) of the vehicle, metres."""
+        """Position of `there` in the vehicle frame: (ahead, to the left), in metres."""
         to, yaw = there - here.location, math.radians(here.rotation.yaw)
         return to.x * math.cos(yaw) + to.y * math.sin(yaw), to.x * math.sin(yaw) - to.y * math.cos(yaw)

@@ -1,6 +1,6 @@
-"""StuckSolver around your own stack: a point that drives a straight street, and a car parked in its lane.
+"""StuckSolver with your own stack: a point drives along a straight street, and a car is parked in its lane.
 
-Run it: python examples/own_stack.py. No simulator is needed.
+Run it with python examples/own_stack.py. It needs no simulator.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from stucksolver.scene.view import FrenetScene
 DT_S = 0.05
 STATIONS = 301
 OFFERS = ("wait", "keep_lane", "change_lane", "borrow_oncoming_lane")
-"""The behaviours that this stack can perform: a point on rails does not reverse."""
+"""The behaviours that this stack can perform; it cannot reverse."""
 
 
 def lane(name: str, offset_m: float, direction: LaneDirection, line: LineKind) -> LaneStrip:
-    """A lane beside the route, sampled every metre; `line` is what must be crossed to enter it."""
+    """A lane along the route, sampled every metre. `line` is the marking that must be crossed to enter it."""
     return LaneStrip(
         id=name,
         kind=LaneKind.DRIVING,
@@ -57,7 +57,7 @@ ROAD = RoadGeometry(
 
 
 class PointStack:
-    """A point on rails: drives straight on, stops 5 m behind the parked car, and follows paths exactly."""
+    """A point that drives straight, stops 5 m behind the parked car, and follows paths exactly."""
 
     def __init__(self) -> None:
         self.time_s, self.x, self.y, self.yaw, self.speed = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -86,7 +86,7 @@ class PointStack:
         return Surroundings(frame=frame, time_s=self.time_s, ego=ego, objects=(parked,), sight=sight, road=ROAD)
 
     def scene(self, seen: Surroundings | None = None) -> Scene:
-        """Of what the solver has seen; over a bridge, which asks for it without, of what there is now."""
+        """The scene of what the solver has seen. A bridge passes nothing; then the current surroundings are used."""
         return build_scene(FrenetScene(seen or self.surroundings()), self.status(), describe(OFFERS))
 
     def perform(self, directive: Directive) -> None:
@@ -95,7 +95,7 @@ class PointStack:
             ys = [p.y_m for p in directive.path] or [self.y]
             bounds = [p.speed_mps for p in directive.path] or [0.0]
             self.y = float(np.interp(self.x, xs, ys))
-            # The guard examines the path from the vehicle's real heading, so a stack must report it.
+            # The guard checks the path from the vehicle's real heading, so a stack must report it.
             self.yaw = math.atan2(float(np.interp(self.x + 0.5, xs, ys)) - self.y, 0.5)
             wanted = float(np.interp(self.x, xs, bounds))
         else:

@@ -1,7 +1,7 @@
-"""Checks a release as a user would meet it: `python -m releasing [--python 3.11 ...] [--out DIR]`.
+"""Checks a release from a user's point of view: `python -m releasing [--python 3.11 ...] [--out DIR]`.
 
-Wheels and sdists of both distributions are built, and put into environments that hold nothing else, for each Python
-that CARLA's client exists for. A Python that is not on this machine is skipped, and said to be.
+Builds wheels and sdists of both distributions, and installs them into clean environments for each Python version that
+CARLA's client supports. A Python version that is not on this machine is reported as skipped.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PROJECTS = {"stucksolver": ROOT, "carlette": ROOT / "packages" / "carlette"}
 PYTHONS = ("3.10", "3.11", "3.12")
 WHEEL_MAX_MB = 60.0
-"""PyPI takes 100 MB; the weights of words and perception are 50 of them."""
+"""PyPI's limit is 100 MB; the weights of words and perception take 50 MB."""
 STEP_LIMIT_S = 900.0
 CORE = """
 import sys
@@ -52,14 +52,14 @@ server.wait(20)
 
 
 class ReleaseError(RuntimeError):
-    """Something that must not be released."""
+    """The distributions must not be released."""
 
 
 def main() -> int:
-    """1 where a check fails; 2 where no Python could be checked at all."""
+    """Runs the checks. Returns 1 if one fails, and 2 if no Python version could be checked."""
     parser = argparse.ArgumentParser(prog="python -m releasing", description=__doc__)
-    parser.add_argument("--python", action="append", choices=PYTHONS, help="only this one (default: all three)")
-    parser.add_argument("--out", type=Path, default=Path("out/release"), help="folder for wheels, sdists, environments")
+    parser.add_argument("--python", action="append", choices=PYTHONS, help="only this version (default: all three)")
+    parser.add_argument("--out", type=Path, default=Path("out/release"), help="folder for the output")
     options = parser.parse_args()
     out = options.out.resolve()
     try:
@@ -69,17 +69,17 @@ def main() -> int:
         print(f"error: {error}", file=sys.stderr)
         return 1
     if not checked:
-        print(f"error: none of Python {', '.join(options.python or PYTHONS)} is here", file=sys.stderr)
+        print(f"error: none of Python {', '.join(options.python or PYTHONS)} is on this machine", file=sys.stderr)
         return 2
     print(f"checked on Python {', '.join(checked)}; wheels and sdists are in {options.out / 'dist'}")
     return 0
 
 
 def build(dist: Path) -> dict[str, Path]:
-    """The wheel of each distribution, built from its sdist, as an installer does. Raises `ReleaseError`."""
+    """Builds the wheel of each distribution from its sdist, as an installer does. Raises `ReleaseError`."""
     shutil.rmtree(dist, ignore_errors=True)
     wheels = {}
-    # Once for both, since a commit may be made in between.
+    # Determined once for both, because a commit may be made in between.
     version = _run([sys.executable, "-m", "hatchling", "version"], cwd=ROOT).strip()
     for name, project in PROJECTS.items():
         _run([sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-d", str(dist)], project, version)
@@ -99,24 +99,24 @@ def build(dist: Path) -> dict[str, Path]:
 
 
 def _check_files(name: str, wheel: Path, project: Path) -> None:
-    """Its size, and every file that git knows of below `src`."""
+    """Checks a wheel's size, and that it has a licence and every file that git tracks below `src`."""
     size_mb = wheel.stat().st_size / 1e6
     print(f"{wheel.name}: {size_mb:.1f} MB")
     if size_mb > WHEEL_MAX_MB:
-        raise ReleaseError(f"{wheel.name} has {size_mb:.0f} MB, more than {WHEEL_MAX_MB:.0f}")
+        raise ReleaseError(f"{wheel.name} is {size_mb:.0f} MB, more than {WHEEL_MAX_MB:.0f}")
     listed = subprocess.run(["git", "ls-files", "src"], cwd=project, capture_output=True, text=True, check=True).stdout
     with zipfile.ZipFile(wheel) as packed:
         inside = set(packed.namelist())
     here = [path for path in listed.splitlines() if (project / path).is_file()]
     missing = [path for path in here if path.removeprefix("src/") not in inside]
     if missing:
-        raise ReleaseError(f"{wheel.name} lacks {len(missing)} files, {missing[0]} first")
+        raise ReleaseError(f"{wheel.name} lacks {len(missing)} files, for example {missing[0]}")
     if not any("LICENSE" in one for one in inside):
         raise ReleaseError(f"{name}: the wheel has no licence")
 
 
 def _check_python(version: str, wheels: dict[str, Path], folder: Path) -> bool:
-    """Every environment of one Python; False where it is not on this machine. Raises `ReleaseError`."""
+    """Checks all environments of one Python version; False if it is not on this machine. Raises `ReleaseError`."""
     python = find_python(version)
     if python is None:
         print(f"SKIPPED: Python {version} is not on this machine", file=sys.stderr, flush=True)
@@ -137,7 +137,7 @@ def _check_python(version: str, wheels: dict[str, Path], folder: Path) -> bool:
 
 
 def find_python(version: str) -> str | None:
-    """An interpreter of that version: on PATH, or among those of pyenv."""
+    """An interpreter of this version, from PATH or pyenv."""
     for candidate in _candidates(version):
         command = [candidate, "-c", "import sys, venv; print('%d.%d' % sys.version_info[:2])"]
         try:
@@ -158,7 +158,7 @@ def _candidates(version: str) -> Iterator[str]:
 
 
 def _environment(python: str, folder: Path, wanted: list[str]) -> str:
-    """The interpreter of an environment that holds what is wanted, and what that needs."""
+    """Creates an environment with these packages and their dependencies; returns its interpreter."""
     shutil.rmtree(folder, ignore_errors=True)
     _run([python, "-m", "venv", str(folder)], cwd=ROOT)
     inside = str(folder / "bin" / "python")
@@ -172,7 +172,7 @@ def _told(command: list[str], cwd: Path) -> None:
 
 
 def _run(command: list[str], cwd: Path, version: str = "") -> str:
-    """What a command prints, away from this checkout and its settings. Raises `ReleaseError`."""
+    """The output of a command, isolated from this checkout and its settings. Raises `ReleaseError`."""
     kept = {
         key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "STUCKSOLVER_", "VIRTUAL_ENV"))
     }

@@ -1,4 +1,4 @@
-"""The licences of everything that a distribution brings along, as its packages declare them."""
+"""Lists the licences of all installed packages, as they declare them."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ ALLOWED = {
     "python software foundation license",
     "zlib",
 }
-"""What may be used beside Apache-2.0 without a duty that reaches our own code; MPL-2.0 holds for its own files only."""
+"""Licences that put no obligation on our own Apache-2.0 code; MPL-2.0 applies to its own files only."""
 PARTS = re.compile(r"\s+(?:AND|OR|WITH)\s+|\s*[;,]\s*|^\(|\)$")
 
 
 def declared(one: Distribution) -> str:
-    """What a package says of its licence: the expression, else the classifiers, else the first line of the text."""
+    """The declared licence of a package: the expression, else the classifiers, else the first line of the text."""
     told = one.metadata.get_all("License-Expression") or []
     kinds = [c.rpartition(" :: ")[2] for c in one.metadata.get_all("Classifier") or [] if c.startswith("License ::")]
     text = "".join(one.metadata.get_all("License") or []).strip().splitlines()
@@ -42,18 +42,18 @@ def declared(one: Distribution) -> str:
 
 
 def allowed(licence: str) -> bool:
-    """Is every part of it one of those that are allowed? An empty one is not."""
+    """Is every part of a licence allowed? An empty one is not."""
     parts = [part.strip().lower() for part in PARTS.split(licence.replace("(", "").replace(")", "")) if part.strip()]
     return bool(parts) and all(part in ALLOWED for part in parts)
 
 
 def main() -> int:
-    """List the licences of this environment; 1 where one is not allowed, or missing."""
+    """Lists the licences in this environment. Returns 1 if one is missing or not allowed."""
     bad = 0
     for one in sorted(distributions(), key=lambda each: str(each.metadata["Name"]).lower()):
         name, licence = one.metadata["Name"], declared(one)
         if name in ("pip", "setuptools"):
-            continue  # of the environment, not of ours
+            continue  # part of the environment, not of our dependencies
         fine = allowed(licence)
         bad |= not fine
         print(f"{'ok     ' if fine else 'REFUSED'} {name} {one.version}: {licence or 'none declared'}")
