@@ -44,7 +44,7 @@ def abilities(arms: dict[str, Summary]) -> list[list[str]]:
 def recovery(arms: dict[str, Summary]) -> list[list[str]]:
     """Return the table of recovery figures; harm is counted from the start of a plan to 10 s after its end."""
     head = _cells(
-        "arm | met | left | median s | p95 s | plans | recovered | by rung"
+        "arm | episodes | resolved | median s | p95 s | plans | recovered | by rung"
         " | false | missed | harm | right | queries | lost s"
     )
     rows = []

@@ -30,8 +30,8 @@ MEANINGS = {
     "Comfort, corrected": "The same with bounds in the intended units; the benchmark mixes them up.",
 }
 RECOVERY_MEANINGS = {
-    "Met": "Number of times that the vehicle stood or crept for 10 s or more, or that a plan was started.",
-    "Left": "How many of those were followed by 15 m of progress, by any means.",
+    "Episodes": "Number of times that the vehicle stood or crept for 10 s or more, or that a plan was started.",
+    "Resolved": "Number of episodes that were followed by 15 m of progress, by any means.",
     "Median s": "From the onset of immobilization to 15 m of progress.",
     "p95 s": "The same, 95th percentile.",
     "Plans": "Recovery plans that were executed.",

@@ -97,8 +97,8 @@ def published_ability_rows() -> list[Row]:
 
 RECOVERY_HEAD = (
     "Run",
-    "Met",
-    "Left",
+    "Episodes",
+    "Resolved",
     "Median s",
     "p95 s",
     "Plans",

@@ -1,7 +1,7 @@
 """The figures of a recovery module. The terms are those of the design.
 
-* **immobilization met**: the ego stood or crept (below 5 km/h) for 10 s or more, or a plan was started, before it made
-  15 m of new progress.
+* **episode** (field `met`): the ego stood or crept (below 5 km/h) for 10 s or more, or a plan was started, before it
+  made 15 m of new progress.
 * **recovered**: 15 m of new progress within 60 s of a plan's start, without an infraction from then on.
 * **false intervention**: a moving plan where waiting was right: the scenario says so, or the paired run of the driver
   alone continued by itself from that place within 60 s.
