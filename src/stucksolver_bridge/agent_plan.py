@@ -134,7 +134,7 @@ class PlanKeeper:
         return list(zip(self._route[nearest + 1 :], self._options[nearest + 1 :]))
 
     def _own_lane(self, here: Any) -> Any:
-        """The lane the vehicle is in; from an oncoming one, that beside it which leads its way."""
+        """The lane the vehicle is in. If that is an oncoming lane, the one next to it in the vehicle's direction."""
         waypoint = self._map.get_waypoint(here)
         yaw = self._vehicle.get_transform().rotation.yaw
         if waypoint is not None and turn_deg(waypoint, yaw) > 90.0:

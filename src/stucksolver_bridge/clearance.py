@@ -26,10 +26,10 @@ def free_way_m(
     ignore: Collection[int] = (),
     backwards: bool = False,
 ) -> float:
-    """Travel left until the body, swept along the line from `s`, touches another; `inf` where nothing does.
+    """Travel left until the body, swept along the line from `s`, touches another; `inf` if it touches none.
 
-    What touches the vehicle already, or is within the margin beside it, counts only if the way leads into it: the
-    vehicle must be able to leave, but not to push.
+    A body that already touches the vehicle, or is within the margin next to it, counts only if the path leads into it:
+    the vehicle must be able to leave, but not to push.
     """
     levelled = [b for b in bodies if b.body.actor.id not in ignore and _same_level(b, foot_z)]
     if not levelled:

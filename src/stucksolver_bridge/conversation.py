@@ -53,9 +53,9 @@ class Conversation:
         self._again = False
 
     def step(self, tick: dict[str, Any], give: Give) -> dict[str, Any] | None:
-        """The answer to this tick, or a late one to one before; None where there is none yet.
+        """The answer to this tick, or a late answer to an earlier one; None if there is none yet.
 
-        `say` and `again` of a tick that cannot be told now are told with the next that can.
+        If `say` and `again` of a tick cannot be sent now, they are sent with the next tick that can be.
         """
         self._keep(tick)
         begun_s = time.monotonic()

@@ -1,4 +1,4 @@
-"""What the solver's process is told of a CARLA world: raw facts, as plain numbers, only when it asks for them."""
+"""Facts about a CARLA world for the solver's process: raw numbers, sent only on request."""
 
 from __future__ import annotations
 
@@ -60,8 +60,8 @@ class Facts:
         return None
 
     def _actors(self) -> dict[str, Any]:
-        """The place and motion of every body, what those are that were not told of before, the lights' states, and the
-        tick that all this is of: a late question is answered with what is now."""
+        """Pose and motion of every body, descriptions of new bodies, the lights' states, and their tick. A late request
+        is answered with the current state."""
         snapshot = self._world.get_snapshot()
         rows, new = [], {}
         bodies = self._bodies.refresh(snapshot)

@@ -1,4 +1,4 @@
-"""What a vehicle that sees by its own sensors tells the solver's process: measurements, and nobody's true place.
+"""Facts from a vehicle with its own sensors for the solver's process: measurements, without anyone's true position.
 
 The map with its lights and signs is known beforehand, as a high-definition map has it; the vehicle's size, lamps and
 speed limit are its own. Everything else is what the sensors gave. Python 3.7, standard library only.
@@ -35,7 +35,7 @@ NO_PICTURE = "sensors_without_picture"
 
 
 class SensedFacts:
-    """Of one vehicle. `sensors`: what the agent declares, as the leaderboard is told of it."""
+    """Facts about one vehicle. `sensors`: the agent's sensors, as it declares them to the leaderboard."""
 
     def __init__(self, vehicle: Any, carla_map: Any, sensors: Sequence[Mapping[str, Any]]) -> None:
         self._vehicle = vehicle

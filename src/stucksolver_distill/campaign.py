@@ -1,4 +1,4 @@
-"""A campaign: find the standstills of a suite, search plans for each, drive the best ones, and keep what came of them.
+"""A campaign: find the standstills of a suite, search plans for each, drive the best ones, and keep the outcomes.
 
 The folder of a campaign:
 

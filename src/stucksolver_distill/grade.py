@@ -19,7 +19,7 @@ class Grade(Model):
     Attributes:
         recovered_after_s: Time to 15 m of new progress (s); None if they were not made.
         collisions: Collisions until 10 s after the recovery, or to the end without one.
-        infractions: Other infractions in the same time, but for those on time and speed.
+        infractions: Other infractions in the same time, except those about time and speed.
         near_misses: Near misses in the same time.
         comfort: Share of one-second blocks within nuPlan's bounds (the corrected rule); None for too short a drive.
         driving_score: The route's driving score, 0 to 100.

@@ -17,7 +17,7 @@ Source = Literal["rules", "wait", "teacher"]
 
 
 class Label(Model):
-    """A plan at a standstill, and what became of it in an exact drive.
+    """A plan at a standstill, and its outcome in an exact drive.
 
     Attributes:
         standstill: Its name; `standstills/NAME.json` holds its scene.
@@ -26,7 +26,7 @@ class Label(Model):
         plan: The plan; None for a wait.
         value: What the look-ahead thought of it (m); None if it was not asked.
         reached: The drive came to this very moment, bit for bit. Otherwise the line is no label.
-        grade: What became of it; None if the drive failed.
+        grade: The outcome; None if the drive failed.
         error: Why it failed.
         drive_s: Wall time of the drive (s).
     """

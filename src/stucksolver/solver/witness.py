@@ -30,7 +30,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class StepTaken:
-    """One call of `transition`. Everything else can be derived again from `before` and the inputs.
+    """One call of `transition`. Everything else can be recomputed from `before` and the inputs.
 
     `sight` and `snapshot` are what the inputs' `look` and `scene` returned, None if they were not called.
     """

@@ -118,7 +118,7 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
             self._driver = OwnPlanner(hero, config.behavior, carla_map)
         else:
             agent = make_agent(BehaviorAgent, hero, config.behavior, carla_map)
-            # The evaluator ends the route, at a place that is no agent's business.
+            # The evaluator ends the route, not the agent.
             self._driver = AgentDriver(agent, carla, config.obstacles, keeps_going=True)
         plan = [(carla_map.get_waypoint(transform.location), option) for transform, option in self._dense_plan]
         self._driver.set_plan(plan)

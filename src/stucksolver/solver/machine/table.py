@@ -48,9 +48,9 @@ def page() -> str:
 
 Made by `python -m stucksolver.solver.machine.table > docs/states.md`.
 
-`StuckSolver.step` is a shell around one pure function, `transition(state, inputs, setup)`: from a state and a tick's
-inputs to the next state, the directive, and what is told. A state has two parts that go on beside each other: an
-activity, and what the vehicle does while nothing is executed. While a plan is executed that is always
+`StuckSolver.step` is a shell around one pure function, `transition(state, inputs, setup)`. It maps a state and a tick's
+inputs to the next state, the directive, and the events. A state has two concurrent parts: an activity, and what the
+vehicle does while no plan is executed. While a plan is executed, the second part is always
 `{S.DRIVING.value}`.
 
 | state | what it means |
@@ -71,7 +71,7 @@ stateDiagram-v2
 
 {_table(POSTURES)}
 
-An intervention begins with the first answer that is no legitimate wait. It is closed when the vehicle has made its
+An intervention begins with the first answer that is not a legitimate wait. It is closed when the vehicle has made its
 way (`hand_back.progress_m` of the ladder) with nothing and nobody being waited for. The place on the ladder, the
 passenger's words, an open question to a person, and what has failed are further fields of the state
 (`stucksolver.solver.machine.state.State`).
