@@ -35,7 +35,7 @@ def setting_of(seed: int, number: int) -> tuple[str, Setting]:
 
 
 def scene_rows(seed: int, number: int, judge_only: bool = False, only: int | None = None) -> Iterator[Row]:
-    """Rows of all proposals in a scene, or of one. None if the scene is impossible. `judge_only`: drives none."""
+    """Rows of all proposals in a scene, or of one. No rows if the scene is impossible. `judge_only`: drives none."""
     name, setting = setting_of(seed, number)
     if not World(setting, Manner()).is_possible():
         return
@@ -70,7 +70,7 @@ def proposal_of(seed: int, number: int, k: int, may_fall_silent: bool = True) ->
 
 
 def proposals_of(seed: int, number: int) -> Iterator[tuple[int, Proposal]]:
-    """Every proposal in a scene with its number, without silence of the solver. None in an impossible scene."""
+    """Every proposal in a scene with its number, without silence of the solver. Yields none if impossible."""
     if not World(setting_of(seed, number)[1], Manner()).is_possible():
         return
     for k in range(RANDOM_PLANS + 1):

@@ -177,7 +177,7 @@ class World:
         ]
 
     def _leader(self) -> tuple[float, float]:
-        """Gap to (m) and speed of (m/s) the next one in front of us that moves, or moved, in our direction."""
+        """Gap (m) to the next one in front of us that moves, or moved, in our direction, and its speed (m/s)."""
         front = self.ego_span()[1]
         right, left = sorted(d for _, d in self._corners[:2])
         found = (math.inf, 0.0)
