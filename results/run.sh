@@ -25,6 +25,12 @@ four_arms() {
     arm guided --recovery rules --guidance shipped --reuse "$out/rules" "$@"
 }
 
+planner_arms() {
+    arm planner-alone --driver planner --recovery none "$@"
+    arm planner-timers --driver planner --recovery timers "$@"
+    arm planner-rules --driver planner --recovery rules "$@"
+}
+
 late_arms() {
     arm rules-late --recovery rules --clock latency:2.8 "$@"
     arm guided-late --recovery rules --guidance shipped --clock latency:2.8 --reuse "$out/rules-late" "$@"

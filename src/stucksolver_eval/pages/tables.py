@@ -19,6 +19,9 @@ from stucksolver_eval.scores.statistics import Interval, bootstrap, compare_pair
 
 Summary = dict[str, Any]
 
+PLANNER = "planner-"
+"""Prefix of the arms with the driver `planner`; all others have the driver `behavior:normal`."""
+
 
 def scores(arms: dict[str, Summary]) -> list[list[str]]:
     """Return the table of Bench2Drive's scores, one row per arm."""
@@ -62,16 +65,17 @@ def recovery(arms: dict[str, Summary]) -> list[list[str]]:
 
 
 def differences(folder: Path, arms: dict[str, Summary]) -> list[list[str]]:
-    """Return means with 95 % intervals of a bootstrap over routes, and the differences from the driver alone."""
+    """Return means with 95 % intervals of a bootstrap over routes, and the differences from the same driver alone."""
     rows = [_cells("arm | DS | vs. alone | p | SR % | vs. alone | p")]
-    alone = _by_route(folder / "alone" / "routes.csv")
     for name in arms:
         cells = [name]
+        baseline = _driver_alone(name)
+        alone = _by_route(folder / baseline / "routes.csv")
         own = _by_route(folder / name / "routes.csv")
         for column, factor in (("driving_score", 1.0), ("success", 100.0)):
             values = {route: {k: factor * float(row[column]) for k, row in one.items()} for route, one in own.items()}
             cells.append(_between(bootstrap([list(one.values()) for one in values.values()])))
-            if name == "alone":
+            if name == baseline:
                 cells += ["–", "–"]
                 continue
             less = [[v - factor * float(alone[r][k][column]) for k, v in one.items()] for r, one in values.items()]
@@ -79,6 +83,23 @@ def differences(folder: Path, arms: dict[str, Summary]) -> list[list[str]]:
             cells += [_between(paired.difference), f"{paired.p:.4f}"]
         rows.append(cells)
     return rows
+
+
+def _driver_alone(arm: str) -> str:
+    """Return the arm in which the driver of `arm` drives alone."""
+    return f"{PLANNER}alone" if arm.startswith(PLANNER) else "alone"
+
+
+def by_type(folder: Path, arms: dict[str, Summary]) -> list[list[str]]:
+    """Return the number of successful drives of each scenario type, one column per arm."""
+    drives = {name: list(csv.DictReader((folder / name / "routes.csv").open(encoding="utf-8"))) for name in arms}
+    kinds = sorted({row["scenario"] for rows in drives.values() for row in rows})
+    table = [["type", "drives", *arms]]
+    for kind in kinds:
+        of_kind = {name: [int(row["success"]) for row in rows if row["scenario"] == kind] for name, rows in drives.items()}
+        most = max(len(successes) for successes in of_kind.values())
+        table.append([kind, str(most), *(str(sum(successes)) if successes else "–" for successes in of_kind.values())])
+    return table
 
 
 def _by_route(path: Path) -> dict[str, dict[str, dict[str, str]]]:
@@ -164,6 +185,8 @@ def main(name: str, later: str | None = None) -> None:
         print(_printed(table(arms)))
     if "alone" in arms:
         print(_printed(differences(RESULTS / name, arms)))
+    if name in ("bench220", "dev", "immobilized"):
+        print(_printed(by_type(RESULTS / name, arms)))
 
 
 if __name__ == "__main__":
