@@ -96,9 +96,9 @@ def by_type(folder: Path, arms: dict[str, Summary]) -> list[list[str]]:
     kinds = sorted({row["scenario"] for rows in drives.values() for row in rows})
     table = [["type", "drives", *arms]]
     for kind in kinds:
-        of_kind = {name: [int(row["success"]) for row in rows if row["scenario"] == kind] for name, rows in drives.items()}
-        most = max(len(successes) for successes in of_kind.values())
-        table.append([kind, str(most), *(str(sum(successes)) if successes else "–" for successes in of_kind.values())])
+        of_kind = [[int(row["success"]) for row in rows if row["scenario"] == kind] for rows in drives.values()]
+        most = max(len(successes) for successes in of_kind)
+        table.append([kind, str(most), *(str(sum(successes)) if successes else "–" for successes in of_kind)])
     return table
 
 
