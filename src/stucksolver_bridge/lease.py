@@ -37,8 +37,7 @@ class Lease:
     def renew(self, form: Form | None, late_ticks: int = 0) -> None:
         """Take the solver's answer: a directive that holds from now on, or None to renew the last one.
 
-        A directive that cannot be performed is replaced by standing still. An expired one is not renewed by None: send
-        `again`.
+        A directive that cannot be performed is replaced by a stop. None does not renew an expired one: ask for `again`.
 
         Args:
             form: The directive's JSON form, or None.
@@ -96,7 +95,7 @@ class Lease:
         if over:
             self._order = CONTINUE
             return CONTINUE
-        # An order that stands still is its own fallback and keeps its braking.
+        # An order to stand still is its own fallback and keeps its braking.
         return self._order if self._finishes or not self._order.get("path") else STAND
 
     @property

@@ -102,7 +102,7 @@ class SolverProcess:
         """Run one tick.
 
         Args:
-            tick: What the solver is told.
+            tick: The facts of this tick, for the solver.
             give: Returns what the solver asks for, by name.
 
         Returns:

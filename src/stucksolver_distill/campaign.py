@@ -1,4 +1,4 @@
-"""A campaign: find the standstills of a suite, search plans for each, drive the best ones, and keep the outcomes.
+"""A campaign: find the standstills of a suite, search for plans, drive the best ones, and keep the outcomes.
 
 The folder of a campaign:
 
@@ -206,7 +206,7 @@ def _trials(spec: CampaignSpec, still: Standstill, say: Say) -> list[Trial]:
 
 
 def search(spec: CampaignSpec, still: Standstill) -> KeptSearch:
-    """Search plans for one standstill, and keep the best ones of each kind in turn."""
+    """Search for plans at one standstill, and keep the best ones of each kind in turn."""
     began = time.perf_counter()
     ahead = LookAhead(still.town, still.surroundings, (spec.drives.maps,) if spec.drives.maps else ())
     guard = Guard(find_ladder(spec.drives.ladder or "evaluation").guard_policy())

@@ -1,4 +1,4 @@
-"""Grades how an exact drive went on from a standstill, and ranks two grades."""
+"""Grades how an exact drive continued after a standstill, and ranks the grades."""
 
 from __future__ import annotations
 
