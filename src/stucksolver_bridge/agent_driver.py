@@ -1,8 +1,8 @@
 """CARLA's own BehaviorAgent (`agents.navigation`, 0.9.12 and later) as a driver that can follow a given path.
 
 The agent is not changed. It decides by itself unless a path is given. Then its local planner and its controllers drive
-that path, and its decisions are suspended until `release`. It cannot reverse: backing up is steered here. Python 3.7,
-standard library only; `carla` is passed in.
+that path, and its decisions are suspended until `release`. It cannot reverse, so this file steers when backing up.
+Python 3.7, standard library only; `carla` is passed in.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class AgentDriver:
         return self._route
 
     def note_plan(self) -> None:
-        """Read the route from the agent's local planner, because it has a new one."""
+        """Read the route again, because the agent's local planner has a new plan."""
         self._take_route(plan_of(self._planner))
 
     def set_destination(self, destination: Any, start: Any | None = None) -> None:
@@ -197,7 +197,7 @@ class AgentDriver:
     # ---- parts
 
     def _take_over(self) -> None:
-        """Keep the rest of the plan, once."""
+        """Keep the rest of the agent's plan when the first order comes."""
         if not self._told:
             self._left = plan_of(self._planner)
 

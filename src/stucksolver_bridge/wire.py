@@ -92,7 +92,7 @@ class Wire:
         if not self._out:
             return
         try:
-            # One view, released at once: a bytearray with a view on it cannot shrink.
+            # The view is released at once, because a bytearray cannot shrink while a view on it exists.
             with memoryview(self._out) as left:
                 sent = self._socket.send(left)
         except BlockingIOError:
