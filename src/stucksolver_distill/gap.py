@@ -111,7 +111,7 @@ def budget(labels: Sequence[Label], searches: Sequence[KeptSearch]) -> str:
     forks, fork_s = sum(one.forks for one in searches), sum(one.fork_s for one in searches)
     return (
         f"Work: {len(labels)} exact drives, {sum(one.drive_s for one in labels):.0f} s of wall time, one core and one "
-        f"simulator each; {failed} failed and {missed} did not reach the same moment, and these are not counted. The "
+        f"simulator each; {failed} failed and {missed} did not reach the same moment, and are left out. The "
         f"searches made {sum(one.checked for one in searches)} guard checks and {forks} forks ({fork_s:.0f} s), and "
         f"took {sum(one.seconds for one in searches):.0f} s in total."
     )
