@@ -1,8 +1,8 @@
 """CARLA's own BehaviorAgent (`agents.navigation`, 0.9.12 and later) as a driver that can follow a given path.
 
 The agent is not changed. It decides by itself unless a path is given. Then its local planner and its controllers drive
-that path, and its decisions are suspended until `release`. It cannot reverse: backing up is steered here. Python 3.7,
-standard library only; `carla` is passed in.
+that path, and its decisions are suspended until `release`. It cannot reverse, so this file steers when backing up.
+Python 3.7, standard library only; `carla` is passed in.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from stucksolver_bridge.line import Line
 from stucksolver_bridge.shown import ShownWorld, props_around
 
 LOOK_AHEAD_M, LOOK_AHEAD_S = 2.8, 0.45
-"""Distance ahead of the vehicle's centre of the point to which its controllers steer."""
+"""The controllers steer towards a point this far ahead of the vehicle's centre."""
 BRAKING_MPS2 = 3.0
 KEPT_M = 1.2
-"""Free distance kept to what lies in the path."""
+"""Distance kept to an obstacle in the path."""
 TICK_S = 0.05
 FILL_M = 1.5
-"""Waypoints of a plan farther apart than this are filled with others in between."""
+"""If two waypoints of a plan are farther apart than this, others are added between them."""
 REJOIN_M = 5.0
 BACK_REACH_M = 3.0
 WHEEL_BASE_M, WHEEL_LOCK_RAD = 2.9, 1.22
-"""For most cars in CARLA: 70 degrees of lock. If the real ones differ, backing up corrects itself."""
+"""Values of most cars in CARLA (70 degrees of lock). For a car with other values, backing up corrects itself."""
 
 
 class RoutePoint(NamedTuple):
@@ -39,7 +39,7 @@ class RoutePoint(NamedTuple):
 
 
 class Target:
-    """The point to which the local planner steers; the planner reads only a waypoint's transform."""
+    """The point towards which the local planner steers; the planner reads only a waypoint's transform."""
 
     is_junction = False
 
@@ -53,17 +53,17 @@ class AgentDriver:
     Args:
         agent: The BehaviorAgent.
         carla: The `carla` module.
-        obstacles: True shows the agent the standing objects of the client's ground truth; False only what it looks for
-            by itself. A function returns what is perceived (see `ShownWorld`).
-        keeps_going: At the end of its plan it drives on along the lane until its caller ends the drive, as an evaluator
-            does some metres before or after. Otherwise it stands there.
+        obstacles: If True, the agent sees the stationary objects of the client's ground truth. If False, it sees only
+            what it looks for by itself. A function returns the perceived obstacles (see `ShownWorld`).
+        keeps_going: If True, the vehicle continues along the lane beyond the end of its plan, until the caller ends the
+            drive. An evaluator does so some metres before or after that point. If False, the vehicle stops there.
 
     Raises:
         AgentsError: This copy of the `agents` package cannot be driven.
     """
 
     acceleration_mps2 = 3.5
-    """Highest acceleration from rest: that of three quarters of throttle in a sedan, measured on carlette."""
+    """Highest acceleration from rest: a sedan's at three quarters of full throttle, measured on carlette."""
 
     def __init__(self, agent: Any, carla: Any, obstacles: Any = True, keeps_going: bool = False) -> None:
         check_agent(agent)
@@ -103,19 +103,19 @@ class AgentDriver:
         return self._route
 
     def note_plan(self) -> None:
-        """Read the route from the agent's local planner, because it has a new one."""
+        """Read the route again, because the agent's local planner has a new plan."""
         self._take_route(plan_of(self._planner))
 
     def set_destination(self, destination: Any, start: Any | None = None) -> None:
-        """Plan a route between two `carla.Location`s with the agent's own planner, by default from the vehicle's."""
+        """Plan a route to a `carla.Location` with the agent's own planner; it starts at the vehicle by default."""
         begin = self._map.get_waypoint(self.vehicle.get_location() if start is None else start)
         self.set_plan(self.agent.trace_route(begin, self._map.get_waypoint(destination)))
 
     def set_plan(self, plan: Sequence[tuple[Any, Any]]) -> None:
-        """Drive a plan of (waypoint, road option or our word for it).
+        """Drive a plan: pairs of a waypoint and a road option, or our name for the option.
 
         Raises:
-            ValueError: It has fewer than two points.
+            ValueError: The plan has fewer than two points.
         """
         options = type(self._lane_follow)
         plan = [(waypoint, _option(options, option)) for waypoint, option in plan]
@@ -128,10 +128,10 @@ class AgentDriver:
         self._take_route(plan)
 
     def _way_to(self, first: Any) -> list[tuple[Any, Any]]:
-        """Return the lane from the vehicle to a plan that begins farther ahead in it; empty if it does not.
+        """Return the lane from the vehicle to the start of a plan farther ahead in it; empty if it is elsewhere.
 
-        The agent looks for obstacles in the lane of a waypoint a few places ahead in its plan: in that of the plan's
-        beginning, which may change lanes at once while the vehicle is still beside an obstacle.
+        The agent looks for obstacles in the lane of a waypoint a few places ahead in its plan. Without this piece of
+        lane, that waypoint may already be in another lane while the vehicle is still behind an obstacle.
         """
         here = self._map.get_waypoint(self.vehicle.get_location())
         if here is None or here.transform.location.distance(first.transform.location) < REJOIN_M:
@@ -148,11 +148,11 @@ class AgentDriver:
 
     @property
     def path_left_m(self) -> float:
-        """Length of the rest of the given path (m); 0 without one."""
+        """Remaining length of the given path (m); 0 if there is none."""
         return 0.0 if self._line is None else max(self._line.length_m - self._s, 0.0)
 
     def done(self) -> bool:
-        """True if the agent's route is over; False while it drives a plan."""
+        """True if the agent has finished its route; False while it follows a given path or holds."""
         return False if self._told else bool(self.agent.done())
 
     @property
@@ -162,7 +162,7 @@ class AgentDriver:
     # ---- orders
 
     def follow(self, path: Sequence[Any], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
-        """Drive (x, y, speed bound) of CARLA's world from the next step on, braking for what lies in it."""
+        """Drive a path of (x, y, speed bound) in CARLA's world from the next step on; brake for obstacles in it."""
         line = Line(path)
         self._take_over()
         place = self.vehicle.get_location()
@@ -171,12 +171,12 @@ class AgentDriver:
         self._holding = None
 
     def hold(self, brake_mps2: float | None = None) -> None:
-        """Brake to a stop along the present line and stay stopped, with this deceleration (m/s²) or as usual."""
+        """Brake to a stop along the current path and stay stopped; a `brake_mps2` of None brakes as usual."""
         self._take_over()
         self._holding = Braking(brake_mps2, _speed(self.vehicle))
 
     def release(self) -> None:
-        """Let the agent decide again, from the nearest point of its plan ahead."""
+        """Let the agent decide again. It continues at the nearest point of its plan that is ahead."""
         told = self._told
         self._line, self._holding, self._ignore = None, None, frozenset()
         if told:
@@ -197,7 +197,7 @@ class AgentDriver:
     # ---- parts
 
     def _take_over(self) -> None:
-        """Keep the rest of the plan, once."""
+        """Keep the rest of the agent's plan when the first order comes."""
         if not self._told:
             self._left = plan_of(self._planner)
 
@@ -209,7 +209,7 @@ class AgentDriver:
             return []
         nearest = away.index(min(away))
         ahead = (i for i in range(nearest, len(away)) if away[i] > REJOIN_M and self._is_ahead(i))
-        # Where none is, the end is stood at, or left behind.
+        # If there is none, the vehicle stops at the end of the plan or, if it keeps going, leaves the plan behind.
         first = next(ahead, len(away) - 1 if self._keeper is None else len(away))
         return self._left[first:]
 
@@ -232,7 +232,7 @@ class AgentDriver:
         return control
 
     def _stopping(self, braking: Braking) -> Any:
-        """Brake. While the vehicle rolls it is steered along its path or its plan, along which the stop is proven."""
+        """Brake. While the vehicle is moving, steer it along its path or plan: the stop was proven along that."""
         speed, line = _speed(self.vehicle), self._line
         pedal = braking.step(speed, self._world.get_snapshot().timestamp.delta_seconds or TICK_S)
         control = self._carla.VehicleControl()
@@ -246,9 +246,9 @@ class AgentDriver:
         return control
 
     def _steered(self, line: Line, here: Any, speed: float) -> Any:
-        """Return the agent's controls for a return to the path, of which its controllers see one point."""
+        """Return the agent's control for driving back to the path. Its controllers see one point of the path."""
         x, y, yaw = line.at(self._s + LOOK_AHEAD_M + LOOK_AHEAD_S * speed)
-        # As far to the other side as it is off the path now: its controller alone returns late.
+        # The point is moved to the other side by the vehicle's offset: the controller alone corrects the offset late.
         off = line.beside(here.x, here.y, self._s)
         x, y = x + off * math.sin(yaw), y - off * math.cos(yaw)
         place = self._carla.Location(x=x, y=y, z=here.z)
@@ -257,7 +257,7 @@ class AgentDriver:
         return self._planner.run_step()
 
     def _allowed(self, line: Line, here: Any, speed: float) -> float:
-        """Return the speed that the path and what lies in it allow (m/s)."""
+        """Return the speed that the path and the obstacles in it allow (m/s)."""
         reach = KEPT_M + speed * speed / (2.0 * BRAKING_MPS2) + 4.0
         reach = min(reach, max(line.length_m - self._s, 0.0) + KEPT_M)
         around = self._bodies.near(here.x, here.y, reach + 12.0)
@@ -272,7 +272,7 @@ class AgentDriver:
         wanted = self._allowed(line, here, speed)
         yaw = math.radians(transform.rotation.yaw)
         x, y, _ = line.at(self._s + BACK_REACH_M)
-        # The rear axle drives on the arc through itself and the point behind it.
+        # The rear axle moves on an arc from its position to the point behind it.
         half = WHEEL_BASE_M / 2.0
         dx, dy = x - (here.x - half * math.cos(yaw)), y - (here.y - half * math.sin(yaw))
         along, aside = dx * math.cos(yaw) + dy * math.sin(yaw), dy * math.cos(yaw) - dx * math.sin(yaw)
@@ -318,7 +318,7 @@ def _between(start: Any, end: Any, command: str) -> list[RoutePoint]:
 
 
 def command_of(option: Any) -> str:
-    """Return a `RoadOption` of CARLA's agents in words."""
+    """Return our name for a `RoadOption` of CARLA's agents."""
     name = str(getattr(option, "name", option)).lower()
     return {"lanefollow": "lane_follow", "changelaneleft": "change_left", "changelaneright": "change_right"}.get(
         name, name
@@ -326,7 +326,7 @@ def command_of(option: Any) -> str:
 
 
 def _option(options: Any, option: Any) -> Any:
-    """Return a road option of these agents, from one of theirs or from our word for it."""
+    """Return the agents' road option for our name of it. One of theirs is returned unchanged."""
     if not isinstance(option, str):
         return option
     return next((one for one in options if command_of(one) == option), options.LANEFOLLOW)

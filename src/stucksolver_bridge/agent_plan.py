@@ -1,6 +1,6 @@
-"""The plan of CARLA's BehaviorAgent: made for any copy of the package, and kept from running out.
+"""Plans for CARLA's BehaviorAgent: they work with any copy of its package, and do not run out.
 
-Public copies of `agents` differ in their constructors' arguments, in whether the local planner shows its plan, and in
+Public copies of `agents` differ in their constructors' arguments, in whether the local planner exposes its plan, and in
 how early it drops the last waypoint. All of them fail on the tick after that, so a plan must be longer than the drive.
 Python 3.7, standard library only.
 """
@@ -12,19 +12,19 @@ import math
 from typing import Any, Sequence
 
 LAST_M = 2.0
-"""The last waypoint is dropped at 1 m by most copies; so near to it the plan is made longer, and not before, since the
-agent steers straight at its last waypoint and cuts a bend at the end more if there are others behind it."""
+"""The plan is extended this far from its last waypoint. Most copies drop the last waypoint at 1 m. Extending it earlier
+would be worse: the agent steers straight at its last waypoint, and cuts a bend at the end more if others follow it."""
 AHEAD_M = 25.0
-"""A plan that is made longer reaches so far ahead: more than any copy of the planner drops at once, which is what lies
-within 3 m and half a second's way."""
+"""An extended plan reaches this far ahead. This is more than any copy of the planner drops at once: the waypoints
+within 3 m plus half a second of travel."""
 STEP_M = 1.0
-"""Between the waypoints that are added, as in the leaderboard's own plans."""
+"""Distance between added waypoints, as in the leaderboard's own plans."""
 FORK_M = 8.0
-"""So far into a junction its ways have parted."""
+"""This far into a junction, the lanes through it have separated."""
 ON_ROUTE_M = 2.0
-"""A plan that ends so near to a point of the route ends on the route."""
+"""A plan that ends within this distance of a point of the route ends on the route."""
 STATION_BACK, STATION_AHEAD = 5, 30
-"""So many points of the route around the last known one are searched for the vehicle: a route may cross itself."""
+"""The vehicle is looked for only this many route points before and after its last one: a route may cross itself."""
 
 Plan = Sequence[Any]
 """Pairs of a `carla.Waypoint` and a `RoadOption`."""
@@ -35,7 +35,7 @@ class AgentsError(TypeError):
 
 
 def make_agent(agent_class: Any, vehicle: Any, behavior: str, carla_map: Any) -> Any:
-    """Make a `BehaviorAgent` of any copy; those from 0.9.14 on get the map, which saves a call.
+    """Create a `BehaviorAgent` from any copy. Copies of 0.9.14 and later are given the map, which saves a call.
 
     Raises:
         AgentsError: The copy is older than 0.9.12.
@@ -48,10 +48,10 @@ def make_agent(agent_class: Any, vehicle: Any, behavior: str, carla_map: Any) ->
 
 
 def check_agent(agent: Any) -> None:
-    """Check an agent.
+    """Check that an agent has the methods that the bridge uses.
 
     Raises:
-        AgentsError: It lacks what the bridge uses.
+        AgentsError: One is missing.
     """
     planner = agent.get_local_planner() if hasattr(agent, "get_local_planner") else None
     missing = [name for name in ("get_local_planner", "set_global_plan", "trace_route") if not hasattr(agent, name)]
@@ -66,21 +66,21 @@ def check_agent(agent: Any) -> None:
 
 
 def plan_of(planner: Any) -> list[Any]:
-    """Return the rest of a local planner's plan."""
+    """Return the remaining plan of a local planner."""
     # `get_plan` came with 0.9.13.
     left = planner.get_plan() if hasattr(planner, "get_plan") else planner._waypoints_queue
     return list(left)
 
 
 def replace_plan(planner: Any, plan: Plan) -> None:
-    """Drive this and nothing else."""
+    """Replace a local planner's whole plan by another one."""
     planner.set_global_plan(list(plan), stop_waypoint_creation=True, clean_queue=True)
 
 
 class PlanKeeper:
-    """Tops up a local planner's plan: with the rest of the route, and past its end with the lane ahead.
+    """Extends a local planner's plan: with the rest of the route, and beyond the route's end with the lane ahead.
 
-    `route` points have a `waypoint`. `lane_follow`: the road option of the points that are added.
+    `lane_follow`: the road option of the added points.
     """
 
     def __init__(self, planner: Any, vehicle: Any, carla_map: Any, lane_follow: Any) -> None:
@@ -93,15 +93,18 @@ class PlanKeeper:
         self._station = 0
 
     def take_route(self, plan: Plan) -> None:
-        """The drive has another route: pairs of waypoint and road option about a metre apart."""
+        """Use another route: pairs of waypoint and road option about a metre apart."""
         self._route = [waypoint for waypoint, _ in plan]
         self._options = [option for _, option in plan]
         self._station = 0
 
     def top_up(self) -> bool:
-        """Call before each step of the agent. False: the road ends here, and there is nothing more to drive.
+        """Extend the plan if it is about to run out. Call this before each step of the agent.
 
-        A copy that drops its last waypoint earlier brakes for one tick, and then finds a longer plan.
+        A copy that drops its last waypoint earlier brakes for one tick, and then continues with the extended plan.
+
+        Returns:
+            False if the road ends here, so that nothing is left to drive.
         """
         here = self._vehicle.get_location()
         self._advance(here)
@@ -116,14 +119,14 @@ class PlanKeeper:
         return bool(left or added)
 
     def _advance(self, here: Any) -> None:
-        """Note which point of the route is nearest."""
+        """Update which point of the route is nearest."""
         first = max(self._station - STATION_BACK, 0)
         near = range(first, min(self._station + STATION_AHEAD, len(self._route)))
         if near:
             self._station = min(near, key=lambda i: float(self._route[i].transform.location.distance(here)))
 
     def _rest_of_route(self, left: Plan, here: Any) -> list[Any]:
-        """The route beyond the plan's end. CARLA's agent forgets it when it changes lanes before a tailgater."""
+        """Return the route beyond the plan's end. CARLA's agent discards it when it changes lanes for a tailgater."""
         if not self._route:
             return []
         end = left[-1][0].transform.location if left else here
@@ -134,7 +137,7 @@ class PlanKeeper:
         return list(zip(self._route[nearest + 1 :], self._options[nearest + 1 :]))
 
     def _own_lane(self, here: Any) -> Any:
-        """The lane the vehicle is in. If that is an oncoming lane, the one next to it in the vehicle's direction."""
+        """Return the vehicle's lane; if that is an oncoming lane, the one beside it in the vehicle's direction."""
         waypoint = self._map.get_waypoint(here)
         yaw = self._vehicle.get_transform().rotation.yaw
         if waypoint is not None and turn_deg(waypoint, yaw) > 90.0:
@@ -142,7 +145,7 @@ class PlanKeeper:
         return waypoint
 
     def _lane_ahead(self, last: Any, here: Any) -> list[Any]:
-        """Waypoints of the lane beyond one, straight on where it forks, until the plan is long enough."""
+        """Return waypoints of the lane beyond `last` until the plan is long enough; at a fork, straight on."""
         found: list[Any] = []
         while last is not None and last.transform.location.distance(here) < AHEAD_M and len(found) < 2 * AHEAD_M:
             last = straightest(last)
@@ -152,7 +155,7 @@ class PlanKeeper:
 
 
 def straightest(waypoint: Any) -> Any:
-    """The waypoint a metre on; where the lane forks, on the way that turns least; None where it ends."""
+    """Return the waypoint a metre ahead, at a fork on the branch that turns least; None if the lane ends."""
     ways = waypoint.next(STEP_M)
     if len(ways) < 2:
         return ways[0] if ways else None
@@ -161,5 +164,5 @@ def straightest(waypoint: Any) -> Any:
 
 
 def turn_deg(waypoint: Any, yaw_deg: float) -> float:
-    """By how many degrees a waypoint's direction differs from a heading."""
+    """Return the difference between a waypoint's direction and a heading (degrees)."""
     return abs(math.remainder(float(waypoint.transform.rotation.yaw) - yaw_deg, 360.0))

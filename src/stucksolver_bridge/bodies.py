@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 BODILESS = ("sensor.", "traffic.", "controller.", "spectator", "static.trigger")
 ATTRIBUTES = ("special_type", "base_type", "number_of_wheels")
-"""What a perception system could tell of a thing; never its role name."""
+"""Attributes that a perception system could recognize. The role name is never among them."""
 UNKNOWN_SIZE_M = 0.3
-"""Half the size of a thing whose size the client does not know: unknown must not mean harmless."""
+"""Half size of an object whose size the client does not know: unknown must not mean harmless."""
 
 
 class Body(NamedTuple):
@@ -24,7 +24,7 @@ class Body(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """A body at this tick, its box's centre in CARLA's world."""
+    """A body at this tick. The position is its box's centre in CARLA's world."""
 
     body: Body
     x: float
@@ -36,7 +36,7 @@ class Placed(NamedTuple):
 
 
 class Bodies:
-    """Everything in the world but one vehicle and what it carries."""
+    """All bodies in the world except one vehicle and what is attached to it."""
 
     def __init__(self, world: Any, ego_id: int) -> None:
         self._world = world
@@ -45,7 +45,7 @@ class Bodies:
         self._ids: frozenset[int] = frozenset()
 
     def refresh(self, snapshot: Any) -> dict[int, Body]:
-        """The bodies of a snapshot, by id."""
+        """Return the bodies of a snapshot, by id."""
         ids = frozenset(actor.id for actor in snapshot)
         if ids != self._ids:
             for gone in self._known.keys() - ids:
@@ -53,12 +53,12 @@ class Bodies:
             new = list(ids - self._known.keys())
             listed = {actor.id: actor for actor in self._world.get_actors(new)} if new else {}
             self._known.update({i: self._measured(actor) for i, actor in listed.items()})
-            # What the server does not list yet is asked for again on the next tick.
+            # Actors that the server does not list yet are requested again on the next tick.
             self._ids = ids - (frozenset(new) - listed.keys())
         return {i: body for i, body in self._known.items() if body is not None}
 
     def near(self, x: float, y: float, range_m: float) -> list[Placed]:
-        """Those within a square around a place."""
+        """Return the bodies within a square around a place."""
         snapshot = self._world.get_snapshot()
         found = []
         for actor_id, body in self.refresh(snapshot).items():
@@ -79,7 +79,7 @@ class Bodies:
 
 
 def measured(actor: Any) -> Body:
-    """The box of a `carla.Actor`; old clients know those of vehicles and walkers only."""
+    """Return the box of a `carla.Actor`. Old clients know only the boxes of vehicles and walkers."""
     box = getattr(actor, "bounding_box", None)
     size = [UNKNOWN_SIZE_M] * 3
     offset = (0.0, 0.0, UNKNOWN_SIZE_M)
@@ -95,7 +95,7 @@ def measured(actor: Any) -> Body:
 
 
 def placed(body: Body, actor: Any) -> Placed:
-    """A body where the snapshot's actor is."""
+    """Return a body at the position of the snapshot's actor."""
     transform, velocity = actor.get_transform(), actor.get_velocity()
     yaw = math.radians(transform.rotation.yaw)
     cos, sin = math.cos(yaw), math.sin(yaw)

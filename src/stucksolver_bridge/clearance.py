@@ -11,9 +11,9 @@ from stucksolver_bridge.line import Line
 STEP_M = 0.75
 MARGIN_M = 0.15
 LEAVES_M = 1.0
-"""What touches now must be clear after so much travel, or be farther away; it would be pushed otherwise."""
+"""A body that touches the vehicle now must be clear or farther away after this travel; otherwise it would be pushed."""
 CLEAR_BELOW_M, CLEAR_ABOVE_M = 1.0, 2.3
-"""Bodies that end this far under the vehicle's own foot, or begin this far over it, are on another level."""
+"""Bodies that end this far below the vehicle's underside, or begin this far above it, are on another level."""
 
 
 def free_way_m(
@@ -26,7 +26,7 @@ def free_way_m(
     ignore: Collection[int] = (),
     backwards: bool = False,
 ) -> float:
-    """Travel left until the body, swept along the line from `s`, touches another; `inf` if it touches none.
+    """Return how far the body can move along the line from `s` until it touches another; `inf` if it touches none.
 
     A body that already touches the vehicle, or is within the margin next to it, counts only if the path leads into it:
     the vehicle must be able to leave, but not to push.
@@ -51,7 +51,7 @@ def free_way_m(
 
 
 def _nearer(line: Line, s: float, other: Placed) -> bool:
-    """Does the way lead towards the middle of a body?"""
+    """Return True if the path leads towards the centre of a body."""
     (x, y, _), (next_x, next_y, _) = line.at(s), line.at(s + LEAVES_M)
     return math.hypot(other.x - next_x, other.y - next_y) < math.hypot(other.x - x, other.y - y)
 
@@ -72,7 +72,7 @@ def _touched(
 
 
 def _overlap(x: float, y: float, yaw: float, length: float, width: float, other: Placed) -> bool:
-    """Separating axes of two rectangles."""
+    """Return True if two rectangles overlap, by the separating axis theorem."""
     dx, dy = other.x - x, other.y - y
     far = math.hypot(length, width) + math.hypot(other.body.half_length_m, other.body.half_width_m)
     if dx * dx + dy * dy > far * far:

@@ -1,7 +1,8 @@
-"""One exchange with the solver for each tick: waited for where the world waits, looked for where it goes on.
+"""One exchange with the solver on each tick, in lockstep or live.
 
-In lockstep a step ends when the answer is there, or with an error after a generous limit. Live, a step waits for half
-a tick at most, and for nothing once an answer is late; what comes later is taken on the tick on which it is there.
+In lockstep the world waits: a step ends when the answer has arrived, or with an error after a generous limit. Live, the
+world does not wait: a step waits for half a tick at most, and not at all while an answer is late. A late answer is used
+on the tick on which it has arrived.
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ from typing import Any, Callable
 from stucksolver_bridge.wire import Wire, WireError
 
 OLD_TICKS = 10
-"""An answer to a tick so long ago is old news: as many as an order is good for (`EXPIRES_TICKS` of stucksolver)."""
+"""An answer this many ticks late is outdated: an order is valid for as long (`EXPIRES_TICKS` of stucksolver)."""
 WAIT_SHARE = 0.5
-"""Of a tick is waited at most; the rest is the stack's own."""
+"""A step waits for at most this share of a tick; the rest is left to the stack."""
 NEEDS = (
     "surroundings",
     "scene",
@@ -30,11 +31,11 @@ Give = Callable[[str], Any]
 
 
 class Overdue(WireError):
-    """The solver has said nothing for as long as it may think."""
+    """The solver has not answered within its time limit."""
 
 
 class Conversation:
-    """`wait_s`: how long a step may take live; None in lockstep. `limit_s`: the longest that the solver may be silent.
+    """`wait_s`: how long a step may take live; None in lockstep. `limit_s`: longest silence of the solver.
 
     Raises `WireError`.
     """
@@ -44,16 +45,16 @@ class Conversation:
         self._wait_s = wait_s
         self._limit_s = limit_s
         self._asked_s: float | None = None
-        """When the tick was told that is not answered yet; None where none is."""
+        """When the unanswered tick was sent; None if there is none."""
         self._ticks = 0
-        """Since then."""
+        """Ticks since then."""
         self.late_ticks = 0
-        """How many ticks ago that was told which the last answer is to."""
+        """How many ticks ago the tick of the last answer was sent."""
         self._words: list[str] = []
         self._again = False
 
     def step(self, tick: dict[str, Any], give: Give) -> dict[str, Any] | None:
-        """The answer to this tick, or a late answer to an earlier one; None if there is none yet.
+        """Return the answer to this tick, or a late answer to an earlier one; None if there is none yet.
 
         If `say` and `again` of a tick cannot be sent now, they are sent with the next tick that can be.
         """
@@ -70,7 +71,7 @@ class Conversation:
         self.late_ticks = self._ticks
         old = self._ticks >= OLD_TICKS
         self._again = self._again or old
-        # It thinks about this tick meanwhile; the answer is there on the next.
+        # The solver works on this tick meanwhile; its answer is read on the next one.
         self._tell(tick, begun_s)
         return None if old else answer
 
@@ -112,12 +113,12 @@ class Conversation:
 
     def _give(self, need: Any, give: Give) -> None:
         if need not in NEEDS:
-            raise WireError(f"it asks for {str(need)[:40]!r}; known are {', '.join(NEEDS)}")
+            raise WireError(f"it asks for {str(need)[:40]!r}, which is not one of {', '.join(NEEDS)}")
         self._wire.post({"given": give(need)})
 
 
 def limit_of(seconds: float, what: str) -> float:
-    """A time limit that was set by somebody. Raises `ValueError`."""
+    """Return a configured time limit, checked. Raises `ValueError`."""
     if isinstance(seconds, bool) or not isinstance(seconds, (int, float)) or not 0.0 < seconds < math.inf:
         raise ValueError(f"{what} must be a number of seconds above 0, not {seconds!r}")
     return float(seconds)

@@ -18,53 +18,53 @@ class ConfigError(ValueError):
 
 
 class Config(NamedTuple):
-    """What drives, and who helps."""
+    """Which driver drives, and what helps it."""
 
     recovery: str = NONE
-    """`none`: the driver alone; `timers`: it tries one thing after the other; otherwise a reasoner by its words:
+    """`none`: the driver alone; `timers`: it tries fixed actions one after the other; otherwise the name of a reasoner:
     `rules`, `openai:MODEL`, `recorded:FOLDER`."""
     reasoner: str | None = None
-    """A second reasoner, of the ladder's rung `model`."""
+    """A second reasoner, for the ladder's rung `model`."""
     python: str = ""
-    """A Python 3.10 to 3.12 in which stucksolver is installed; needed wherever a reasoner is asked."""
+    """A Python 3.10 to 3.12 in which stucksolver is installed; needed if a reasoner is used."""
     path: str = ""
     """Where that Python finds stucksolver, if it is not installed there."""
     behavior: str = "normal"
-    """The driver's: `cautious`, `normal` or `aggressive`."""
+    """The driver's style: `cautious`, `normal` or `aggressive`."""
     driver: str = AGENT
-    """`agent`: CARLA's BehaviorAgent; `planner`: our own, where the evaluator's Python has stucksolver."""
+    """`agent`: CARLA's BehaviorAgent; `planner`: our own planner, if the evaluator's Python has stucksolver."""
     obstacles: bool = True
-    """Show BehaviorAgent the standing things around it, which it does not look for by itself."""
+    """Show BehaviorAgent the stationary objects around it, which it does not look for by itself."""
     ladder: str = "evaluation"
     clock: str = "lockstep"
-    """`lockstep`, `latency:SECONDS` or `latency:measured`: what an answer costs in simulated time."""
+    """`lockstep`, `latency:SECONDS` or `latency:measured`: how much simulated time an answer takes."""
     answer_limit_s: float = 120.0
     """Seconds of wall time for which the solver may keep the world waiting; after that the route ends with an error."""
     guidance: str = ""
     """A guidance script (docs/evaluate.md): what a passenger says on which route."""
     perception: str = PRIVILEGED
-    """`privileged`: driver and solver know the world by the client's word; `sensors`: by the declared sensors. Both run
-    in the solver's process then, and `driver` must be `planner`."""
+    """`privileged`: driver and solver know the world from the client's ground truth; `sensors`: from the declared
+    sensors. With `sensors`, both run in the solver's process, and `driver` must be `planner`."""
     rig: str = ""
-    """The calibration of these sensors, a file like `stucksolver/perception/rig.toml`; empty: that one."""
+    """The calibration of these sensors, a file like `stucksolver/perception/rig.toml`; empty: that file."""
     sensors: bool = True
     """Declare the sensors of Bao and Li 2025 (arXiv:2510.26023). Without them nothing is rendered.
 
-    Only perception `sensors` looks at them.
+    Only perception `sensors` uses them.
     """
     metrics: str = ""
-    """Folder for Bench2Drive's `metric_info.json`, one folder in it for each route; empty: $SAVE_PATH."""
+    """Folder for Bench2Drive's `metric_info.json`, with one folder for each route; empty: $SAVE_PATH."""
     record: str = ""
-    """Folder for the solver's record of each intervention (docs/record.md), one folder in it for each route."""
+    """Folder for the solver's record of each intervention (docs/record.md), with one folder for each route."""
     events: str = ""
-    """Folder for what happened on each route, as lines of JSON."""
+    """Folder for the events of each route, as lines of JSON."""
 
 
 def read_config(argument: str) -> tuple[Config, str]:
-    """The configuration and the name of the route's folder, from what the evaluator gives.
+    """Return the configuration and the name of the route's folder, from the evaluator's argument.
 
-    That is the file's path, a plus sign and the name; before it, the names of all routes that came before. The path
-    may have plus signs of its own.
+    The argument is the file's path, followed by a plus sign and a name for each route so far; the last name is that of
+    this route. The path itself may contain plus signs.
     """
     path, names = _split(argument)
     try:
@@ -80,7 +80,7 @@ def read_config(argument: str) -> tuple[Config, str]:
 
 
 def _split(argument: str) -> tuple[str, list[str]]:
-    """The path and the names: the longest beginning that is a file, or else all up to the first plus sign."""
+    """Return the path and the names. The path is the longest prefix that is a file, or all up to the first plus."""
     parts = argument.split("+")
     for end in range(len(parts), 0, -1):
         path = "+".join(parts[:end])
@@ -97,7 +97,7 @@ def _check_limit(name: str, value: Any, path: str) -> None:
 
 
 def _check_sensed(config: Config, path: str) -> None:
-    """What perception by the sensors needs. Raises `ConfigError`."""
+    """Check what perception by sensors needs. Raises `ConfigError`."""
     if not config.sensors:
         raise ConfigError(f"{path}: perception {SENSORS!r} needs the sensors: leave 'sensors' at true")
     if config.driver != PLANNER:
@@ -119,7 +119,7 @@ def _check_sensed(config: Config, path: str) -> None:
 
 
 def checked(given: dict[str, Any], path: str) -> Config:
-    """Raises `ConfigError`."""
+    """Return the configuration, checked. Raises `ConfigError`."""
     defaults = Config()
     unknown = sorted(set(given) - set(Config._fields))
     if unknown:

@@ -11,7 +11,7 @@ ROUNDING_M = 0.001
 
 
 class Facts:
-    """One ego in a client's world. All places are CARLA's: metres, degrees, y to the right of x."""
+    """Facts about one ego in a client's world. Poses are in CARLA's frame: metres, degrees, y to the right of x."""
 
     def __init__(self, vehicle: Any, carla_map: Any) -> None:
         self._vehicle = vehicle
@@ -24,8 +24,8 @@ class Facts:
         self._signs = list(actors.filter("*traffic.stop*"))
 
     def opening(self, route: Sequence[Any], acceleration_mps2: float) -> dict[str, Any]:
-        """Once, at the start: the map, the ego's size and how quickly it sets off, the stop lines of all lights, the
-        stop signs, the route and the first tick."""
+        """Return what is sent once at the start: the map, the ego's size and acceleration from rest, the stop lines of
+        all lights, the stop signs, the route and the first tick."""
         box = self._vehicle.bounding_box.extent
         return {
             "map": self._map.name.rsplit("/", 1)[-1],
@@ -40,7 +40,7 @@ class Facts:
         }
 
     def tick(self) -> dict[str, Any]:
-        """Every tick: the time and the ego."""
+        """Return what is sent on every tick: the time and the ego's motion."""
         stamp = self._world.get_snapshot()
         return {
             "time": stamp.timestamp.elapsed_seconds,
@@ -50,7 +50,7 @@ class Facts:
         }
 
     def give(self, what: str) -> Any:
-        """What the solver asks for by name; None for what is not known here."""
+        """Return what the solver asks for by name; None if the name is unknown here."""
         if what == "actors":
             return self._actors()
         if what == "vehicle_lights":
@@ -60,8 +60,8 @@ class Facts:
         return None
 
     def _actors(self) -> dict[str, Any]:
-        """Pose and motion of every body, descriptions of new bodies, the lights' states, and their tick. A late request
-        is answered with the current state."""
+        """Return pose and motion of every body, descriptions of new bodies, the lights' states, and the tick. A late
+        request is answered with the current state."""
         snapshot = self._world.get_snapshot()
         rows, new = [], {}
         bodies = self._bodies.refresh(snapshot)
@@ -78,20 +78,20 @@ class Facts:
 
 
 def route_places(route: Sequence[Any]) -> list[Any]:
-    """A route as road, lane, arc length and command of each point."""
+    """Return the road, lane, arc length and command of each point of a route."""
     return [[*place(point.waypoint), point.command] for point in route]
 
 
 def place(waypoint: Any) -> list[Any]:
-    """A `carla.Waypoint` so that `waypoint_at` finds it again."""
+    """Return a `carla.Waypoint` as numbers from which `waypoint_at` finds it again."""
     return [waypoint.road_id, waypoint.lane_id, waypoint.s]
 
 
 def waypoint_at(carla_map: Any, spot: Sequence[Any]) -> Any | None:
-    """The waypoint at a road, lane and arc length; None where there is none within a millimetre.
+    """Return the waypoint at a road, lane and arc length; None if there is none within a millimetre.
 
-    `carla.Map.get_waypoint_xodr` finds nothing at the very end of some roads, at which other calls return waypoints:
-    their length as it is written in the map and as it is summed up from the geometry differ in the last digits.
+    `carla.Map.get_waypoint_xodr` finds nothing at the very end of some roads, although other calls return waypoints
+    there: the road's length in the map and the sum of its geometry's lengths differ in the last digits.
     """
     road, lane, s = spot[:3]
     for nearby in (s, max(s - ROUNDING_M, 0.0), s + ROUNDING_M):
@@ -102,7 +102,7 @@ def waypoint_at(carla_map: Any, spot: Sequence[Any]) -> Any | None:
 
 
 def waypoints_at(carla_map: Any, spots: Sequence[Any]) -> list[tuple[Any, Any]]:
-    """The waypoint and the command of each point of `route_places`; points that are not found are left out."""
+    """Return the waypoint and the command of each point of `route_places`; points that are not found are left out."""
     found = [(waypoint_at(carla_map, spot), spot[3]) for spot in spots]
     return [(waypoint, command) for waypoint, command in found if waypoint is not None]
 
@@ -119,7 +119,7 @@ def _stands(actor: Any) -> list[float]:
 
 
 def sign_places(sign: Any) -> list[list[float]]:
-    """Where it stands, and the middle and half sizes of its trigger box in its own frame."""
+    """Return a sign's pose, and the centre and half sizes of its trigger box in the sign's frame."""
     volume = sign.trigger_volume
     middle, half = volume.location, volume.extent
     return [_stands(sign), [middle.x, middle.y, middle.z], [half.x, half.y, half.z]]

@@ -1,6 +1,6 @@
 """What a stack performs when the solver falls silent, for directives in their JSON form.
 
-The same as `stucksolver.decision.Lease`, which stacks use that can import it. Python 3.7, standard library only.
+It does the same as `stucksolver.decision.Lease`, for stacks that cannot import that. Python 3.7, standard library only.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ Form = Dict[str, Any]
 CONTINUE: Form = {"kind": "continue"}
 STAND: Form = {"kind": "execute", "behavior": {"name": "wait", "duration_s": 1.0}}
 EXPIRES_TICKS = 10
-"""Where a form does not say: that of `stucksolver.decision.directive`."""
+"""Default for a directive without this field, as in `stucksolver.decision.directive`."""
 STUCK_TICKS = 200
-"""At rest for so long (10 s at 20 Hz), a path that is being finished is given up: something stands in it."""
+"""A path that is being finished is given up after this time at rest (10 s at 20 Hz): something blocks it."""
 
 
 class Lease:
     """Holds the current order. Call `renew` with the solver's answer, and `tick` once per tick of the control loop.
 
-    It raises nothing.
+    No method raises an error.
     """
 
     def __init__(self) -> None:
@@ -37,8 +37,7 @@ class Lease:
     def renew(self, form: Form | None, late_ticks: int = 0) -> None:
         """Take the solver's answer: a directive that holds from now on, or None to renew the last one.
 
-        A directive that cannot be performed is replaced by standing still. An expired one is not renewed by None: send
-        `again`.
+        A directive that cannot be performed is replaced by a stop. None does not renew an expired one: ask for `again`.
 
         Args:
             form: The directive's JSON form, or None.
@@ -54,7 +53,7 @@ class Lease:
         self._fallen, self._rests = False, 0
 
     def expire(self) -> None:
-        """Nobody will renew the order any more: its fallback is due on the next tick."""
+        """Let the order expire, because nobody will renew it: the next tick performs its fallback."""
         self._ticks = max(self._ticks, self._good_for)
 
     @property
@@ -70,7 +69,7 @@ class Lease:
         return self._order
 
     def no_stop_at(self, x_m: float, y_m: float) -> bool:
-        """True if a stop at a place, in the frame of the order's path, would end where no vehicle should stand."""
+        """True if the vehicle should not stop at this place (in the frame of the order's path)."""
         points = self._order.get("path") or ()
         nearest = min(points, key=lambda p: (p["x_m"] - x_m) ** 2 + (p["y_m"] - y_m) ** 2, default=None)
         return nearest is not None and bool(nearest.get("no_stop"))
@@ -78,13 +77,13 @@ class Lease:
     def tick(self, x_m: float, y_m: float, *, path_is_done: bool, at_rest: bool) -> Form:
         """Return what to perform now: the order, after its expiry the fallback, and after that `Continue`.
 
-        A safe stop does not expire: the vehicle stands where it may, and stays.
+        A safe stop does not expire: the vehicle is where it may stop, and stays there.
 
         Args:
-            x_m: Centre of the vehicle in the frame of the path (m).
-            y_m: The same across (m).
-            path_is_done: The vehicle is at the end of the order's path.
-            at_rest: The vehicle stands.
+            x_m: x of the vehicle's centre in the frame of the path (m).
+            y_m: y of the vehicle's centre in the frame of the path (m).
+            path_is_done: True if the vehicle is at the end of the order's path.
+            at_rest: True if the vehicle is stationary.
         """
         self._ticks += 1
         if self._order["kind"] != "execute" or self._ticks <= self._good_for:
@@ -96,7 +95,7 @@ class Lease:
         if over:
             self._order = CONTINUE
             return CONTINUE
-        # An order that stands still is its own fallback and keeps its braking.
+        # An order to stand still is its own fallback and keeps its braking.
         return self._order if self._finishes or not self._order.get("path") else STAND
 
     @property

@@ -13,7 +13,7 @@ class Line:
     """A path of at least two points (x, y, speed bound in m/s) at different places.
 
     Raises:
-        ValueError: There are fewer.
+        ValueError: There are fewer than two.
     """
 
     def __init__(self, points: Sequence[Sequence[float]]) -> None:
@@ -38,7 +38,7 @@ class Line:
         return self.s[-1]
 
     def at(self, s: float) -> tuple[float, float, float]:
-        """(x, y, heading in radians) at an arc length; straight on beyond either end."""
+        """Return (x, y, heading in radians) at an arc length. Beyond either end the path continues straight."""
         i = min(max(bisect_right(self.s, s) - 1, 0), len(self.s) - 2)
         length = self.s[i + 1] - self.s[i]
         ux, uy = (self.x[i + 1] - self.x[i]) / length, (self.y[i + 1] - self.y[i]) / length
@@ -46,12 +46,12 @@ class Line:
         return self.x[i] + ux * ahead, self.y[i] + uy * ahead, math.atan2(uy, ux)
 
     def beside(self, x: float, y: float, s: float) -> float:
-        """How far to the right of the path a place lies that projects to `s` (metres; left is negative)."""
+        """Return the lateral offset of a place that projects to `s` (metres; positive to the right)."""
         on_x, on_y, yaw = self.at(s)
         return (y - on_y) * math.cos(yaw) - (x - on_x) * math.sin(yaw)
 
     def bound_at(self, s: float, braking_mps2: float) -> float:
-        """The speed (m/s) from which every bound ahead can be met with this braking, the stop at the end included."""
+        """Return the highest speed (m/s) from which every bound ahead, up to the path's end, can be met by braking."""
         i = min(max(bisect_right(self.s, s) - 1, 0), len(self.s) - 2)
         part = (s - self.s[i]) / (self.s[i + 1] - self.s[i])
         part = min(max(part, 0.0), 1.0)
@@ -63,7 +63,7 @@ class Line:
         return min(here, *ahead)
 
     def project(self, x: float, y: float, near_s: float, reach_m: float = 8.0) -> float:
-        """Arc length of the nearest point within `reach_m` of an arc length."""
+        """Return the arc length of the nearest point of the path within `reach_m` of `near_s`."""
         best, found = math.inf, near_s
         for i in range(len(self.s) - 1):
             if self.s[i + 1] < near_s - reach_m or self.s[i] > near_s + reach_m:
@@ -71,7 +71,7 @@ class Line:
             length = self.s[i + 1] - self.s[i]
             ux, uy = (self.x[i + 1] - self.x[i]) / length, (self.y[i + 1] - self.y[i]) / length
             along = (x - self.x[i]) * ux + (y - self.y[i]) * uy
-            # Beyond the last point one may go on: the path is over, and how far beyond tells so.
+            # A place may project beyond the last point. The arc length then shows how far past the end it is.
             last = i == len(self.s) - 2
             along = max(along, 0.0) if last else min(max(along, 0.0), length)
             away = math.hypot(x - self.x[i] - ux * along, y - self.y[i] - uy * along)

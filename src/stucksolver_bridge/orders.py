@@ -1,6 +1,7 @@
-"""Whether what the solver says can be performed: looked at before anything of it is, since nothing may fail midway.
+"""Checks that an answer of the solver can be performed, before any part of it is: nothing may fail halfway.
 
-Numbers are finite and in bounds, lists of bounded length, names known. Python 3.7, standard library only.
+Numbers must be finite and within bounds, lists must not be too long, and names must be known. Python 3.7, standard
+library only.
 """
 
 from __future__ import annotations
@@ -10,13 +11,13 @@ from typing import Any, Callable, Sequence
 from stucksolver_bridge.line import Line
 
 FURTHEST_M = 1e6
-"""No place of a map is further from its origin."""
+"""No place on a map is farther from its origin."""
 QUICKEST_MPS = 120.0
 HARDEST_MPS2 = 100.0
 MOST_POINTS = 10_000
-"""Of a path: a recovery has 200 m, and a point every half metre."""
+"""Most points of a path. A recovery is at most 200 m long, with a point every half metre."""
 MOST_PLACES = 20_000
-"""Of a route: one about every metre."""
+"""Most points of a route, which has about one per metre."""
 MOST_IDS = 1000
 """Most actors that an order may tell the agent to ignore."""
 MOST_ORDERS = 16
@@ -24,7 +25,7 @@ MOST_ORDERS = 16
 MOST_EVENTS = 1000
 """Most events in one answer."""
 LONGEST_TICKS = 200
-"""For which an order is good, as `Execute.expires_ticks` has it."""
+"""Longest validity of an order, as in `Execute.expires_ticks`."""
 MOST_LIGHTS = 0xFFFFFFFF
 """`carla.VehicleLightState.All`."""
 LARGEST_ID = 2**31 - 1
@@ -32,16 +33,16 @@ KINDS = ("continue", "execute", "replan", "safe_stop")
 
 
 class Unfit(ValueError):
-    """Something cannot be performed; the message says what of it and why."""
+    """Something cannot be performed; the message says what and why."""
 
 
 def why_malformed(answer: Any) -> str | None:
-    """What of the solver's answer to a tick cannot be performed, in a few words; None where all of it can."""
+    """Return why the solver's answer to a tick cannot be performed, in a few words; None if all of it can."""
     return _why(_check_answer, answer)
 
 
 def why_unfit(form: Any) -> str | None:
-    """What of a directive in its JSON form cannot be performed; None where all of it can."""
+    """Return why a directive in its JSON form cannot be performed; None if all of it can."""
     return _why(_check_directive, form)
 
 
@@ -100,19 +101,19 @@ def _check_follow(order: Any) -> None:
 
 def _check_point(point: Sequence[Any]) -> None:
     for value in point[:2]:
-        _number(value, -FURTHEST_M, FURTHEST_M, "a place of the path")
-    _number(point[2], 0.0, QUICKEST_MPS, "a speed of the path")
+        _number(value, -FURTHEST_M, FURTHEST_M, "a position on the path")
+    _number(point[2], 0.0, QUICKEST_MPS, "a speed on the path")
 
 
 def _check_hold(brake_mps2: Any) -> None:
     if brake_mps2 is not None:
-        _number(brake_mps2, 1e-3, HARDEST_MPS2, "how hard to brake")
+        _number(brake_mps2, 1e-3, HARDEST_MPS2, "the braking deceleration")
 
 
 def _check_route(places: Any) -> None:
     for spot in _list(places, MOST_PLACES, "the route"):
         if not isinstance(spot, (list, tuple)) or len(spot) != 4 or not isinstance(spot[3], str):
-            raise Unfit("a place of the route is not a road, lane, arc length and command")
+            raise Unfit("a point of the route is not a road, lane, arc length and command")
         for value in spot[:2]:
             _number(value, -LARGEST_ID, LARGEST_ID, "a road or lane", whole=True)
         _number(spot[2], -FURTHEST_M, FURTHEST_M, "an arc length")
@@ -134,7 +135,7 @@ def _check_control(order: Any) -> None:
 
 
 def _check_nothing(value: Any) -> None:
-    """There is nothing to it."""
+    """Accept any value: the order needs none."""
 
 
 _ORDERS: dict[str, Callable[[Any], None]] = {
@@ -164,7 +165,7 @@ def _list(value: Any, most: int, what: str) -> Sequence[Any]:
 
 
 def _number(value: Any, least: float, most: float, what: str, whole: bool = False) -> None:
-    # Not `isfinite`: it fails for whole numbers beyond all floats. NaN is within no bounds.
+    # Not `isfinite`: it fails for integers too large for a float. NaN is within no bounds.
     fits = isinstance(value, int if whole else (int, float)) and not isinstance(value, bool) and least <= value <= most
     if not fits:
         raise Unfit(f"{what} is not a {'whole ' if whole else ''}number from {least:g} to {most:g}")

@@ -1,6 +1,6 @@
-"""Our own planner in place of CARLA's BehaviorAgent, in a Python in which stucksolver is installed.
+"""Our own planner in place of CARLA's BehaviorAgent, for a Python in which stucksolver is installed.
 
-What is in this file runs on Python 3.7 too, where it says what is missing; the planner itself needs 3.10 and numpy.
+This file also runs on Python 3.7, where it reports what is missing. The planner itself needs Python 3.10 and numpy.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ class PlannerError(RuntimeError):
 
 
 class OwnPlanner:
-    """The planner with what the entry asks of a driver, beside the methods that it has itself.
+    """The planner, with the methods that the entry needs from a driver in addition to its own.
 
-    `behavior` is `cautious`, `normal` or `aggressive`. Raises `PlannerError` where stucksolver cannot be imported.
+    `behavior` is `cautious`, `normal` or `aggressive`. Raises `PlannerError` if stucksolver cannot be imported.
     """
 
     def __init__(self, vehicle: Any, behavior: str, carla_map: Any) -> None:
@@ -30,10 +30,10 @@ class OwnPlanner:
         self.driver = _planner_class()(vehicle, behavior, carla_map=carla_map)
 
     def set_plan(self, plan: Sequence[Any]) -> None:
-        """Drive pairs of a `carla.Waypoint` and a `RoadOption` or our word for it, and on beyond them along the lane.
+        """Drive a plan, and continue along the lane beyond its end.
 
-        Whoever runs the drive ends it some metres before or after the last of them. Raises `ValueError` for less than
-        two.
+        The plan has pairs of a `carla.Waypoint` and a `RoadOption`, or our name for the option. The evaluator ends the
+        drive some metres before or after the last one. Raises `ValueError` for fewer than two.
         """
         self.driver.set_route(route_beyond(plan))
 
@@ -42,9 +42,9 @@ class OwnPlanner:
 
 
 def route_beyond(plan: Sequence[Any]) -> list[RoutePoint]:
-    """A plan as a route with a point about every metre, and on beyond its end along the lane.
+    """Return a plan as a route with a point about every metre, continued along the lane beyond its end.
 
-    Raises `ValueError` for a plan of less than two points.
+    Raises `ValueError` for a plan of fewer than two points.
     """
     if len(plan) < 2:
         raise ValueError("a plan needs two waypoints; use hold() to stand still")

@@ -1,4 +1,4 @@
-"""The solver as a process of its own, on a Python that has it, at the other end of a socket without a name."""
+"""The solver as a separate process, in a Python that has it installed, connected by an unnamed socket."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ START_LIMIT_S = 120.0
 ANSWER_LIMIT_S = 120.0
 """With the clock `lockstep` a step takes as long as the reasoner does."""
 END_LIMIT_S = 15.0
-"""Longer than the 10 s that the solver gives its record."""
+"""Longer than the 10 s that the solver allows for finishing its record."""
 TICK_S = 0.05
 """CARLA's usual 20 Hz."""
 LIVE = "wall"
-"""The clock of a world that does not wait; it is named in the settings."""
+"""Name of the clock in the settings for a world that does not wait."""
 OTHERS_PATHS = ("PYTHONPATH", "PYTHONHOME")
-"""Where this process finds its modules is not where another Python finds its own."""
+"""Not passed on to the solver: its Python finds its modules elsewhere."""
 
 
 class SolverError(RuntimeError):
-    """The solver could not be started, or kept a waiting world waiting for too long; the message says which."""
+    """The solver could not be started, or kept the world waiting for too long; the message says which."""
 
 
 class SolverProcess:
     """Starts the solver, asks it on each tick, and ends it. `alive` is False as soon as it fails.
 
-    With the clock `wall` in its settings no step waits longer than half of `tick_s`.
+    With the clock `wall` in its settings, no step waits longer than half of `tick_s`.
 
     Args:
         python: An interpreter 3.10 to 3.12 in which stucksolver is installed.
@@ -40,7 +40,7 @@ class SolverProcess:
         path: Folder in which that interpreter finds stucksolver, if it is not installed there.
         answer_limit_s: Longest silence of the solver (s).
         tick_s: Length of a tick (s).
-        inherited: Open files that it keeps, by number.
+        inherited: File descriptors that the new process inherits.
 
     Raises:
         SolverError: The solver does not start.
@@ -102,14 +102,14 @@ class SolverProcess:
         """Run one tick.
 
         Args:
-            tick: What the solver is told.
+            tick: The facts of this tick, for the solver.
             give: Returns what the solver asks for, by name.
 
         Returns:
-            The solver's answer; None if it has failed, or, live, is not ready yet.
+            The solver's answer; None if the solver has failed or, with the clock `wall`, has not answered yet.
 
         Raises:
-            SolverError: A waiting world would wait for ever.
+            SolverError: The world waits, and the solver has not answered within its limit.
         """
         if self.fault is not None:
             return None
@@ -126,7 +126,7 @@ class SolverProcess:
             return None
 
     def close(self) -> None:
-        """End it. It also ends when this end of the socket closes, but its record is then incomplete."""
+        """End the process. It also ends when this end of the socket closes, but its record is then incomplete."""
         if self.fault is None:
             with contextlib.suppress(WireError):
                 self._wire.send({"bye": True}, END_LIMIT_S)
@@ -142,7 +142,7 @@ class SolverProcess:
     def _fail(self, why: str) -> None:
         self.fault = why
         self._wire.close()
-        # `close` waits for its end; a control tick does not.
+        # `close` waits until the process has ended; a control tick does not.
         self.process.kill()
         self.process.poll()
         end = "its last directive ends as proven, then the vehicle drives by itself"

@@ -17,7 +17,7 @@ UNKNOWN: dict[str, Any] = {"kind": "unknown"}
 AT_REST_MPS = 0.1
 SILENT = "the solver is silent: the vehicle performs the fallback that was proven safe"
 DONE_M, DONE_S = 2.0, 0.5
-"""A path counts as driven so far, and so long, before its end: the agent drives on from there without a stop."""
+"""A path counts as driven this distance, plus this time of travel, before its end, so that the agent need not stop."""
 
 
 class Recovery(Talking):
@@ -60,21 +60,21 @@ class Recovery(Talking):
         self._lights_before: Any = None
         self._lease = Lease()
         self._begun = CONTINUE
-        """What the driver was told last."""
+        """The last directive that was given to the driver."""
         self._again = False
-        """Is what the solver said lost, so that it must say all of it again?"""
+        """True if an answer of the solver was lost, so that it must send everything again."""
         self._refused: str | None = None
         self._facts = Facts(self._vehicle, carla_map)
         self.directive: dict[str, Any] = CONTINUE
-        """What is performed now, in the JSON form of a directive."""
+        """The directive that is being performed, in its JSON form."""
         opening = self._facts.opening(driver.route, driver.acceleration_mps2)
         hello = {"settings": settings, "carla": opening}
         self.solver = SolverProcess(python, hello, path, answer_limit_s=answer_limit_s, tick_s=tick_s)
 
     def run_step(self) -> Any:
-        """This tick's `carla.VehicleControl`, not applied.
+        """Return this tick's `carla.VehicleControl`, not applied.
 
-        Raises `SolverError` where a world that waits would wait for ever.
+        Raises `SolverError` if the world waits and the solver does not answer within its limit.
         """
         time_s: float | None = None
         if self.solver.alive:
@@ -93,7 +93,7 @@ class Recovery(Talking):
     # ---- what the solver says
 
     def _take(self, answer: dict[str, Any], time_s: float | None) -> None:
-        """Perform all of an answer or nothing: what is malformed is stood still at."""
+        """Perform all of an answer or nothing of it. If it is malformed, stop."""
         wrong = why_malformed(answer)
         if wrong is None:
             try:
@@ -133,14 +133,14 @@ class Recovery(Talking):
             raise ValueError(f"{name} is an order for another kind of vehicle")
 
     def _stand(self, wrong: str, time_s: float | None) -> None:
-        """Stand still until something comes that can be performed; said once."""
+        """Stop, and wait until an order comes that can be performed. The fault is reported once."""
         self._again = True
         if self._refused is None:
             self._refused = f"an order cannot be performed: {wrong}"
             print(f"stucksolver: {self._refused}; the vehicle stands still", file=sys.stderr, flush=True)
             self._tell({"time_s": time_s, "kind": "order_refused", "text": self._refused, "verdict": None})
         if self._begun is self._lease.order and "path" in self._begun and self._lease.no_stop_at(*self._place()):
-            # Where nobody may stand, what was proven is finished first.
+            # The vehicle may not stop here, so the proven path is finished first.
             self._lease.expire()
         else:
             self._lease.renew(STAND)
@@ -148,7 +148,7 @@ class Recovery(Talking):
     # ---- what is performed
 
     def _perform(self, time_s: float | None) -> None:
-        """Have the driver do what the lease says where that is another thing than it does already."""
+        """Give the driver the lease's directive if it differs from the one that is being performed."""
         before = self._lease.expired
         self.directive = self._due()
         if self._lease.expired and not before:
@@ -174,7 +174,7 @@ class Recovery(Talking):
         return self._lease.tick(*self._place(), path_is_done=done, at_rest=speed < AT_REST_MPS)
 
     def _place(self) -> tuple[float, float]:
-        """The vehicle in the frame of a directive's path: y to the left."""
+        """Return the vehicle's position in the frame of a directive's path: y to the left."""
         place = self._vehicle.get_location()
         return float(place.x), -float(place.y)
 

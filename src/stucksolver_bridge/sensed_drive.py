@@ -1,7 +1,7 @@
-"""A vehicle whose driver, perception and solver all run in the solver's process; here its sensors' data go out.
+"""A vehicle whose driver, perception and solver all run in the solver's process.
 
-What comes back is a control for each tick. Nobody here could drive instead: where nothing comes the vehicle brakes.
-Python 3.7, standard library only; `carla` is handed over.
+This side sends the sensor data and gets a control for each tick. It has no driver of its own: if no control comes, the
+vehicle brakes. Python 3.7, standard library only; `carla` is passed in.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from stucksolver_bridge.sensed_facts import SensedFacts
 from stucksolver_bridge.talking import Listener, Talking
 
 KEPT_TICKS = 4
-"""A control is kept for so long while the next one is late, 0.2 s at 20 Hz; then the vehicle brakes."""
+"""While the next control is late, the last one is kept this long (0.2 s at 20 Hz); then the vehicle brakes."""
 
 Sensors = Sequence[Mapping[str, Any]]
 
 
 class SensedDrive(Talking):
-    """Call `run_step` with each tick's data, `close` in the end.
+    """Call `run_step` with each tick's data, and `close` at the end.
 
-    `settings`: of the solver (`stucksolver.stacks.sidecar.Settings`), `perception` is set here. `sensors`: what the
-    agent declares. `plan`: pairs of waypoint and road option. `python`, `path`, `answer_limit_s`, `tick_s`: see
-    `SolverProcess`. Raises `SolverError` where the sensors, their calibration or the weights do not fit together.
+    `settings`: those of the solver (`stucksolver.stacks.sidecar.Settings`); `perception` is set here. `sensors`: as the
+    agent declares them. `plan`: pairs of waypoint and road option. `python`, `path`, `answer_limit_s`, `tick_s`: see
+    `SolverProcess`. Raises `SolverError` if the sensors, their calibration or the weights do not fit together.
     """
 
     def __init__(
@@ -65,10 +65,10 @@ class SensedDrive(Talking):
             raise
 
     def run_step(self, input_data: Mapping[str, Any]) -> Any:
-        """This tick's `carla.VehicleControl`, not applied.
+        """Return this tick's `carla.VehicleControl`, not applied.
 
-        Raises `SolverError` where a world that waits would wait for ever, and where the first data are not those of
-        the declared sensors.
+        Raises `SolverError` if the world waits and the solver does not answer within its limit, and if the first data
+        are not from the declared sensors.
         """
         self._age += 1
         self._facts.take_in(input_data)
@@ -88,7 +88,7 @@ class SensedDrive(Talking):
         self._facts.close()
 
     def _take(self, answer: dict[str, Any], time_s: float) -> None:
-        """Perform all of an answer, or brake where anything of it is malformed."""
+        """Perform all of an answer, or brake if any part of it is malformed."""
         wrong = why_malformed(answer)
         if wrong is not None:
             self._told = None

@@ -1,7 +1,7 @@
-"""Facts from a vehicle with its own sensors for the solver's process: measurements, without anyone's true position.
+"""Facts for the solver's process from a vehicle that uses its own sensors: measurements, and nobody's true position.
 
-The map with its lights and signs is known beforehand, as a high-definition map has it; the vehicle's size, lamps and
-speed limit are its own. Everything else is what the sensors gave. Python 3.7, standard library only.
+The map with its lights and signs is known beforehand, like a high-definition map. The vehicle also knows its own size,
+its lamps and the speed limit. Everything else comes from the sensors. Python 3.7, standard library only.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ TYPES = {
     "sensor.other.gnss": GNSS,
     "sensor.speedometer": SPEED,
 }
-"""Sensors that are looked at, by the leaderboard's names for their types."""
+"""The sensors that are used, by the leaderboard's names for their types."""
 LARGEST_PICTURE_BYTES = 4096 * 4096 * 4
 LARGEST_SWEEP_BYTES = 16 * 1024 * 1024
-"""A million points; a whole turn of the leaderboard's LiDAR has 60,000. What is never written takes no memory."""
+"""A million points; a whole turn of the leaderboard's LiDAR has 60,000. Unwritten parts take no memory."""
 ALL = "sensors"
 """The name under which the solver's process asks for the newest measurements."""
 NO_PICTURE = "sensors_without_picture"
@@ -47,7 +47,7 @@ class SensedFacts:
         self.frames = SharedFrames({CAMERA: LARGEST_PICTURE_BYTES, LIDAR: LARGEST_SWEEP_BYTES})
 
     def opening(self, route: Sequence[Any]) -> dict[str, Any]:
-        """Once, at the start: map, size and wheels of the vehicle, lights with their heads, stop signs, route."""
+        """Return what is sent once at the start: map, the vehicle's size and wheels, lights, stop signs, route."""
         box = self._vehicle.bounding_box
         actors = self._world.get_actors()
         wheels = self._vehicle.get_physics_control().wheels
@@ -67,7 +67,7 @@ class SensedFacts:
         }
 
     def tick(self) -> dict[str, Any]:
-        """Every tick: the time, the limit of the lane, the vehicle's own lamps."""
+        """Return what is sent on every tick: the time, the speed limit, the vehicle's own lamps."""
         stamp = self._world.get_snapshot()
         return {
             "time": stamp.timestamp.elapsed_seconds,
@@ -78,14 +78,14 @@ class SensedFacts:
         }
 
     def take_in(self, input_data: Mapping[str, Any]) -> None:
-        """This tick's data, as the leaderboard hands them to agents: (frame, data) by the sensor's id.
+        """Take this tick's data, as the leaderboard passes them to agents: (frame, data) by the sensor's id.
 
-        Nothing is copied until it is asked for; what nobody asks for is dropped.
+        Data are copied only when they are requested, and otherwise dropped.
         """
         self._data = input_data
 
     def give(self, what: str) -> Any:
-        """The newest measurements, with the tick that they are of; None for what is not known here."""
+        """Return the newest measurements and the tick to which they belong; None if the name is unknown here."""
         if what not in (ALL, NO_PICTURE):
             return None
         picture = None if what == NO_PICTURE else self._of(CAMERA)
@@ -101,17 +101,17 @@ class SensedFacts:
         }
 
     def close(self) -> None:
-        """The drive is over."""
+        """Free the shared memory."""
         self.frames.close()
 
     def _of(self, sensor: str) -> Any:
-        """The data of one of the sensors; None where it gave none."""
+        """Return the data of one of the sensors; None if it gave none."""
         given = self._data.get(self._ids.get(sensor, ""))
         return given[1] if isinstance(given, (tuple, list)) and len(given) == 2 else None
 
 
 def numbers(values: Any) -> list[float] | None:
-    """Finite numbers as a list; None where there are none, or one of them is not finite."""
+    """Return finite numbers as a list; None if there are none, or if one of them is not finite."""
     if values is None:
         return None
     found = [float(value) for value in values]
@@ -119,7 +119,7 @@ def numbers(values: Any) -> list[float] | None:
 
 
 def _light(light: Any) -> dict[str, Any]:
-    """A light's id, stop lines, heads and trigger box."""
+    """Return a light's id, stop lines, heads and trigger box."""
     volume, stands = light.trigger_volume, light.get_transform()
     heads = [[*_point(box.location), *_point(box.extent), box.rotation.yaw] for box in light.get_light_boxes()]
     return {

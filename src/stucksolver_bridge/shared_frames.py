@@ -1,7 +1,7 @@
-"""Pictures and point clouds for another process, in a file in memory that has no name.
+"""Pictures and point clouds for another process, in an unnamed file in memory.
 
-Each array has a place of its own in the file. What is put there replaces what was there before: the other process asks
-for the newest data, and copies them before it asks again. Python 3.7, standard library only.
+Each array has its own place in the file, where new data overwrite the old. The other process asks for the newest data,
+and copies them before it asks again. Python 3.7, standard library only.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ import tempfile
 from typing import Any, Mapping
 
 MEMORY = "/dev/shm"
-"""Files in here never touch a disk; without it they lie among the temporary ones."""
+"""Files in this folder are never written to a disk. If it does not exist, the folder for temporary files is used."""
 
 
 class SharedFrames:
-    """`sizes`: bytes for each array, by its name. `fd` is to be inherited by the process that reads."""
+    """`sizes`: bytes for each array, by its name. The process that reads must inherit `fd`."""
 
     def __init__(self, sizes: Mapping[str, int]) -> None:
         self._places: dict[str, tuple[int, int]] = {}
@@ -32,9 +32,9 @@ class SharedFrames:
         self._memory = mmap.mmap(self.fd, total)
 
     def put(self, name: str, array: Any) -> dict[str, Any]:
-        """Store an array and say where it lies: `at`, `bytes`, `shape`, `format` (as `memoryview` names them).
+        """Store an array and return where it is: `at`, `bytes`, `shape`, `format` (as `memoryview` names them).
 
-        `at` is None where nothing was stored: the array is too large for its place, or it is no array.
+        `at` is None if nothing was stored: the array is too large for its place, or it is not an array.
         """
         try:
             view = memoryview(array)
@@ -52,6 +52,6 @@ class SharedFrames:
         }
 
     def close(self) -> None:
-        """Nothing more is put in; the reader keeps what it has."""
+        """Close the file. The reader keeps what it has."""
         self._memory.close()
         self._file.close()

@@ -1,4 +1,4 @@
-"""Shows CARLA's own agents the obstacles that they do not look for: they ask for vehicles and walkers only."""
+"""Shows CARLA's own agents the obstacles that they do not look for: they ask only for vehicles and walkers."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import Any, Callable, Iterable, Iterator
 from stucksolver_bridge.bodies import Bodies
 
 LOW_M = 0.15
-"""Lower things are driven over without harm; no car stops for dirt on the road."""
+"""Lower objects can be driven over without harm; no car stops for dirt on the road."""
 AROUND_M = 60.0
 VEHICLES = "*vehicle*"
 
 
 def props_around(world: Any, vehicle: Any) -> Callable[[], list[Any]]:
-    """A source of perceived obstacles out of the client's ground truth: standing things about a vehicle."""
+    """Return a source of perceived obstacles: stationary objects around a vehicle, from the client's ground truth."""
     bodies = Bodies(world, vehicle.id)
 
     def look() -> list[Any]:
@@ -28,12 +28,12 @@ def props_around(world: Any, vehicle: Any) -> Callable[[], list[Any]]:
 
 
 class ShownWorld:
-    """Stands where an agent keeps its `carla.World`: lists the perceived obstacles among the vehicles, nearest first.
+    """Takes the place of an agent's `carla.World`: it lists the perceived obstacles among the vehicles, nearest first.
 
-    The order matters: `BasicAgent` takes the first hit of the list for the nearest, so that of two cyclists in a row it
-    may follow the far one and run into the near one.
+    The order matters, because `BasicAgent` takes the first hit in the list for the nearest one. With two cyclists in a
+    row, it could otherwise follow the far one and run into the near one.
 
-    `obstacles` returns things with `id`, `type_id`, `bounding_box`, `get_transform`, `get_location` and `get_velocity`.
+    `obstacles` returns objects with `id`, `type_id`, `bounding_box`, `get_transform`, `get_location`, `get_velocity`.
     """
 
     def __init__(self, world: Any, vehicle: Any, obstacles: Callable[[], Iterable[Any]]) -> None:
@@ -42,7 +42,7 @@ class ShownWorld:
         self._obstacles = obstacles
 
     def get_actors(self, *ids: Any) -> Any:
-        """CARLA's list; without ids, one whose vehicles include the obstacles that the agent is to see."""
+        """Return CARLA's list. Without ids, its vehicles include the obstacles that the agent should see."""
         actors = self._shown.get_actors(*ids)
         return actors if ids else ShownActors(actors, self._vehicle, self._obstacles)
 
@@ -51,7 +51,7 @@ class ShownWorld:
 
 
 class ShownActors:
-    """A `carla.ActorList` whose vehicles are those and the obstacles."""
+    """A `carla.ActorList` whose vehicles include the obstacles."""
 
     def __init__(self, actors: Any, vehicle: Any, obstacles: Callable[[], Iterable[Any]]) -> None:
         self._actors = actors
@@ -59,7 +59,7 @@ class ShownActors:
         self._obstacles = obstacles
 
     def filter(self, pattern: str) -> Any:
-        """CARLA's filter; vehicles come with the obstacles, the nearest first."""
+        """Return what CARLA's filter finds; vehicles together with the obstacles, nearest first."""
         found = self._actors.filter(pattern)
         if pattern != VEHICLES:
             return found
@@ -67,7 +67,7 @@ class ShownActors:
         return sorted([*found, *self._obstacles()], key=lambda thing: float(here.distance(thing.get_location())))
 
     def find(self, actor_id: int) -> Any:
-        """An actor by its id; None if there is none."""
+        """Return an actor by its id; None if there is none."""
         return self._actors.find(actor_id)
 
     def __iter__(self) -> Iterator[Any]:

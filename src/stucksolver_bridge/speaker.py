@@ -1,4 +1,4 @@
-"""Says the lines of a guidance script when their time has come (the format is described in docs/evaluate.md)."""
+"""Speaks the lines of a guidance script when they are due (docs/evaluate.md describes the format)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Speaker:
         self._moved_s = 0.0
 
     def due(self, time_s: float, place_m: float, speed_mps: float) -> list[str]:
-        """What is said at this tick."""
+        """Return the lines that are due at this tick."""
         if speed_mps >= STANDING_MPS:
             self._moved_s = time_s
         values = {"time_s": time_s, "place_m": place_m, "stopped_s": time_s - self._moved_s}

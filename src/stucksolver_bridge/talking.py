@@ -1,4 +1,4 @@
-"""What both clients of the solver's process share: a passenger's words, the events, the fault and the end.
+"""What both clients of the solver's process share: passing on a passenger's words and the events, faults, closing.
 
 Python 3.7, standard library only.
 """
@@ -28,11 +28,11 @@ class Talking:
 
     @property
     def fault(self) -> str | None:
-        """Why the solver's process is gone; None while it is there."""
+        """Why the solver's process has ended; None while it is running."""
         return self.solver.fault
 
     def say(self, text: str) -> None:
-        """Pass on a passenger's words, with the next tick that has room: one sentence a tick."""
+        """Pass on a passenger's words with the next free tick: one sentence per tick."""
         self._said.append(text)
 
     def close(self) -> None:
@@ -40,7 +40,7 @@ class Talking:
         self.solver.close()
 
     def _with_words(self, tick: dict[str, Any]) -> dict[str, Any]:
-        """Return the tick with the next sentence, if one waits."""
+        """Return the tick with the next sentence, if one is waiting."""
         if self._said:
             tick["say"] = self._said.pop(0)
         return tick

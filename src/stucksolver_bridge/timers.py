@@ -1,7 +1,7 @@
-"""The baseline that the field has, beside BehaviorAgent: one thing after the other, looking at nothing.
+"""The timer-based baseline with BehaviorAgent: a stopped car tries one action after another, without looking.
 
-A car that stands waits on after 8 s, reverses after 15 s, overtakes on the left after 30 s and on the right after 60 s;
-then it begins again. The figures are those of `stucksolver_eval.arms.timers`, which drives our own driver.
+After 8 s at a standstill it keeps waiting, after 15 s it reverses, after 30 s it overtakes on the left and after 60 s
+on the right; then it starts again. `stucksolver_eval.arms.timers` does the same with our own driver.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ BESIDE_M = 25.0
 OVERTAKE_MPS = 5.0
 ACTION_LIMIT_S = 15.0
 GOING_M = 15.0
-"""So much new ground ends the standstill: all timers begin anew."""
+"""This much progress ends the standstill: all timers start again."""
 STANDING_MPS = 0.1
 
 
 class Timers:
-    """Used as `Recovery` is."""
+    """Use it like `Recovery`."""
 
     fault: str | None = None
 
@@ -41,12 +41,12 @@ class Timers:
             (RIGHT_S, "overtake right", False),
         )
         self._stuck: tuple[float, Any] | None = None
-        """Since when, and where."""
+        """Since when the vehicle has been stationary, and where."""
         self._next = 0
         self._began_s: float | None = None
 
     def run_step(self) -> Any:
-        """This tick's `carla.VehicleControl`, not applied."""
+        """Return this tick's `carla.VehicleControl`, not applied."""
         now = float(self._world.get_snapshot().timestamp.elapsed_seconds)
         self._watch(now)
         if self._began_s is not None:
@@ -57,10 +57,10 @@ class Timers:
         return self._driver.run_step()
 
     def say(self, text: str) -> None:
-        """Timers do not listen."""
+        """Ignore a passenger's words: timers do not listen."""
 
     def close(self) -> None:
-        """Nothing is left to do."""
+        """Do nothing: no process has to be ended."""
 
     def _watch(self, now: float) -> None:
         velocity, place = self._vehicle.get_velocity(), self._vehicle.get_location()
@@ -99,7 +99,7 @@ class Timers:
         return [(x - k * math.cos(yaw), y - k * math.sin(yaw), REVERSE_MPS) for k in range(int(REVERSE_M) + 1)]
 
     def _beside(self, side: float) -> list[tuple[float, float, float]]:
-        """Over by one lane along the route and back again; `side` is 1 for the right, whatever is there."""
+        """Return a path one lane to the side along the route and back; `side` is 1 for the right. It checks nothing."""
         here = self._vehicle.get_location()
         route = [point.waypoint for point in self._driver.route]
         first = min(range(len(route)), key=lambda i: float(route[i].transform.location.distance(here)), default=0)

@@ -12,9 +12,9 @@ from typing import Any
 
 VERSION = 2
 LARGEST_BYTES = 64 * 1024 * 1024
-"""A town's OpenDRIVE text is the largest thing sent; the largest of CARLA's has 30 MB."""
+"""The largest message is a town's OpenDRIVE text; CARLA's largest has 30 MB."""
 ANSWER_BYTES = 512 * 1024
-"""The largest thing that the solver says is a route: 15 km of it have 512 KiB, read in a fraction of a tick."""
+"""The solver's largest message is a route: 15 km take 512 KiB, which is read in a fraction of a tick."""
 _LENGTH = struct.Struct(">I")
 _CHUNK_BYTES = 1 << 16
 
@@ -24,9 +24,9 @@ class WireError(Exception):
 
 
 class Wire:
-    """One end of a connected socket. Raises `WireError` when anything is the matter.
+    """One end of a connected socket. Its methods raise `WireError` if anything goes wrong.
 
-    Every limit bounds a whole message, however slowly its bytes come. `largest_bytes`: of a message that is received.
+    Every time limit is for a whole message, however slowly its bytes arrive. `largest_bytes` bounds received messages.
     """
 
     def __init__(self, connected: socket.socket, largest_bytes: int = LARGEST_BYTES) -> None:
@@ -37,7 +37,7 @@ class Wire:
         self._out = bytearray()
 
     def post(self, message: dict[str, Any]) -> None:
-        """Have a message sent as far as the other side takes it; the rest goes whenever `send` or `look` is called."""
+        """Send as much of a message as the other side accepts now; later calls of `send` and `look` send the rest."""
         text = json.dumps(message, separators=(",", ":"), allow_nan=False).encode("utf-8")
         if len(text) > LARGEST_BYTES:
             raise WireError(f"a message of {len(text)} bytes is too long")
@@ -54,16 +54,16 @@ class Wire:
             self._push()
 
     def receive(self, limit_s: float | None = None) -> dict[str, Any]:
-        """The next message."""
+        """Return the next message."""
         message = self.look(_deadline(limit_s))
         if message is None:
             raise WireError(f"no answer within {limit_s} s")
         return message
 
     def look(self, until: float, waits: bool = True) -> dict[str, Any] | None:
-        """The next message, if it is whole at an instant of `time.monotonic`; what has come of it is kept.
+        """Return the next message if it is complete by an instant of `time.monotonic`; a part of one is kept for later.
 
-        Without `waits` only what is there already is read.
+        Without `waits`, only data that have already arrived are read.
         """
         while True:
             self._push()
@@ -79,11 +79,11 @@ class Wire:
                 return self._whole()
 
     def close(self) -> None:
-        """Closes the connection."""
+        """Close the connection."""
         self._socket.close()
 
     def _ready(self, within_s: float, reads: bool = True) -> bool:
-        """Can anything be done within a time?"""
+        """Return True if something can be read or sent within this time."""
         poll = select.poll()
         poll.register(self._socket, (select.POLLIN if reads else 0) | (select.POLLOUT if self._out else 0))
         return bool(poll.poll(None if within_s == math.inf else math.ceil(1000.0 * max(within_s, 0.0))))
@@ -92,7 +92,7 @@ class Wire:
         if not self._out:
             return
         try:
-            # One view, released at once: a bytearray with a view on it cannot shrink.
+            # The view is released at once, because a bytearray cannot shrink while a view on it exists.
             with memoryview(self._out) as left:
                 sent = self._socket.send(left)
         except BlockingIOError:
@@ -113,12 +113,12 @@ class Wire:
         self._in += part
 
     def _whole(self) -> dict[str, Any] | None:
-        """The first message that has come, once all of it has."""
+        """Return the first message if all of it has arrived."""
         if len(self._in) < _LENGTH.size:
             return None
         (length,) = _LENGTH.unpack(self._in[: _LENGTH.size])
         if length > self._largest:
-            raise WireError(f"a message of {length} bytes is announced, which is not a valid message")
+            raise WireError(f"a message of {length} bytes is announced; at most {self._largest} are allowed")
         end = _LENGTH.size + length
         if len(self._in) < end:
             return None

@@ -1,17 +1,17 @@
-"""A campaign: find the standstills of a suite, search plans for each, drive the best ones, and keep the outcomes.
+"""A campaign: find the standstills of a suite, search for plans, drive the best ones, and keep the outcomes.
 
 The folder of a campaign:
 
-campaign.json            what was asked for
-reference/ROUTE-SEED/    the drive with the rules, with every question that was asked
+campaign.json            the campaign's options
+reference/ROUTE-SEED/    the drive with the rules, and every question that was asked
 standstills/NAME.json    the moments at which a plan is wanted
-searches/NAME.json       the plans that the guard accepts there, best first, with the work that it took
+searches/NAME.json       the plans that the guard accepts there, best first, and the work that the search took
 drives/NAME/NUMBER/      one exact drive each
 labels.jsonl             one line for each exact drive
 best.json                the best plans, for `--recovery teacher:DIR`
-report.html              what there is to win
+report.html              how much better than the rules the best plans are
 
-Every step that is done already is skipped, so the same command goes on after it was killed.
+Completed steps are skipped, so the same command continues a campaign that was interrupted.
 """
 
 from __future__ import annotations
@@ -47,11 +47,11 @@ Say = Callable[[str], None]
 
 
 class CampaignError(RuntimeError):
-    """A campaign cannot go on; the message says why and what to do."""
+    """A campaign cannot continue; the message says why and what to do."""
 
 
 class Manifest(Model):
-    """What was asked for. A campaign goes on only with the same."""
+    """The options of a campaign. It continues only with the same ones."""
 
     version: int = 1
     suite: str
@@ -64,7 +64,7 @@ class Manifest(Model):
 
 
 class KeptSearch(Model):
-    """The result of a search and the work that it took: questions to the guard, forks, and wall time (s)."""
+    """The result of a search and the work that it took: guard checks, forks, and wall time (s)."""
 
     accepted: int
     checked: int
@@ -76,17 +76,17 @@ class KeptSearch(Model):
 
 @dataclass(frozen=True)
 class CampaignSpec:
-    """What is asked for.
+    """What a campaign should do.
 
     Attributes:
         suite: Name of the suite, or a file of routes.
         routes: The routes to drive.
         seed: Seed of the traffic.
         out: The campaign's folder.
-        best: Plans that are driven exactly at each standstill, beside the rules' and waiting.
-        jobs: Drives at a time.
-        drives: What all drives share.
-        search: How far to search.
+        best: Number of plans driven exactly at each standstill, in addition to the rules' plan and waiting.
+        jobs: Number of drives in parallel.
+        drives: Settings that all drives share.
+        search: Limits of the search.
     """
 
     suite: str
@@ -104,11 +104,11 @@ def collect(spec: CampaignSpec, say: Say) -> LabelFile:
     """Run everything that is not done yet, and return the labels.
 
     Args:
-        spec: What is asked for.
-        say: Takes a line of progress.
+        spec: What the campaign should do.
+        say: Called with each line of progress.
 
     Raises:
-        CampaignError: The folder holds another campaign, or a line of it cannot be read.
+        CampaignError: The folder contains another campaign, or a line of its labels cannot be read.
         OutputError: Something cannot be written.
     """
     _begin(spec)
@@ -138,7 +138,7 @@ def _begin(spec: CampaignSpec) -> None:
     if not path.exists():
         write_text(path, manifest.model_dump_json(indent=1) + "\n")
     elif Manifest.model_validate_json(path.read_text(encoding="utf-8")) != manifest:
-        raise CampaignError(f"{path} is of another campaign; choose another --out, or give the same options again")
+        raise CampaignError(f"{path} belongs to another campaign; choose another --out, or use the same options")
 
 
 # ---- the standstills
@@ -191,13 +191,13 @@ def _of_route(spec: CampaignSpec, route: Route) -> Iterator[Standstill]:
 
 
 def _trials(spec: CampaignSpec, still: Standstill, say: Say) -> list[Trial]:
-    """Return what is driven at a standstill: the rules' plan, waiting, and the best plans of the search."""
+    """Return what to drive at a standstill: the rules' plan, waiting, and the best plans of the search."""
     path = spec.out / SEARCHES / f"{still.name}.json"
     if not path.exists():
         found = search(spec, still)
         write_text(path, found.model_dump_json(indent=1) + "\n")
         say(
-            f"{still.name} ({still.scenario}): {found.accepted} plans of {found.checked} questions to the guard, "
+            f"{still.name} ({still.scenario}): {found.accepted} plans accepted, {found.checked} guard checks, "
             f"{found.forks} forks, {found.seconds:.0f} s"
         )
     kept = KeptSearch.model_validate_json(path.read_text(encoding="utf-8"))
@@ -206,7 +206,7 @@ def _trials(spec: CampaignSpec, still: Standstill, say: Say) -> list[Trial]:
 
 
 def search(spec: CampaignSpec, still: Standstill) -> KeptSearch:
-    """Search one standstill, and keep the best plans by turns of their kinds."""
+    """Search for plans at one standstill, and keep the best ones of each kind in turn."""
     began = time.perf_counter()
     ahead = LookAhead(still.town, still.surroundings, (spec.drives.maps,) if spec.drives.maps else ())
     guard = Guard(find_ladder(spec.drives.ladder or "evaluation").guard_policy())
@@ -227,7 +227,7 @@ def search(spec: CampaignSpec, still: Standstill) -> KeptSearch:
 
 
 def _drive(spec: CampaignSpec, trials: list[Trial], labels: LabelFile, say: Say) -> None:
-    """Drive what has no label yet; the drive with the rules is there already."""
+    """Drive every trial that has no label yet. The drive with the rules already exists."""
     done = {_key(one.standstill, one.source, one.plan) for one in labels.labels}
     left = [one for one in trials if _key(one.standstill.name, one.source, one.plan) not in done]
     routes = {route.id: route for route in spec.routes}
@@ -254,7 +254,7 @@ def _of_the_rules(spec: CampaignSpec, trial: Trial, route: Route) -> Label:
 
 
 def _ended(tasks: list[Task], jobs: int) -> Iterator[tuple[Task, RouteOutcome]]:
-    """Drive them, and yield each as it ends. Raises `OutputError`."""
+    """Run the drives, and yield each one as it ends. Raises `OutputError`."""
     for news in run_tasks(tasks, jobs):
         if news.outcome is not None:
             yield news.task, news.outcome
@@ -265,7 +265,7 @@ def _key(standstill: str, source: str, plan: RecoveryPlan | None) -> tuple[str, 
 
 
 def plan_digest(plan: RecoveryPlan | None) -> str:
-    """Return a short name of a plan for files: `wait` for none."""
+    """Return a short name for a plan's files; `wait` if there is no plan."""
     return "wait" if plan is None else hashlib.sha256(plan.model_dump_json().encode()).hexdigest()[:12]
 
 
@@ -275,7 +275,7 @@ def said_of(label: Label) -> str:
     if label.grade is None:
         return f"{label.standstill} {plan}: not driven: {label.error}"
     if not label.reached:
-        return f"{label.standstill} {plan}: did not come to the same moment"
+        return f"{label.standstill} {plan}: did not reach the same moment"
     got = label.grade.recovered_after_s
     on = "no recovery" if got is None else f"recovered after {got:.0f} s"
     harm = label.grade.collisions + label.grade.infractions
@@ -285,7 +285,7 @@ def said_of(label: Label) -> str:
 def book_of(labels: Iterable[Label]) -> PlanBook:
     """Return the best plan of each standstill.
 
-    Where the rules wait, and nothing that was driven is better, nothing is written: the teacher waits anyway.
+    A standstill is left out if the rules wait there and no driven plan is better: the teacher waits there anyway.
     """
     plans: dict[str, RecoveryPlan | None] = {}
     for name, group in by_standstill(labels).items():

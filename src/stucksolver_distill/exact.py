@@ -1,6 +1,6 @@
-"""Exact drives: the route is driven again to the very same moment, with another plan there.
+"""Exact drives: a route is driven again up to the very same moment, and another plan is executed there.
 
-Runs of the embedded simulator are the same bit for bit, so a drive differs only from the plan on.
+Runs of the embedded simulator are identical bit for bit, so two drives differ only from the plan onwards.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ QUESTIONS = "questions.jsonl"
 
 @dataclass(frozen=True)
 class DriveSpec:
-    """What all drives of a campaign share.
+    """Settings that all drives of a campaign share.
 
     Attributes:
-        driver: Who drives.
+        driver: Name of the driver.
         ladder: The ladder's file; None for the evaluation's own profile.
-        maps: Further folders of maps.
-        limit_s: A route ends at this time (s); None: when it ends by itself.
+        maps: Additional folders of maps.
+        limit_s: Time at which every route is ended (s); None if it should run to its own end.
     """
 
     driver: str = "behavior:normal"
@@ -47,12 +47,12 @@ def drive_task(spec: DriveSpec, route: Route, seed: int, book: PlanBook, folder:
     """Prepare a drive that plays a book of plans back.
 
     Args:
-        spec: What all drives share.
+        spec: Settings that all drives share.
         route: The route.
         seed: Seed of its traffic.
         book: The plans to play back.
-        folder: Takes everything of this drive.
-        waits: Elsewhere it waits; otherwise it does what the rules say.
+        folder: Folder for all files of this drive.
+        waits: If True, the vehicle waits at every standstill that is not in the book; if False, the rules decide there.
 
     Raises:
         OutputError: The folder cannot be written.
@@ -71,7 +71,7 @@ def questions_of(folder: Path) -> tuple[AskedQuestion, ...]:
 
 @dataclass(frozen=True)
 class Trial:
-    """One answer to be driven at a standstill."""
+    """One answer to drive at a standstill."""
 
     standstill: Standstill
     source: Source
@@ -80,12 +80,12 @@ class Trial:
 
     @property
     def book(self) -> PlanBook:
-        """The book with this answer alone; without it the rules decide."""
+        """A book with only this answer; for the rules it is empty, so that they decide."""
         return PlanBook() if self.source == "rules" else PlanBook(plans={self.standstill.digest: self.plan})
 
 
 def label_of(trial: Trial, task: Task, outcome: RouteOutcome) -> Label:
-    """Grade a drive that has ended, and check that it came to the standstill."""
+    """Grade a drive that has ended, and check that it reached the standstill."""
     still = trial.standstill
     reached = any(digest_of(one) == still.digest for one in questions_of(task.folder))
     graded = _grade(task, outcome, still.at_s) if outcome.state == "driven" else None

@@ -1,4 +1,4 @@
-"""What there is to win over the rules, as far as a search has found it: a lower bound, with the work spent."""
+"""The gain over the rules that a search has found: a lower bound of the possible gain, with the work spent."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ HEAD = (
 
 @dataclass(frozen=True)
 class Row:
-    """The grades at one standstill. `best` is the best of all drives, those of the rules and of waiting included."""
+    """The grades at one standstill. `best` is the best of all drives, including those of the rules and of waiting."""
 
     name: str
     scenario: str
@@ -91,17 +91,17 @@ def page(manifest: Manifest, labels: Sequence[Label], searches: Sequence[KeptSea
     head = [
         note(
             f"Suite {manifest.suite}, seed {manifest.seed}, driver {manifest.driver}. Every figure comes from exact "
-            f"drives: the route is driven again to the very same moment. “Best” is the best of the rules’ plan, "
-            f"waiting and up to {manifest.best} plans of the search, so what it wins over the rules is a lower bound "
-            "of what there is to win: more drives can only raise it."
+            f"drives: the route is driven again up to the very same moment. “Best” is the best of the rules’ plan, "
+            f"waiting and up to {manifest.best} plans of the search, so its gain over the rules is a lower bound of "
+            "the possible gain: more drives can only raise it."
         ),
         note(budget(labels, searches)),
     ]
     sections = [
-        section("Winnable gap by scenario type", table("winnable gap", HEAD, _by_type(rows))),
+        section("Gain by scenario type", table("gain by type", HEAD, _by_type(rows))),
         section("Each standstill", table("standstills", ("Standstill", "Scenario", *DETAIL), _details(rows))),
     ]
-    return document("What there is to win over the rules", head, sections)
+    return document("Possible gain over the rules", head, sections)
 
 
 def budget(labels: Sequence[Label], searches: Sequence[KeptSearch]) -> str:
@@ -110,10 +110,10 @@ def budget(labels: Sequence[Label], searches: Sequence[KeptSearch]) -> str:
     missed = sum(one.grade is not None and not one.reached for one in labels)
     forks, fork_s = sum(one.forks for one in searches), sum(one.fork_s for one in searches)
     return (
-        f"Spent: {len(labels)} exact drives, {sum(one.drive_s for one in labels):.0f} s of wall time, one core and a "
-        f"simulator each; {failed} failed and {missed} did not come to the same moment, and count for nothing. The "
-        f"searches asked the guard {sum(one.checked for one in searches)} times and looked ahead in {forks} forks "
-        f"within {fork_s:.0f} s, and took {sum(one.seconds for one in searches):.0f} s in all."
+        f"Work: {len(labels)} exact drives, {sum(one.drive_s for one in labels):.0f} s of wall time, one core and one "
+        f"simulator each; {failed} failed and {missed} did not reach the same moment, and are left out. The "
+        f"searches made {sum(one.checked for one in searches)} guard checks and {forks} forks ({fork_s:.0f} s), and "
+        f"took {sum(one.seconds for one in searches):.0f} s in total."
     )
 
 

@@ -1,4 +1,4 @@
-"""What became of a standstill in an exact drive, and which of two endings is better."""
+"""Grades how an exact drive continued after a standstill, and ranks the grades."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from stucksolver_eval.scores.recovery import AFTER_S, NOT_HARM, PROGRESS_M, WITH
 from stucksolver_eval.scores.smoothness import CORRECTED, smoothness
 
 COLLISION = "collisions_"
-"""How the kinds of collisions begin."""
+"""Prefix of the infraction kinds that are collisions."""
 
 
 class Grade(Model):
-    """The ending of one drive, from the standstill on.
+    """The outcome of one drive from the standstill on.
 
     Attributes:
-        recovered_after_s: Time to 15 m of new progress (s); None if they were not made.
-        collisions: Collisions until 10 s after the recovery, or to the end without one.
+        recovered_after_s: Time until 15 m of new progress (s); None if the vehicle did not get that far.
+        collisions: Collisions until 10 s after the recovery, or until the end if there was none.
         infractions: Other infractions in the same time, except those about time and speed.
         near_misses: Near misses in the same time.
-        comfort: Share of one-second blocks within nuPlan's bounds (the corrected rule); None for too short a drive.
+        comfort: Share of one-second blocks within nuPlan's bounds (the corrected rule); None if the drive is too short.
         driving_score: The route's driving score, 0 to 100.
         completion: Route completion (%).
         success: The route was driven to its end without an infraction.
@@ -62,7 +62,7 @@ def grade(outcome: RouteOutcome, record: RouteRecord, motion: dict[str, Array], 
         outcome: What happened.
         record: The scores.
         motion: The ego's motion, each array of shape (ticks, 3), as `read_metric_info` returns it.
-        at_s: When the vehicle stood.
+        at_s: Time of the standstill (s).
     """
     place_m = max((place for t, place in outcome.track if t <= at_s), default=0.0)
     arrived = [t for t, place in outcome.track if t > at_s and place >= place_m + PROGRESS_M]

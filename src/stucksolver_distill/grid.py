@@ -1,6 +1,6 @@
 """All behaviours that a scene offers, with parameters on a grid.
 
-The grid follows from the schemas in the scene, which come from the registry: a new behaviour needs no line here.
+The grid is made from the schemas in the scene, which come from the registry: a new behaviour needs no change here.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from stucksolver.decision.behaviors import Behavior, parse_behavior
 from stucksolver.scene import Scene
 
 MOST_IDS = 3
-"""Objects and waypoints that are tried for each parameter that names one."""
+"""Number of objects or waypoints that are tried for each parameter that names one."""
 CALLS = frozenset({"request_assistance"})
-"""Behaviours that ask a person, who is not there in a search."""
+"""Behaviours that ask a person. In a search there is nobody to ask."""
 Values = tuple[Any, ...]
 
 
@@ -25,7 +25,7 @@ def offered(scene: Scene, steps: int) -> tuple[Behavior, ...]:
 
     Args:
         scene: The scene, with the behaviours that the stack offers.
-        steps: Values of each number; they are spread evenly on a logarithmic scale between its bounds.
+        steps: How many values of each number to try, spread evenly on a logarithmic scale between its bounds.
     """
     found: list[Behavior] = []
     for one in scene.behaviors:
@@ -41,7 +41,7 @@ def offered(scene: Scene, steps: int) -> tuple[Behavior, ...]:
 
 
 def _parsed(data: dict[str, Any]) -> Behavior | None:
-    """Return the behaviour, or None where parameters that are valid alone are not valid together."""
+    """Return the behaviour, or None if the parameters are valid one by one but not together."""
     try:
         return parse_behavior(data)
     except ValidationError:
@@ -63,7 +63,7 @@ def _values(name: str, schema: dict[str, Any], scene: Scene, steps: int) -> Valu
 
 
 def _numbers(schema: dict[str, Any], steps: int) -> Values:
-    """Return a number's values, bounds included unless they are excluded, and its default."""
+    """Return the values of a number: its default, and a grid with its bounds unless the schema excludes them."""
     open_low = "minimum" not in schema
     low, high = float(schema["exclusiveMinimum" if open_low else "minimum"]), float(schema["maximum"])
     parts = [(k + open_low) / (steps - 1 + open_low) for k in range(steps)] if steps > 1 else [0.5]

@@ -13,7 +13,7 @@ from stucksolver.scene.model import Model
 from stucksolver_distill.grade import Grade
 
 Source = Literal["rules", "wait", "teacher"]
-"""Whose answer was driven: what the rules decide, waiting from here on, or a plan that the search found."""
+"""Whose answer was driven: the rules' decision, waiting from here on, or a plan that the search found."""
 
 
 class Label(Model):
@@ -24,8 +24,8 @@ class Label(Model):
         scenario: Type of the route's first scenario.
         source: Whose answer it is.
         plan: The plan; None for a wait.
-        value: What the look-ahead thought of it (m); None if it was not asked.
-        reached: The drive came to this very moment, bit for bit. Otherwise the line is no label.
+        value: The plan's value in the look-ahead (m); None if that was not used.
+        reached: True if the drive reached this very moment, bit for bit. If not, the line does not count.
         grade: The outcome; None if the drive failed.
         error: Why it failed.
         drive_s: Wall time of the drive (s).
@@ -44,18 +44,18 @@ class Label(Model):
 
     @property
     def counts(self) -> bool:
-        """True if it says something about the plan."""
+        """True if the line is a valid label for the plan."""
         return self.reached and self.grade is not None
 
 
 class LabelFile:
-    """Lines in a file; what a killed process wrote of its last line is dropped."""
+    """A file with one label per line. If a process was killed while it wrote the last line, that line is dropped."""
 
     def __init__(self, path: Path) -> None:
-        """Read what is there.
+        """Read the labels that the file already has.
 
         Raises:
-            ValueError: A line but the last is not a label. The message has its number.
+            ValueError: A line other than the last is not a label. The message has its number.
         """
         self._path = path
         self.labels: list[Label] = []

@@ -1,6 +1,6 @@
-"""A quick look ahead: the world is rebuilt once from what is seen, and forked for each plan and hypothesis.
+"""A quick look-ahead: the world is rebuilt once from what is seen, and forked for each plan and hypothesis.
 
-It only ranks. The scenario's scripts are not in the forks, so a plan counts for nothing until it has been driven.
+It only ranks plans. The forks do not run the scenario's scripts, so a plan gets its grade only from an exact drive.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from stucksolver.scene.objects import TWO_WHEELED, VEHICLES, TrackedObject
 from stucksolver_distill.trail import Trail
 
 HORIZON_S = 25.0
-"""A pass takes about 15 s; what is left shows whether the ego gets on after it."""
+"""A pass takes about 15 s; the rest shows whether the ego makes progress after it."""
 TICK_S = 0.1
 """Twice the step of the drives: half the work, and still 1 m at the highest speed of a plan."""
 EGO = "vehicle.lincoln.mkz_2020"
 NEAR_M = 0.3
 """The gap of a near miss."""
 NEARER_M = 0.05
-"""Who has not come nearer by this much was there before, and counts neither as a contact nor as a near miss."""
+"""Someone who has not come nearer by this much was already there, and counts neither as a contact nor a near miss."""
 CONTACT_COSTS_M, NEAR_COSTS_M = 200.0, 20.0
 """Metres of progress that a contact and a near miss outweigh. They order a list; nothing else depends on them."""
 MOST_PROGRESS_M = 60.0
@@ -39,14 +39,14 @@ CLEARANCE_M = 0.1
 
 
 class Hypothesis(str, Enum):
-    """What the others do."""
+    """What other road users do."""
 
     STAND = "stand"
     """Everybody stays where they are."""
     ROLL = "roll"
-    """Everybody ahead keeps their velocity; who stands or is behind, stands."""
+    """Everybody ahead keeps their velocity. Everybody who is stationary or behind stays where they are."""
     DRIVE = "drive"
-    """All vehicles drive along their lanes, by carlette's own traffic, also those that stand."""
+    """All vehicles, including stationary ones, drive along their lanes, controlled by carlette's own traffic."""
 
 
 @dataclass
@@ -62,9 +62,9 @@ class LookAhead:
     """Ranks trails from one moment.
 
     Args:
-        town: Name of the map, whose frame is that of the surroundings.
-        seen: The moment.
-        maps: Further folders of maps.
+        town: Name of the map, whose frame the surroundings use.
+        seen: The surroundings at this moment.
+        maps: Additional folders of maps.
     """
 
     town: str
@@ -90,18 +90,18 @@ class LookAhead:
         self._first_m = self._gaps(self._world)
 
     def value(self, trail: Trail) -> float:
-        """Return the mean over all hypotheses of the progress (m) less the cost of contacts and near misses (m)."""
+        """Return the progress minus the cost of contacts and near misses (m), averaged over all hypotheses."""
         return float(np.mean([self.outcome(trail, one) for one in Hypothesis]))
 
     def outcome(self, trail: Trail, hypothesis: Hypothesis) -> float:
-        """Return the same under one hypothesis; after the trail the ego drives on along its lane by itself."""
+        """Return the value under one hypothesis. After the trail, carlette's traffic drives the ego along its lane."""
         began = time.perf_counter()
         world = self._world.fork()
         self.spent.forks += 1
         driven = [a.id for a, o in self._others if o.kind in VEHICLES] if hypothesis is Hypothesis.DRIVE else []
         world.traffic = Traffic(world, driven) if driven else None
         if hypothesis is not Hypothesis.DRIVE:
-            # Bodies without a driver would roll on.
+            # Bodies without a driver would keep rolling.
             world.bodies.velocity[[world.actors[actor.id].row for actor, _ in self._others]] = 0.0
         least_m, on_its_own = math.inf, False
         for tick in range(1, round(HORIZON_S / TICK_S) + 1):
@@ -115,7 +115,7 @@ class LookAhead:
             if t_s <= trail.end_s:
                 # After the tick: its physics must not move a body that follows a trail.
                 _put(world, self._ego, trail, t_s)
-                # What happens after the trail is the traffic's doing, not the plan's: only its progress counts.
+                # After the trail, traffic and not the plan decides what happens, so only the progress counts then.
                 least_m = min(least_m, self._gap(world))
             if least_m <= 0.0:
                 break
@@ -128,14 +128,14 @@ class LookAhead:
         for actor, one in self._others:
             beyond = (one.x_m - ego.x_m) * math.cos(ego.yaw_rad) + (one.y_m - ego.y_m) * math.sin(ego.yaw_rad)
             if beyond < 0.0:
-                # Who is behind would brake for a vehicle that stands.
+                # Traffic behind would brake for a stationary vehicle.
                 continue
             position = world.bodies.position[world.actors[actor.id].row]
             start = self._world.bodies.position[actor.row]
             position[:2] = start[0] + one.vx_mps * t_s, start[1] - one.vy_mps * t_s
 
     def _gap(self, world: World) -> float:
-        """Return the gap to the nearest of those who are nearer than at the standstill (m)."""
+        """Return the smallest gap to anyone who is nearer than at the standstill (m)."""
         gaps = self._gaps(world)
         return float(gaps[gaps < self._first_m - NEARER_M].min(initial=math.inf))
 
@@ -149,7 +149,7 @@ class LookAhead:
         return separation(mine, half, theirs, self._half)
 
     def _progress(self, world: World) -> float:
-        """Return the way along the route from the standstill (m)."""
+        """Return the distance travelled along the route since the standstill (m)."""
         x, y = world.bodies.position[world.actors[self._ego.id].row, :2].tolist()
         points = np.array([[self.seen.ego.x_m, self.seen.ego.y_m], [x, -y]])
         s, _, _ = self._frame.to_road(points)
@@ -168,7 +168,7 @@ def _put(world: World, ego: Actor, trail: Trail, t_s: float) -> None:
 
 
 def _enter(world: World, one: TrackedObject) -> Actor | None:
-    """Bring an object into the world: the model of a vehicle that is nearest in size, or a box that stays."""
+    """Add an object to the world: a vehicle as the model nearest in size, anything else as a box that does not move."""
     if one.kind in VEHICLES:
         two_wheeled = one.kind in TWO_WHEELED
         models = [m for m in load_catalogue().vehicles.values() if m.is_two_wheeler is two_wheeled]

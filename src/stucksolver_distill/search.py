@@ -25,13 +25,13 @@ Value = Callable[[Trail], float]
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """How far to search.
+    """Limits of a search.
 
     Attributes:
         depth: Most behaviours in a plan.
-        beam: Partial plans that are continued at each depth.
-        steps: Values of each parameter for the first behaviour.
-        later_steps: The same for the second and third.
+        beam: Number of partial plans that are continued at each depth.
+        steps: Number of values of each parameter for the first behaviour.
+        later_steps: Number of values of each parameter for the second and third behaviour.
     """
 
     depth: int = 3
@@ -41,7 +41,7 @@ class SearchSettings:
 
 
 class Candidate(Model):
-    """A plan that the guard accepts at the standstill, with its value by the look-ahead."""
+    """A plan that the guard accepts at the standstill, with its value in the look-ahead."""
 
     plan: RecoveryPlan
     value: float
@@ -56,7 +56,7 @@ class _Node:
 
 @dataclass
 class Search:
-    """A search from one standstill. `checked` counts the questions to the guard."""
+    """A search from one standstill. `checked` counts the guard checks."""
 
     guard: Guard
     scene: Scene
@@ -77,7 +77,7 @@ class Search:
         return tuple(sorted(found, key=lambda one: -one.value))
 
     def _extended(self, node: _Node, one: Behavior) -> _Node | None:
-        """Return the plan with one more behaviour, if the guard accepts that from where the plan has led so far."""
+        """Return the plan with one more behaviour, if the guard accepts that behaviour from the plan's end."""
         view = FrenetScene(moved(self.seen, node.trail))
         self.checked += 1
         if one.stands_still:
@@ -92,7 +92,7 @@ class Search:
         return _Node((*node.behaviors, one), trail, self.value(trail))
 
     def _admitted(self, node: _Node) -> Candidate | None:
-        """Return the whole plan as a candidate, if it is admitted at the standstill as the solver would admit it."""
+        """Return the whole plan as a candidate, if the solver would admit it at the standstill."""
         plan = RecoveryPlan.model_validate({"behaviors": node.behaviors})
         self.checked += 1
         if against_offers(plan, self.scene) is not None:
@@ -103,12 +103,12 @@ class Search:
 
 
 def kinds(behaviors: Iterable[Behavior]) -> tuple[str, ...]:
-    """Return the names of behaviours: the kind of a plan, whatever its parameters."""
+    """Return the names of behaviours: the kind of a plan, without its parameters."""
     return tuple(behavior.name for behavior in behaviors)
 
 
 def varied(items: Iterable[T], key: Callable[[T], tuple[tuple[str, ...], float]], most: int) -> list[T]:
-    """Return the best items by turns: the best one of each kind first, then the second of each, and so on.
+    """Return the best items of each kind in turn: first the best one of each kind, then the second best, and so on.
 
     Args:
         items: What to choose from.

@@ -1,4 +1,4 @@
-"""A standstill: the moment at which a driver has stopped, the detector has fired, and a reasoner is asked."""
+"""A standstill: the moment at which the vehicle has stopped, the detector has fired, and a reasoner is asked."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from stucksolver.scene import Scene, Surroundings
 from stucksolver.scene.model import Model
 
 SCREENED_BY = "rules"
-"""Who answers where the ladder's look for a wait comes first: then the reasoner itself is not asked."""
+"""Who answers if the ladder first checks whether to wait, so that the reasoner itself is not asked."""
 
 
 class Standstill(Model):
-    """One standstill. The first seven fields identify it: the same drive comes to the same moment again.
+    """One standstill. The first seven fields identify it: the same drive reaches the same moment again.
 
     Attributes:
         suite: Name of the suite.
         route_id: The route within it.
         seed: Seed of the traffic.
-        driver: Who drives.
+        driver: Name of the driver.
         tick: Frame of the simulator.
         digest: `scene_digest` of the scene.
         scenario: Type of the route's first scenario.
         town: The map.
         at_s: Time since the start of the route (s).
-        scene: What the reasoner is told.
+        scene: The scene that the reasoner gets.
         surroundings: What the guard sees at this tick, in the map's right-handed frame.
-        rules: What the rules decide.
+        rules: The rules' decision.
     """
 
     suite: str
@@ -47,15 +47,15 @@ class Standstill(Model):
 
     @property
     def name(self) -> str:
-        """Short and unique within a suite and a driver: for files and lines."""
+        """A short name, unique within a suite and a driver, for files and messages."""
         return f"{self.route_id}-{self.seed}-{self.digest}"
 
 
 def moments(questions: Sequence[AskedQuestion]) -> tuple[AskedQuestion, ...]:
-    """Return the questions of a drive that are standstills: the first one that came to the reasoner itself, and the
-    first one at which the rules had a plan.
+    """Return the questions of a drive that are standstills: the first one that reached the reasoner itself, and the
+    first one for which the rules had a plan.
 
-    Until then everybody has only waited, so the driver has driven alone. Both may be the same question.
+    Before that, every answer was to wait, so the driver has driven alone. Both may be the same question.
     """
     asked = [one for one in questions if one.reasoner != SCREENED_BY and one.surroundings is not None]
     planned = [one for one in asked if one.decision.plan is not None]
@@ -64,5 +64,5 @@ def moments(questions: Sequence[AskedQuestion]) -> tuple[AskedQuestion, ...]:
 
 
 def digest_of(question: AskedQuestion) -> str:
-    """Return the digest by which the same moment is recognised in another drive."""
+    """Return the digest that identifies the same moment in another drive."""
     return scene_digest(question.scene)

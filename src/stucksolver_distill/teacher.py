@@ -17,7 +17,7 @@ from stucksolver_eval.suites import suite
 
 @dataclass(frozen=True)
 class Asked:
-    """What a person asks for; see the options."""
+    """The options of the command."""
 
     suite: str
     out: Path
@@ -39,16 +39,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=1, help="seed of the traffic")
     parser.add_argument("--best", type=int, default=10, metavar="N", help="plans driven exactly at each standstill")
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="number of drives in parallel")
-    parser.add_argument("--driver", default="behavior:normal", help="who drives until the standstill, and after it")
+    parser.add_argument("--driver", default="behavior:normal", help="driver before and after the standstill")
     parser.add_argument("--ladder", type=Path, metavar="FILE", help="escalation policy (default: evaluation)")
-    parser.add_argument("--maps", metavar="DIR", help="a further folder of maps")
+    parser.add_argument("--maps", metavar="DIR", help="an additional folder of maps")
     parser.add_argument("--limit", type=float, metavar="S", help="end every route at this time (default: at its end)")
     parser.add_argument("--beam", type=int, default=SearchSettings.beam, metavar="N", help="width of the beam search")
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the campaign; goes on there")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder; an existing campaign continues")
 
 
 def asked(options: argparse.Namespace) -> Asked:
-    """Return what the options say."""
+    """Return the parsed options."""
     return Asked(
         suite=options.suite,
         out=options.out,
@@ -65,12 +65,12 @@ def asked(options: argparse.Namespace) -> Asked:
 
 
 def teach(what: Asked) -> Path:
-    """Run a campaign, or go on with it, and return its report.
+    """Run a campaign, or continue it, and return the path of its report.
 
     Raises:
         SuiteError: There is no such suite or route.
-        RouteFileError: The file of routes is not right.
-        CampaignError: The folder holds another campaign.
+        RouteFileError: The file of routes is invalid.
+        CampaignError: The folder contains another campaign, or its labels cannot be read.
         OutputError: Something cannot be written.
     """
     spec = CampaignSpec(

@@ -44,7 +44,7 @@ class Trail:
 
 
 def begin(seen: Surroundings) -> Trail:
-    """Return the trail of nobody having done anything yet."""
+    """Return a trail that is only the ego's present pose."""
     ego = seen.ego
     return Trail(np.zeros(1), np.array([[ego.x_m, ego.y_m, ego.yaw_rad]]), ego.speed_mps)
 
@@ -55,7 +55,7 @@ def stand(trail: Trail, duration_s: float) -> Trail:
 
 
 def drive(trail: Trail, proven: Proven, view: FrenetScene) -> Trail:
-    """Append a path of the guard, driven as fast as its bounds and the vehicle's comfort allow."""
+    """Append a path proven by the guard, driven as fast as its bounds and the vehicle's comfort limits allow."""
     view = view.backwards if proven.reverse else view
     path, limits = proven.path, view.ego.limits
     profile = rollout(path, abs(trail.speed_mps), limits.comfort_acceleration_mps2, limits.comfort_braking_mps2)
@@ -67,7 +67,7 @@ def drive(trail: Trail, proven: Proven, view: FrenetScene) -> Trail:
 
 
 def moved(seen: Surroundings, trail: Trail) -> Surroundings:
-    """Return the surroundings with the ego at the end of a trail and everybody else where they are."""
+    """Return the surroundings with the ego at the end of a trail and everybody else where they were."""
     x, y, yaw = trail.at(trail.end_s)
     ego = seen.ego.model_copy(update={"x_m": x, "y_m": y, "yaw_rad": yaw, "speed_mps": trail.speed_mps})
     return seen.model_copy(update={"ego": ego})

@@ -1,12 +1,12 @@
 """BehaviorAgent with StuckSolver for `leaderboard_evaluator.py --agent THIS_FILE --agent-config CONFIG.json`.
 
-Our own planner drives in place of BehaviorAgent where the configuration says so.
+Our own planner drives in place of BehaviorAgent if the configuration sets `driver` to `planner`.
 
-Runs where the evaluator runs (Python 3.8 with CARLA 0.9.15, or later); the solver is a process of its own. CARLA's
-`agents` package, the leaderboard and scenario_runner must be on the path, as the evaluator itself demands.
+It runs in the evaluator's Python (3.8 with CARLA 0.9.15, or later); the solver runs in a separate process. CARLA's
+`agents` package, the leaderboard and scenario_runner must be on the path; the evaluator itself requires that too.
 
-Perception is `privileged` unless the configuration says `sensors`: BehaviorAgent looks at the world's actors. With
-`sensors` the data that the evaluator hands over go to the solver's process, where our planner drives by them.
+Perception is `privileged` unless the configuration says `sensors`: BehaviorAgent reads the world's actors. With
+`sensors`, the evaluator's sensor data go to the solver's process, where our planner uses them to drive.
 """
 
 from __future__ import annotations
@@ -42,15 +42,15 @@ AT_CENTRE = {"x": 0.0, "y": 0.0, "z": 0.0, "roll": 0.0, "pitch": 0.0, "yaw": 0.0
 
 
 def get_entry_point() -> str:
-    """The name of the class below, as the evaluator asks for it."""
+    """Return the name of the class below; the evaluator calls this."""
     return "StuckSolverAgent"
 
 
 class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
-    """Made anew for each route."""
+    """The agent; the evaluator creates a new one for each route."""
 
     def setup(self, path_to_conf_file: str) -> None:
-        """Raises `ConfigError`, `PlannerError` or `SolverError`: for the evaluator, an agent not set up."""
+        """Read the configuration. Raises `ConfigError`, `PlannerError` or `SolverError`; the setup then fails."""
         self.track = Track.SENSORS
         self._config, self._name = read_config(path_to_conf_file)
         self._metrics: dict[str, Any] = {}
@@ -61,19 +61,19 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         self._tick = 0
         self._place_m = 0.0
         self._hear(dict(self._config._asdict()))
-        # Bench2Drive hands over the plan before this, the leaderboard after it.
+        # Bench2Drive sets the plan before this call, the leaderboard after it.
         if getattr(self, "_dense_plan", None) is not None:
             self._begin(self._config)
 
     def set_global_plan(self, global_plan_gps: Any, global_plan_world_coord: Any) -> None:
-        """Keeps the dense route beside the sparse one that the base class makes of it."""
+        """Keep the dense route as well as the sparse one that the base class makes from it."""
         super().set_global_plan(global_plan_gps, global_plan_world_coord)
         self._dense_plan = global_plan_world_coord
         if getattr(self, "_config", None) is not None and self._driver is None and self._sensed is None:
             self._begin(self._config)
 
     def sensors(self) -> list[dict[str, Any]]:
-        """Front camera, LiDAR, IMU, GNSS and speedometer, as in Bao and Li 2025 (arXiv:2510.26023)."""
+        """Return front camera, LiDAR, IMU, GNSS and speedometer, as in Bao and Li 2025 (arXiv:2510.26023)."""
         if not self._config.sensors:
             return [{"type": "sensor.speedometer", "reading_frequency": 20, "id": "SPEED"}]
         return [
@@ -85,7 +85,7 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         ]
 
     def run_step(self, input_data: Any, timestamp: float) -> Any:
-        """This tick's `carla.VehicleControl`."""
+        """Return this tick's `carla.VehicleControl`."""
         self._speak(timestamp)
         if self._sensed is not None:
             control = self._sensed.run_step(input_data)
@@ -96,7 +96,7 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         return control
 
     def destroy(self) -> None:
-        """Ends the solver and writes what Bench2Drive's tools read."""
+        """End the solver, and write the file that Bench2Drive's tools read."""
         recovery = getattr(self, "_sensed", None) or getattr(self, "_recovery", None)
         self._recovery = self._sensed = None
         if recovery is not None:
@@ -158,7 +158,7 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         self._begin_speaking(config)
 
     def _settings(self, config: Config) -> dict[str, Any]:
-        """Of the solver's process."""
+        """Return the settings of the solver's process."""
         settings = {"recovery": config.recovery, "reasoner": config.reasoner, "clock": config.clock}
         settings["ladder"] = config.ladder
         if config.record:
@@ -182,7 +182,7 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
             listener.say(words)
 
     def _hear(self, event: dict[str, Any]) -> None:
-        """Written at once: a run that is cut short leaves what happened so far."""
+        """Write an event at once, so that an interrupted run keeps its events so far."""
         if not self._config.events:
             return
         os.makedirs(self._config.events, exist_ok=True)
