@@ -91,14 +91,20 @@ def _driver_alone(arm: str) -> str:
 
 
 def by_type(folder: Path, arms: dict[str, Summary]) -> list[list[str]]:
-    """Return the number of successful drives of each scenario type, one column per arm."""
+    """Return the number of successful drives of each scenario type, one column per arm.
+
+    Where the suite says what is right on a route (`recover`, `wait`, `ask`, `reroute`), a column shows it.
+    """
     drives = {name: list(csv.DictReader((folder / name / "routes.csv").open(encoding="utf-8"))) for name in arms}
     kinds = sorted({row["scenario"] for rows in drives.values() for row in rows})
-    table = [["type", "drives", *arms]]
+    right = {row["scenario"]: row["expected"] for rows in drives.values() for row in rows if row["expected"]}
+    table = [["type", *(["right is to"] if right else []), "drives", *arms]]
     for kind in kinds:
+        expected = [right.get(kind, "–")] if right else []
         of_kind = [[int(row["success"]) for row in rows if row["scenario"] == kind] for rows in drives.values()]
         most = max(len(successes) for successes in of_kind)
-        table.append([kind, str(most), *(str(sum(successes)) if successes else "–" for successes in of_kind)])
+        counts = [str(sum(successes)) if successes else "–" for successes in of_kind]
+        table.append([kind, *expected, str(most), *counts])
     return table
 
 
@@ -185,7 +191,7 @@ def main(name: str, later: str | None = None) -> None:
         print(_printed(table(arms)))
     if "alone" in arms:
         print(_printed(differences(RESULTS / name, arms)))
-    if name in ("bench220", "dev", "immobilized"):
+    if name.removesuffix("-now") in ("bench220", "dev", "immobilized"):
         print(_printed(by_type(RESULTS / name, arms)))
 
 

@@ -21,6 +21,8 @@ from stucksolver.signals import uninterrupted
 
 START_S = 30.0
 LEAVE_S = 5.0
+NICE = 10
+"""Added to the server's niceness: fifty pages that reload must not delay the control loop on the same cores."""
 HUB = "desk"
 """Name of the socket in its folder."""
 
@@ -104,6 +106,7 @@ class PassengerServer:
 
 def _serve(told: _Told, listening: socket.socket, theirs: Connection) -> None:
     """The body of the server's process."""
+    os.nice(NICE)
     threading.Thread(target=_end_with_parent, args=(theirs,), daemon=True).start()
     asyncio.run(_serving(told, listening, theirs))
 
