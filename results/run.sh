@@ -1,10 +1,10 @@
 #!/bin/sh
 # Runs the drives that results/*.md report. Resumes after an interruption.
 #
-#   results/run.sh bench220|dev|immobilized|sweep|wrong|wrong220|heedless|latency OUT
+#   results/run.sh bench220|dev|immobilized|immobilized-now|guided|sweep|wrong|wrong220|heedless|latency OUT
 #
-# `stucksolver` must be on the path; OUT gets one folder for each arm. `latency` needs the Python of the project's
-# environment, because it starts the tests' model server.
+# `stucksolver` must be on the path; OUT gets one folder for each arm. `guided` and `latency` need the Python of the
+# project's environment on the path.
 set -eu
 part=$1 out=$2
 mkdir -p "$out"
@@ -42,10 +42,22 @@ wrong() {
 }
 
 case $part in
-bench220) four_arms --suite bench220 --replays failed ;;
+bench220 | immobilized-now)
+    four_arms --suite "${part%-now}"
+    planner_arms --suite "${part%-now}"
+    ;;
 dev | immobilized)
     four_arms --suite "$part" --seeds 1,2,3
     late_arms --suite "$part" --seeds 1,2,3
+    ;;
+guided)
+    # Only the routes with words; on the others both arms are the same.
+    for suite in bench220 immobilized dev; do
+        words=$(dirname "$0")/../src/stucksolver_eval/suites/data/guidance-$suite.json
+        routes=$(python -c 'import json, sys; print(*sorted(json.load(open(sys.argv[1]))["routes"]), sep=",")' "$words")
+        arm "$suite-rules" --suite "$suite" --seeds 1,2,3 --routes "$routes" --recovery rules
+        arm "$suite-guided" --suite "$suite" --seeds 1,2,3 --routes "$routes" --recovery rules --guidance shipped
+    done
     ;;
 sweep) arm dev --suite dev --recovery rules --sweep v_min=2,5,10,20 --sweep dt=0.5,1,3,10 ;;
 wrong)

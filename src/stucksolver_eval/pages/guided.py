@@ -22,12 +22,14 @@ ABOUT = """Routes and words were drawn by seed and scenario type (`python -m stu
 committed before anything was driven with them. Each row is the paired difference, guided minus unguided, on the routes
 on which that was said; brackets are 95 % intervals of a bootstrap over routes. `won` and `lost` are drives that succeed
 in one arm only. `harm` is the number of additional infractions and near misses in all drives together. Bold rows sum up
-one kind. Both arms were driven with `--recovery rules`, ladder `evaluation`, simulator carlette, commit 5d065b7, and
-only on the routes with words (`--routes` with the ids in `suites/data/guidance-SUITE.json`). The goal was 5 points of
-driving score and 10 of success rate. `immobilized` reaches it on these routes, because of the broken red light;
-over all its 125 routes the gain is 2.7 and 4.0 points. `bench220` does not reach it: its failed routes lack sight
-of the oncoming lane or a gap in traffic, and words cannot replace either. On the four routes with a rock there is no
-other street to the destination."""
+one kind. Both arms were driven with `--recovery rules`, ladder `evaluation`, simulator carlette, commit d20f4eb, and
+only on the routes with words (`--routes` with the ids in `suites/data/guidance-SUITE.json`).
+
+The goal was 5 points of driving score and 10 of success rate. `immobilized` reaches it on the routes with words, because
+of the broken red light; over all its 125 routes the gain is 2.7 and 4.0 points, which misses the goal. `bench220` and
+`dev` miss it on any count: the routes that they fail lack sight of the oncoming lane or a gap in traffic, and words
+cannot replace either. Words that are dangerous, wrong or unhelpful changed no score. On the four routes with a rock
+there is no other street to the destination."""
 HEAD = "| kind | what was said | drives | DS | SR, points | won | lost | harm |\n|---|---|---|---|---|---|---|---|"
 
 
@@ -60,10 +62,10 @@ def page(pairs: dict[str, tuple[Path, Path]]) -> str:
 
 
 def _whole(unguided: Summary, guided: Summary) -> str:
-    seeds = ", ".join(map(str, guided.manifest.seeds))
+    seeds = ("seed " if len(guided.manifest.seeds) == 1 else "seeds ") + ", ".join(map(str, guided.manifest.seeds))
     scores = [f"{one.driving_score:.1f} / {one.success_rate:.1f}" for one in (unguided, guided)]
     return (
-        f"{len(guided.rows)} drives, seed {seeds}. Driving score / success rate over all drives: "
+        f"{len(guided.rows)} drives, {seeds}. Driving score / success rate over all drives: "
         f"{scores[0]} unguided, {scores[1]} guided."
     )
 
