@@ -38,10 +38,25 @@ def test_bench2drive_s_page_is_made_of_what_is_kept():
     ],
     ids=" ".join,
 )
-def test_each_row_of_the_tables_stands_in_its_page(told, capsys):
-    tables.main(*told)
-    rows = rows_with_figures(capsys.readouterr().out)
+def test_each_row_of_the_tables_stands_in_its_page(told):
+    rows = rows_with_figures("".join(tables.tables_of(*told)))
     assert rows and set(rows) <= set(page(told[0]).splitlines())
+
+
+TABLE = "| arm | DS | SR % |\n|---|---|---|\n| rules | 80.0 | 70.0 |\n"
+
+
+def test_a_table_replaces_the_one_with_the_same_first_three_heads():
+    other = "| arm | DS | vs. alone |\n|---|---|---|\n| rules | 1 | 2 |\n"
+    older = "| arm | DS | SR % | more |\n|---|---|---|---|\n| alone | 1 | 2 | 3 |\n| rules | 1 | 2 | 3 |\n"
+    before = f"# Page\n\n{other}\n{older}\nText.\n"
+    assert tables.replaced(before, TABLE) == f"# Page\n\n{other}\n{TABLE}\nText.\n"
+
+
+@pytest.mark.parametrize("count", [0, 2])
+def test_a_page_without_exactly_one_such_table_is_refused(count):
+    with pytest.raises(tables.PageError, match=f"{count} tables begin with | arm | DS | SR % |"):
+        tables.replaced("Text.\n\n" + f"{TABLE}\n" * count, TABLE)
 
 
 def test_each_row_of_the_comparison_with_carla_stands_in_its_page():

@@ -25,11 +25,11 @@ in one arm only. `harm` is the number of additional infractions and near misses 
 one kind. Both arms were driven with `--recovery rules`, ladder `evaluation`, simulator carlette, commit d20f4eb, and
 only on the routes with words (`--routes` with the ids in `suites/data/guidance-SUITE.json`).
 
-The goal was 5 points of driving score and 10 of success rate. `immobilized` reaches it on the routes with words, because
-of the broken red light; over all its 125 routes the gain is 2.7 and 4.0 points, which misses the goal. `bench220` and
-`dev` miss it on any count: the routes that they fail lack sight of the oncoming lane or a gap in traffic, and words
-cannot replace either. Words that are dangerous, wrong or unhelpful changed no score. On the four routes with a rock
-there is no other street to the destination."""
+The goal was 5 points of driving score and 10 of success rate. `immobilized` reaches it on the routes with words,
+because of the broken red light; over all its 125 routes the gain is 2.7 and 4.0 points, which misses the goal.
+`bench220` and `dev` miss it on any count: the routes that they fail lack sight of the oncoming lane or a gap in
+traffic, and words cannot replace either. Words that are dangerous, wrong or unhelpful changed no score. On the four
+routes with a rock there is no other street to the destination."""
 HEAD = "| kind | what was said | drives | DS | SR, points | won | lost | harm |\n|---|---|---|---|---|---|---|---|"
 
 

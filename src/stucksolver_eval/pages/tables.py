@@ -1,13 +1,16 @@
 """Prints stored results as tables: `python -m stucksolver_eval.pages.tables NAME`.
 
-Names are `wrong`, `bench220`, `dev`, `immobilized` and `latency`.
+Names are the folders of `results`, such as `bench220`, `dev`, `immobilized`, `wrong` and `latency`.
 
 Given two names, it compares the drives that both contain, seed by seed:
 `python -m stucksolver_eval.pages.tables dev dev-now`.
+
+With `--write`, the tables replace those in `results/NAME.md` whose first three column heads are the same.
 """
 
 from __future__ import annotations
 
+import argparse
 import csv
 import json
 import sys
@@ -127,6 +130,8 @@ def moved(before: Path, after: Path) -> list[list[str]]:
     rows = [_cells("arm | drives | DS | SR % | plans | lost | won")]
     for path in sorted(after.glob("*/routes.csv")):
         arm = path.parent.name
+        if not (before / arm).is_dir():
+            continue
         old, new = (_drives(folder / arm / "routes.csv") for folder in (before, after))
         both = sorted(old.keys() & new.keys())
         cells = [arm, str(len(both))]
@@ -171,11 +176,14 @@ def _printed(rows: list[list[str]]) -> str:
     return "\n".join([lines[0], "|" + "---|" * len(rows[0]), *lines[1:]]) + "\n"
 
 
-def main(name: str, later: str | None = None) -> None:
-    """Print the tables of one folder of results, or the comparison of two."""
+class PageError(ValueError):
+    """A page lacks a table; the message shows the head that it needs."""
+
+
+def tables_of(name: str, later: str | None = None) -> list[str]:
+    """Return the tables of one folder of results, or the comparison of two, in Markdown."""
     if later:
-        print(_printed(moved(RESULTS / name, RESULTS / later)), end="")
-        return
+        return [_printed(moved(RESULTS / name, RESULTS / later))]
     arms = {
         path.parent.name: json.loads(path.read_text(encoding="utf-8"))
         for path in sorted((RESULTS / name).glob("*/summary.json"))
@@ -183,17 +191,59 @@ def main(name: str, later: str | None = None) -> None:
     if not arms:
         raise SystemExit(f"no summary in {RESULTS / name}: run results/run.sh, then stucksolver_eval.pages.keep")
     if name.startswith("wrong"):
-        for suite in dict.fromkeys(arm.split("-")[0] for arm in arms):
-            print(f"## `{suite}`\n")
-            print(_printed(harm({arm.split("-", 1)[1]: one for arm, one in arms.items() if arm.startswith(suite)})))
-        return
-    for table in (scores, abilities, recovery):
-        print(_printed(table(arms)))
+        return [
+            f"## `{suite}`\n\n"
+            + _printed(harm({arm.split("-", 1)[1]: one for arm, one in arms.items() if arm.startswith(suite)}))
+            for suite in dict.fromkeys(arm.split("-")[0] for arm in arms)
+        ]
+    tables = [scores(arms), recovery(arms)]
+    if any(value is not None for one in arms.values() for value in one["abilities"].values()):
+        tables.append(abilities(arms))
     if "alone" in arms:
-        print(_printed(differences(RESULTS / name, arms)))
+        tables.append(differences(RESULTS / name, arms))
     if name.removesuffix("-now") in ("bench220", "dev", "immobilized"):
-        print(_printed(by_type(RESULTS / name, arms)))
+        tables.append(by_type(RESULTS / name, arms))
+    return [_printed(table) for table in tables]
+
+
+def replaced(page: str, table: str) -> str:
+    """Return the page with the table in place of the one whose first three column heads are the same.
+
+    Raises:
+        PageError: The page has no such table, or several.
+    """
+    head = _heads(table.splitlines()[0])
+    lines = page.splitlines()
+    found = [
+        at for at, line in enumerate(lines) if _heads(line) == head and "".join(lines[at + 1 : at + 2]).startswith("|-")
+    ]
+    if len(found) != 1:
+        raise PageError(f"{len(found)} tables begin with | {' | '.join(head)} |; the page needs exactly one")
+    end = next((at for at in range(found[0], len(lines)) if not lines[at].startswith("|")), len(lines))
+    return "\n".join([*lines[: found[0]], *table.splitlines(), *lines[end:]]) + "\n"
+
+
+def _heads(line: str) -> list[str]:
+    return [cell.strip() for cell in line.strip().strip("|").split("|")][:3]
+
+
+def main(arguments: list[str]) -> None:
+    """Print the tables, or write them into their page."""
+    parser = argparse.ArgumentParser(prog="stucksolver_eval.pages.tables", description="Prints stored results.")
+    parser.add_argument("name", help="folder in results")
+    parser.add_argument("later", nargs="?", help="a second folder, to compare with")
+    parser.add_argument("--write", action="store_true", help="replace the tables in results/NAME.md")
+    asked = parser.parse_args(arguments)
+    tables = tables_of(asked.name, asked.later)
+    if not asked.write:
+        print("\n".join(tables), end="")
+        return
+    path = RESULTS / f"{asked.name}.md"
+    page = path.read_text(encoding="utf-8")
+    for table in tables:
+        page = replaced(page, table)
+    path.write_text(page, encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main(sys.argv[1:])
