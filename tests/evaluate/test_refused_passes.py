@@ -27,7 +27,10 @@ def test_each_route_shows_the_refusal_that_lacked_the_least(tmp_path, capsys):
     written(tmp_path / "route a", sight(99.0, 10.0))
     written(tmp_path / "route c", other)
     assert main([str(tmp_path)]) == 0
-    assert capsys.readouterr().out.splitlines()[2:] == ["| route a | 99 | 10 | 7.3 |", "| route b | 150 | 120 | 7.3 |"]
+    assert capsys.readouterr().out.splitlines()[2:] == [
+        "| route a | 99 | 10 | 7.3 | 79 |",
+        "| route b | 150 | 120 | 7.3 | 79 |",
+    ]
 
 
 def test_a_folder_without_records_is_named_with_the_remedy(tmp_path, capsys):

@@ -3,7 +3,10 @@
     python -m stucksolver_eval.pages.refused_passes OUT
 
 `OUT` is the folder of an evaluation that was driven with `--record`. For each route, the refusal that came closest to
-the required sight is printed.
+the required sight is printed. The last column shows what would be required in the best case: the sight ends at a
+junction, and everybody there starts from rest when the pass begins. It uses the guard's own acceleration and margin
+(`OncomingPolicy`) and 50 km/h. A pass with less sight than that could not be proven even if the lights and stop lines
+of all others were known.
 """
 
 from __future__ import annotations
@@ -13,6 +16,9 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+
+from stucksolver.guard.policy import OncomingPolicy
+from stucksolver.guard.unseen import Unseen
 
 FACTS = ("needed_m", "seen_m", "time_s")
 
@@ -32,6 +38,13 @@ class RefusedPass:
     needed_m: float
     seen_m: float
     unseen_s: float
+
+    @property
+    def least_m(self) -> float:
+        """Sight that would be required if all unseen traffic started from rest at the end of the sight (m)."""
+        policy = OncomingPolicy()
+        starting = Unseen(0.0, 0.0, policy.unknown_limit_mps, policy.turned_accelerates_mps2)
+        return policy.sight_margin_m + starting.way_m(self.unseen_s)
 
 
 def nearest_of(folder: Path) -> tuple[RefusedPass, ...]:
@@ -70,8 +83,10 @@ def _rejects(value: object) -> Iterator[dict[str, float]]:
 
 def table(passes: tuple[RefusedPass, ...]) -> str:
     """Return the passes as a Markdown table."""
-    rows = [f"| {p.route} | {p.needed_m:.0f} | {p.seen_m:.0f} | {p.unseen_s:.1f} |" for p in passes]
-    return "\n".join(["| route | sight needed, m | seen, m | time, s |", "|---|---|---|---|", *rows])
+    rows = [f"| {p.route} | {p.needed_m:.0f} | {p.seen_m:.0f} | {p.unseen_s:.1f} | {p.least_m:.0f} |" for p in passes]
+    return "\n".join(
+        ["| route | sight needed, m | seen, m | time, s | in the best case, m |", "|---|---|---|---|---|", *rows]
+    )
 
 
 def main(arguments: list[str] | None = None) -> int:
