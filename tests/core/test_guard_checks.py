@@ -176,6 +176,33 @@ def test_nearer_means_nearer_than_at_the_start():
     assert [r.time_s for r in found] == [1.0]
 
 
+def against(d, *, x, y, running=False):
+    """Reasons against a path whose ego stands beside a car of its own length at (x, y)."""
+    case = replace(case_on(d, [0.0] * len(d), [thing("it", x, y, length=LENGTH_M, width=WIDTH_M)]), running=running)
+    return [one for one in checks.collision(case) if "scrape" in one.detail]
+
+
+@pytest.mark.parametrize("gap_m", [0.0, 0.09])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_what_the_ego_stands_against_is_not_scraped_along(gap_m, side):
+    beside = side * (WIDTH_M + gap_m)
+    (found,) = against([0.0] * 20, x=50.0, y=beside)
+    assert found.object_id == "it" and found.gap_m == pytest.approx(gap_m, abs=1e-6)
+    assert not against([0.0] * 20, x=50.0, y=side * (WIDTH_M + 0.11)), "not a contact"
+    assert not against([0.0] * 20, x=50.0, y=beside, running=True), "it parts while it runs"
+    away = -side * np.minimum(0.3 * np.arange(20), 1.5)
+    assert not against(away, x=50.0, y=beside), "it parts within half a metre"
+    returns = -side * np.concatenate([np.minimum(0.3 * np.arange(8), 1.0), np.maximum(1.0 - 0.3 * np.arange(8), 0.0)])
+    assert against(returns, x=52.0, y=beside), "it parts and then touches again"
+
+
+def test_who_stands_with_the_nose_against_a_car_may_back_off():
+    ahead = 50.0 + LENGTH_M + 0.02
+    case = case_on([0.0] * 8, [0.0] * 8, [thing("it", ahead, 0.0, length=LENGTH_M, width=WIDTH_M)])
+    back = replace(case, path=replace(case.path, s=50.0 - 0.5 * np.arange(8)))
+    assert not [one for one in checks.collision(back) if "scrape" in one.detail]
+
+
 def test_the_side_of_an_error_is_that_of_the_ego_and_not_of_the_lane():
     case = replace(case_on([0.0] * 4, [0.0] * 4, [thing("it", 60.0, 1.0)], y=2.0), running=True, error_m=0.2)
     assert drifted_to(case, np.array([0])).tolist() == [False]

@@ -49,6 +49,7 @@ def collision(case: CheckContext) -> list[Reject]:
         gap = standing_gaps(case, standing)
         found += _too_near(case, standing, gap, _margins(case, standing, case.quick.v), case.slow.t)
         found += _doors(case, standing, gap)
+        found += [] if case.running else _still_touched(case, standing, gap)
     if len(moving):
         t = times(case)
         stations = profiles(case, t)
@@ -104,6 +105,28 @@ def _too_near(case: CheckContext, which: Array, gap: Array, margin: Array, t: Ar
     worst = np.where(bad, gap, np.inf).min(axis=0)
     nearest = [k for k in np.argsort(worst)[:NAMED] if np.isfinite(worst[k])]
     return [_reject(case, int(which[k]), float(t[bad[:, k].argmax()]), float(worst[k])) for k in nearest]
+
+
+def _still_touched(case: CheckContext, which: Array, gap: Array) -> list[Reject]:
+    """Return a reason for each object that the ego stands against and that its path would scrape along.
+
+    `gap` (stations, objects) (m). The gap must open within `ClearancePolicy.parting_m` and stay open, at the latest
+    at the end of the path. `_too_near` does not see this: the object never comes nearer.
+    """
+    touch_m = case.policy.harm.touch_m
+    parted = np.hypot(case.path.s - case.path.s[0], case.path.d - case.path.d[0]) > case.policy.clearance.parting_m
+    parted[-1] = True
+    scraped = (gap[0] < touch_m) & (gap[parted] < touch_m).any(axis=0)
+    return [
+        Reject(
+            code=RejectCode.COLLISION,
+            detail=f"{thing.kind.value} {thing.id}: the ego stands against it and would scrape along it",
+            object_id=thing.id,
+            gap_m=float(gap[:, k].min()),
+        )
+        for k in np.flatnonzero(scraped)[:NAMED]
+        for thing in [case.view.objects[int(which[k])]]
+    ]
 
 
 def _still_to_drift(case: CheckContext) -> float:

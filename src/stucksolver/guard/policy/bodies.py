@@ -22,6 +22,10 @@ class ClearancePolicy(Model):
     """An object already nearer than a bound counts only if the path comes nearer by this much. Ours: a hand's
     breadth, above the noise of a constant gap.
     """
+    parting_m: PositiveFloat = 0.5
+    """A path away from something that the ego stands against must have parted from it after this way. Ours: enough to
+    back straight off, too little to scrape along.
+    """
     tracked_gap_m: NonNegativeFloat = 0.15
     """Part of each gap that tracking errors may use up while a plan runs: the running plan is checked from the ego's
     real pose.
