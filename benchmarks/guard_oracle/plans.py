@@ -14,6 +14,7 @@ from stucksolver.decision.behaviors import (
     ChangeLane,
     Creep,
     KeepLane,
+    NoseOut,
     Nudge,
     PullOver,
     RejoinRoute,
@@ -65,6 +66,8 @@ def at_random(draw: Drawn, setting: Setting) -> RecoveryPlan:
     """One or two behaviours, most of which suit the class of the scene."""
     fits = setting.propose is not None and draw.random() < 0.7
     first = setting.propose(draw) if fits and setting.propose else [draw.choice(ANYWHERE)(draw)]
+    if isinstance(first[0], ChangeLane) and draw.random() < 0.4:
+        first = [NoseOut(side=first[0].side, speed_mps=draw.uniform(0.5, 2.0)), *first]
     if len(first) == 1 and draw.random() < 0.15:
         extra = draw.choice(ANYWHERE)(draw) if draw.random() < 0.7 else Wait(duration_s=draw.uniform(1.0, 3.0))
         first = [*first, extra]
