@@ -11,7 +11,7 @@ from typing import Any
 import benchmarks.guard_oracle.scenes  # noqa: F401
 from benchmarks.guard_oracle.causes import excluded_by
 from benchmarks.guard_oracle.drive import drive, judged, manner, silence
-from benchmarks.guard_oracle.plans import at_random, from_rules
+from benchmarks.guard_oracle.plans import at_random, from_rules, nosed
 from benchmarks.guard_oracle.scene import CLASSES, Setting
 from benchmarks.guard_oracle.vehicle import Manner
 from benchmarks.guard_oracle.world import World
@@ -21,6 +21,8 @@ from stucksolver.scene.view import FrenetScene
 
 RANDOM_PLANS = 5
 """Random plans per scene, in addition to the plan of the rules."""
+NOSED = RANDOM_PLANS + 1
+"""Number of the proposal that turns the nose out. It came later, and the plans before it keep their numbers."""
 GUIDED = 0.3
 """Fraction of plans with a pass that are proposed as requested by a passenger."""
 Row = dict[str, Any]
@@ -39,7 +41,7 @@ def scene_rows(seed: int, number: int, judge_only: bool = False, only: int | Non
     name, setting = setting_of(seed, number)
     if not World(setting, Manner()).is_possible():
         return
-    for k in range(RANDOM_PLANS + 1) if only is None else (only,):
+    for k in range(NOSED + 1) if only is None else (only,):
         row = one(seed, number, k, judge_only)
         if row is not None:
             yield {"scene": number, "k": k, "class": name, **row}
@@ -62,7 +64,10 @@ def proposal_of(seed: int, number: int, k: int, may_fall_silent: bool = True) ->
     how = manner(draw)
     silent = silence(draw) if may_fall_silent else math.inf
     world = World(setting, how)
-    plan = from_rules(FrenetScene(world.surroundings()), setting.stopped_s) if k == 0 else at_random(draw, setting)
+    if k == 0:
+        plan = from_rules(FrenetScene(world.surroundings()), setting.stopped_s)
+    else:
+        plan = nosed(draw) if k == NOSED else at_random(draw, setting)
     if plan is None:
         return None
     guided = draw.random() < GUIDED and any(isinstance(b, BorrowOncomingLane) for b in plan.behaviors)
@@ -73,7 +78,7 @@ def proposals_of(seed: int, number: int) -> Iterator[tuple[int, Proposal]]:
     """Every proposal in a scene with its number, without silence of the solver. Yields none if impossible."""
     if not World(setting_of(seed, number)[1], Manner()).is_possible():
         return
-    for k in range(RANDOM_PLANS + 1):
+    for k in range(NOSED + 1):
         proposal = proposal_of(seed, number, k, may_fall_silent=False)
         if proposal is not None:
             yield k, proposal

@@ -66,9 +66,14 @@ def at_random(draw: Drawn, setting: Setting) -> RecoveryPlan:
     """One or two behaviours, most of which suit the class of the scene."""
     fits = setting.propose is not None and draw.random() < 0.7
     first = setting.propose(draw) if fits and setting.propose else [draw.choice(ANYWHERE)(draw)]
-    if isinstance(first[0], ChangeLane) and draw.random() < 0.4:
-        first = [NoseOut(side=first[0].side, speed_mps=draw.uniform(0.5, 2.0)), *first]
     if len(first) == 1 and draw.random() < 0.15:
         extra = draw.choice(ANYWHERE)(draw) if draw.random() < 0.7 else Wait(duration_s=draw.uniform(1.0, 3.0))
         first = [*first, extra]
     return RecoveryPlan(behaviors=tuple(first))  # type: ignore[arg-type]
+
+
+def nosed(draw: Drawn) -> RecoveryPlan:
+    """A lane change that turns the nose out first, and waits there for its gap."""
+    change = _change(draw)
+    assert isinstance(change, ChangeLane)
+    return RecoveryPlan(behaviors=(NoseOut(side=change.side, speed_mps=draw.uniform(0.5, 2.0)), change))

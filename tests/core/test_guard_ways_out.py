@@ -57,6 +57,27 @@ def test_from_rest_it_never_sets_off_into_a_predicted_collision(ahead_m):
     assert GUARD.recheck(proven, world.view()).abort is Abort.GIVE_WAY
 
 
+@pytest.mark.parametrize("speed", [0.0, 0.5, 1.0, 2.0])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_an_error_that_has_come_within_touch_of_who_stands_there_is_not_driven_on_with(speed, side):
+    """It comes nearer by less than any look shows: the oracle found a car that a nose-out crept into for a second."""
+    world = World(zone(), speed=5.0)
+    proven = GUARD.accept([ON], world.view(), False)[1]
+    world.x, world.y, world.speed = 65.0, side * 0.3, speed
+    beside = thing("car", 66.0, 0.0)
+
+    def told(gap_m):
+        y = side * (0.3 + world.view().ego.width_m / 2 + gap_m + beside.width_m / 2)
+        world.objects[:] = [beside.model_copy(update={"y_m": y})]
+        return GUARD.recheck(proven, world.view())
+
+    assert proven.committed(65.0)
+    assert told(0.08).abort is Abort.GIVE_WAY
+    assert told(0.2).abort is not Abort.GIVE_WAY
+    world.y = -world.y
+    assert told(0.08 + 0.6).abort is not Abort.GIVE_WAY, "its error is on the other side"
+
+
 def test_in_an_oncoming_lane_a_stop_is_better_than_a_wreck():
     world = World(straight_road(), [thing("lead", 72.0)])
     (gap, _), told = closed_loop(

@@ -118,8 +118,7 @@ def _finishing(case: CheckContext, giving_way: bool) -> Contact | None:
     least_mps = case.policy.speeds.creep_mps if rests else 0.0
     way_m = way_to_stop(max(speed, least_mps), braking, stopping.lag_s + case.policy.prediction.step_s)
     standing = _worse(standing, _drawn_against(case, way_m, 0.0))
-    if rests:
-        standing = _worse(standing, _beside_the_error(case))
+    standing = _worse(standing, _beside_the_error(case, max(speed, least_mps)))
     return _worse(standing, _with_moving(case, profiles(case, t), t))
 
 
@@ -191,18 +190,18 @@ def _drawn_against(case: CheckContext, way_m: float, braking_mps2: float, lag_s:
     return Contact(_living(case, which[who]), float(np.sqrt(max(speed**2 - 2 * braking_mps2 * braked_m, 0.0))))
 
 
-def _beside_the_error(case: CheckContext) -> Contact | None:
-    """Return the contact to which a start may lead beside a stationary object that is within touching distance.
+def _beside_the_error(case: CheckContext, speed_mps: float) -> Contact | None:
+    """Return the contact to which going on or starting may lead beside a stationary object within touching distance.
 
-    The path leads past it, but the vehicle has left its path towards it. If its steering fault lasts, each start brings
-    it nearer, by less than any look ahead along the path shows.
+    The path leads past it, but the vehicle has left its path towards it. If its steering fault lasts, the vehicle comes
+    nearer, by less than any look ahead along the path shows. `speed_mps`: the speed of that contact (m/s).
     """
     which = _standing(case)
     which = which[drifted_to(case, which)]
     if not len(which):
         return None
     who = which[gaps_as_it_points(case, which, 0.0)[0] < case.policy.harm.touch_m]
-    return Contact(_living(case, who), case.policy.speeds.creep_mps) if len(who) else None
+    return Contact(_living(case, who), speed_mps) if len(who) else None
 
 
 def _with_moving(case: CheckContext, stations: Array, t: Array) -> Contact | None:
