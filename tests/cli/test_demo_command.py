@@ -231,7 +231,7 @@ def command_of(process: psutil.Process) -> str:
         return ""
 
 
-RUN, SIMULATOR = "spawn_main", "-m carlette"
+RUN, SIMULATOR = "forkserver", "-m carlette"
 
 
 @pytest.mark.parametrize("moment", [RUN, SIMULATOR], ids=["while it starts", "during the run"])
