@@ -11,10 +11,10 @@ unexport PYTHONDONTWRITEBYTECODE
 
 # `make test` runs the tests of `unit` and `integration` in one go: they are collected once, and no core idles in between.
 # It leaves out those marked `slow`, which take half as long as all others; `make ci` runs them and the site's as well.
-# It looks at a third of the guard's examples, of the answers that are made up and of the sentences that are sent to the
-# page, at three of each class of scenes that are mirrored, and at two of eight drives by chance beside those that take
-# every way of the state machine; `make integration` looks at all.
-FEWER := GUARD_EXAMPLES=50 GUARD_SCENES=48 ADVERSARIAL_ANSWERS=3400 MACHINE_DRIVES=2 STUCKSOLVER_BLIND_EVERY=45
+# Both look at a third of the guard's examples and of the answers that are made up, at three of each class of scenes that
+# are mirrored, and at two of eight drives by chance beside those that take every way of the state machine;
+# `make integration` looks at all.
+FEWER := GUARD_EXAMPLES=50 GUARD_SCENES=48 ADVERSARIAL_ANSWERS=3400 MACHINE_DRIVES=2
 # A file's tests stay with one worker: what they share, a server or a drive at which several look, is made once. Files
 # that take long come first (tests/conftest.py).
 WORKERS ?= 2

@@ -90,11 +90,13 @@ def test_the_same_seed_is_the_same_run_with_oncoming_cars_and_cyclists_too(shown
     assert {a.kind for a in first.actors} == {"car", "bicycle"}
 
 
+@pytest.mark.slow
 def test_another_seed_is_another_place_or_other_cars(shown):
     one, other = (shown(seed=seed, oncoming=3, road="one_lane") for seed in (1, 2))
     assert one.actors != other.actors
 
 
+@pytest.mark.slow
 def test_where_there_is_a_lane_of_our_direction_it_changes_into_that(shown):
     log = shown(road="multi_lane")
     assert (log.result.status, log.result.infractions, log.result.plans_accepted) == ("Completed", {}, 1)
@@ -136,6 +138,7 @@ def test_with_a_passenger_s_words_the_ego_overtakes_the_cyclists_once(shown):
     assert any("please overtake them" in e.text for e in log.events if e.kind == "guidance")
 
 
+@pytest.mark.slow
 def test_oncoming_cars_are_let_by_before_their_lane_is_borrowed(shown):
     log = shown(oncoming=3, road="one_lane")
     assert (log.result.status, log.result.infractions, log.result.plans_accepted) == ("Completed", {}, 1)
