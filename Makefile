@@ -10,16 +10,30 @@ PROJECTS := pyproject.toml packages/carlette/pyproject.toml
 unexport PYTHONDONTWRITEBYTECODE
 
 # `make test` runs the tests of `unit` and `integration` in one go: they are collected once, and no core idles in between.
-# It leaves out those marked `slow`, sixty of 7,000 that take as long as all others; CI runs `make slow` as well.
-# It looks at a third of the guard's examples, of the answers that are made up and of the sentences that are sent to the
-# page, and at three of each class of scenes that are mirrored; `make integration` looks at all.
-.PHONY: demo test tests slow lint types unit integration model-server bench-smoke bench bench-check coverage docs docs-test tutorials \
-	release-check lock clean
+# It leaves out those marked `slow`, which take half as long as all others; `make ci` runs them and the site's as well.
+# Both look at a third of the guard's examples and of the answers that are made up, at three of each class of scenes that
+# are mirrored, and at two of eight drives by chance beside those that take every way of the state machine;
+# `make integration` looks at all.
+FEWER := GUARD_EXAMPLES=50 GUARD_SCENES=48 ADVERSARIAL_ANSWERS=3400 MACHINE_DRIVES=2
+# A file's tests stay with one worker: what they share, a server or a drive at which several look, is made once. Files
+# that take long come first (tests/conftest.py).
+WORKERS ?= 2
+PYTEST := $(BIN)/python -m pytest --dist loadfile --no-loadscope-reorder -q
+.PHONY: demo test ci tests all-tests slow lint types checks compiled unit integration model-server bench-smoke bench bench-check coverage \
+	docs docs-test tutorials release-check lock clean
 
 demo: $(VENV)/.sim
 	$(BIN)/stucksolver demo --seed $(SEED) --out out/demo
 
-test: lint types tests bench-smoke
+# The type checker and the benchmarks run beside the tests: the first of them has one thread, and tests often wait.
+test: lint
+	$(MAKE) --jobs 2 checks tests
+
+# All that CI runs. A third worker has something to do while others wait for a server, a browser or the clock.
+ci: lint
+	$(MAKE) --jobs 2 checks all-tests WORKERS=3
+
+checks: types bench-smoke
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -28,18 +42,25 @@ lint: $(VENV)/.dev
 types: $(VENV)/.dev
 	$(BIN)/mypy
 
-tests: $(VENV)/.dev
-	GUARD_EXAMPLES=50 GUARD_SCENES=48 ADVERSARIAL_ANSWERS=3400 STUCKSOLVER_BLIND_EVERY=45 \
-		$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not site and not slow"
+# The simulator's loops are compiled once, before several servers would each begin to.
+compiled: $(VENV)/.dev
+	$(BIN)/python -c 'from carlette.sensors.warm_up import warm_up; warm_up()'
+	$(BIN)/python -c 'from carlette.camera.rendering.warm_up import warm_up; warm_up()'
 
-slow: $(VENV)/.dev
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m slow
+tests: compiled
+	$(FEWER) $(PYTEST) -n $(WORKERS) -m "not site and not slow"
+
+all-tests: compiled
+	$(FEWER) $(PYTEST) -n $(WORKERS)
+
+slow: compiled
+	$(PYTEST) -n $(WORKERS) -m slow
 
 unit: $(VENV)/.dev
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not integration"
+	$(PYTEST) -n $(WORKERS) -m "not integration"
 
-integration: $(VENV)/.dev
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "integration and not site"
+integration: compiled
+	$(PYTEST) -n $(WORKERS) -m "integration and not site"
 	GUARD_EXAMPLES=150 $(BIN)/python -m pytest -n 2 -q tests/core/test_guard_proofs.py tests/core/test_guard_oracle.py
 
 # A real llama.cpp server with a real, small model (34 and 93 MB); 135 M parameters, so its plans are poor.

@@ -20,6 +20,15 @@ AXE = "axe-core@4.14.1"
 AXE_RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]
 
 
+def pytest_collection_modifyitems(items):
+    """Files that take long come first: the short ones then fill what is left, and no worker waits for the last."""
+    long = {item.path: 0 for item in items}
+    for item in items:
+        marks = {mark.name for mark in item.iter_markers()}
+        long[item.path] = max(long[item.path], 2 * ("slow" in marks or "site" in marks) + ("integration" in marks))
+    items.sort(key=lambda item: -long[item.path])
+
+
 @pytest.fixture(scope="module")
 def browser():
     """Debian's Chromium, one for all tests of a file: Playwright keeps an event loop running as long as it is open."""

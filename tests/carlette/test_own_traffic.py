@@ -62,6 +62,7 @@ def test_twenty_cars_never_touch_in_town01(town01: Path) -> None:
     assert collisions(busy(RoadNetwork(load_map(town01)), 20), 1300) == []
 
 
+@pytest.mark.slow
 def test_the_same_seed_drives_the_same_way_and_another_does_not(demo_roads: RoadNetwork) -> None:
     def end(seed: int) -> bytes:
         world = busy(demo_roads, 15)
@@ -73,6 +74,7 @@ def test_the_same_seed_drives_the_same_way_and_another_does_not(demo_roads: Road
     assert end(1) == end(1) != end(2)
 
 
+@pytest.mark.slow
 def test_forks_go_on_with_the_traffic_bit_for_bit(demo_roads: RoadNetwork) -> None:
     world = busy(demo_roads, 15)
     for _ in ticks(world, 200):

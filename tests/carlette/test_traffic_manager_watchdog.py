@@ -369,6 +369,7 @@ IMPATIENT = (
 )
 
 
+@pytest.mark.slow
 def test_a_client_that_is_merely_late_drives_as_if_nobody_watched() -> None:
     """A server that takes every client for silent at once looks at its threads, and leaves it alone."""
     pytest.importorskip("carla")

@@ -201,6 +201,7 @@ def test_a_run_ends_with_a_table_a_report_and_its_log(mark: str, out: Path) -> N
     assert sorted(p.name for p in out.rglob("*") if p.is_file()) == KEPT
 
 
+@pytest.mark.slow
 def test_a_map_without_road_marks_is_driven_too(mark: str, out: Path, tmp_path: Path) -> None:
     path = tmp_path / "bare.xodr"
     path.write_text(SHORT_ROAD.replace('length="60"', 'length="900"'))
@@ -231,7 +232,7 @@ def command_of(process: psutil.Process) -> str:
         return ""
 
 
-RUN, SIMULATOR = "spawn_main", "-m carlette"
+RUN, SIMULATOR = "forkserver", "-m carlette"
 
 
 @pytest.mark.parametrize("moment", [RUN, SIMULATOR], ids=["while it starts", "during the run"])

@@ -121,6 +121,7 @@ def test_beside_oncoming_traffic_the_nose_stays_in_the_own_lane_until_the_gap_co
     assert left_no_gap(world, *tries, code=RejectCode.ONCOMING_GAP) == ["nose_out", "borrow_oncoming_lane"]
 
 
+@pytest.mark.slow
 def test_a_stream_that_ends_is_waited_for_and_then_passed():
     cars = [thing(f"car{k}", 50.0 - 22.0 * k, LANE_M, speed=8.0) for k in range(-2, 20)]
     world = World(MULTI, [thing("lead", 65.0, hazard=True), *cars], dt=0.1)

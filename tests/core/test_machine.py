@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import math
+import os
 import random
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -69,7 +70,8 @@ LADDERS = {
     "people first": lambda: people_first(),
     "help soon": lambda: ladder(rungs={"rules": {"tries": 1, "cooldown_s": 0.2}, "model": None, "passenger": None}),
 }
-SEEDS = (12, 14, 19, 33, 41, 214, *range(1000, 1008))
+MORE_DRIVES = int(os.environ.get("MACHINE_DRIVES", "8"))
+SEEDS = (12, 14, 19, 33, 41, 214, *range(1000, 1000 + MORE_DRIVES))
 """The first six take every way of the table that chance has been seen to take."""
 
 

@@ -7,6 +7,7 @@ import importlib
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import networkx
@@ -40,6 +41,7 @@ def modules(room):
     return sorted((ROOT / room).rglob("*.py"))
 
 
+@cache
 def imports_of(file):
     """Every module that a file imports, by full name, wherever in it the import stands."""
     found = set()

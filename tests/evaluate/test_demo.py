@@ -90,11 +90,13 @@ def test_the_same_seed_is_the_same_run_with_oncoming_cars_and_cyclists_too(shown
     assert {a.kind for a in first.actors} == {"car", "bicycle"}
 
 
+@pytest.mark.slow
 def test_another_seed_is_another_place_or_other_cars(shown):
     one, other = (shown(seed=seed, oncoming=3, road="one_lane") for seed in (1, 2))
     assert one.actors != other.actors
 
 
+@pytest.mark.slow
 def test_where_there_is_a_lane_of_our_direction_it_changes_into_that(shown):
     log = shown(road="multi_lane")
     assert (log.result.status, log.result.infractions, log.result.plans_accepted) == ("Completed", {}, 1)
@@ -103,8 +105,19 @@ def test_where_there_is_a_lane_of_our_direction_it_changes_into_that(shown):
     assert log.scenario == "parked car, several lanes"
 
 
-def test_a_slow_answer_is_a_late_one_and_helps_all_the_same(shown):
-    quick, slow = shown(), shown(clock="latency:2")
+@pytest.fixture(scope="module")
+def slow_elsewhere(shown):
+    """A drive with slow answers on a server that runs already, and whether that server is then on its own clock."""
+    import carla
+
+    with carlette_server("demo_town") as server:
+        log = shown(host=server.host, port=server.port, clock="latency:2")
+        settings = carla.Client(server.host, server.port).get_world().get_settings()
+        return log, not settings.synchronous_mode
+
+
+def test_a_slow_answer_is_a_late_one_and_helps_all_the_same(shown, slow_elsewhere):
+    quick, (slow, _) = shown(), slow_elsewhere
     assert slow.result.status == "Completed" and slow.result.infractions == {}
     wait_s = slow.decisions[0].time_s - quick.decisions[0].time_s
     assert wait_s == pytest.approx(2.0, abs=0.11)
@@ -125,6 +138,7 @@ def test_with_a_passenger_s_words_the_ego_overtakes_the_cyclists_once(shown):
     assert any("please overtake them" in e.text for e in log.events if e.kind == "guidance")
 
 
+@pytest.mark.slow
 def test_oncoming_cars_are_let_by_before_their_lane_is_borrowed(shown):
     log = shown(oncoming=3, road="one_lane")
     assert (log.result.status, log.result.infractions, log.result.plans_accepted) == ("Completed", {}, 1)
@@ -144,13 +158,10 @@ def test_a_driver_of_one_s_own_stands_behind_the_parked_car_alone_and_gets_past_
     assert not [kind for log in (alone, helped) for kind in log.result.infractions if kind.startswith("collision")]
 
 
-def test_a_server_that_runs_already_is_used_and_left_on_its_own_clock(shown):
-    with carlette_server("demo_town") as server:
-        log = shown(host=server.host, port=server.port)
-        assert log.result.status == "Completed"
-        import carla
-
-        assert not carla.Client(server.host, server.port).get_world().get_settings().synchronous_mode
+def test_a_server_that_runs_already_is_used_and_left_on_its_own_clock(slow_elsewhere):
+    log, own_clock = slow_elsewhere
+    assert log.result.status == "Completed"
+    assert own_clock
 
 
 def test_what_cannot_be_shown_is_told_before_anything_is_driven(tmp_path: Path):

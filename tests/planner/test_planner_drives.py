@@ -13,7 +13,7 @@ pytest.importorskip("carla")
 pytestmark = pytest.mark.integration
 
 
-@pytest.mark.parametrize("route", ["1000", "1042", "1242"])
+@pytest.mark.parametrize("route", [*(pytest.param(one, marks=pytest.mark.slow) for one in ("1000", "1042")), "1242"])
 def test_it_goes_round_what_blocks_its_lane_without_touching_anything(route, tmp_path) -> None:
     assert driven(route, tmp_path) == ("1", "")
 

@@ -99,6 +99,7 @@ def test_alone_it_pushes_the_car_down_the_street(stage):
     assert parked.get_velocity().length() > 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.integration
 def test_helped_it_stops_pushing_within_seconds_and_goes_round_the_car(stage):
     car, parked, agent = blind_driver(stage)

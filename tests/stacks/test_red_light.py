@@ -79,6 +79,7 @@ class Crossing:
         return float(self.ego.get_location().x - self.ego.bounding_box.extent.x - self.line.transform.location.x)
 
 
+@pytest.mark.slow
 def test_before_a_red_light_the_ego_waits_whatever_is_said_and_goes_at_green(server: Server) -> None:
     crossing = Crossing(server)
     with crossing.solver:

@@ -105,6 +105,7 @@ def test_any_text_gets_a_reading_and_the_same_one_again(text, situation):
     assert READER.read(text, situation) == READER.read(text, situation)
 
 
+@pytest.mark.slow
 @pytest.mark.integration
 @pytest.mark.parametrize("name", ["blind-1", "blind-2", "blind-3"])
 def test_a_blind_set_is_read_about_as_well_as_published(name):

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import threading
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -101,27 +101,33 @@ class NetworkReader:
     def _doubt(self) -> Doubt:
         return Doubt(**self.card["doubt"])
 
-    @cached_property
+    @property
     def _parts(self) -> tuple[Any, Any, Any, Any]:
-        import onnxruntime
-        from tokenizers import Tokenizer
+        return _loaded(self._folder, self._threads)
 
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = self._threads
-        options.inter_op_num_threads = 1
-        options.log_severity_level = 3
-        try:
-            with np.load(self._folder / "pieces.npz") as pieces:
-                table, scale = pieces["table"], pieces["scale"].astype(np.float32)
-            tokenizer = Tokenizer.from_file(str(self._folder / "tokenizer.json"))
-            session = onnxruntime.InferenceSession(
-                str(self._folder / "encoder.onnx"), options, providers=["CPUExecutionProvider"]
-            )
-        except Exception as error:
-            raise ReaderError(
-                f"{self._folder}: the reader's weights cannot be loaded: {error}; install stucksolver again"
-            ) from error
-        return tokenizer, table, scale, session
+
+@lru_cache(maxsize=2)
+def _loaded(folder: Path, threads: int) -> tuple[Any, Any, Any, Any]:
+    """Return the tokenizer, the vectors with their scales, and the network: once for all readers of a process."""
+    import onnxruntime
+    from tokenizers import Tokenizer
+
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.inter_op_num_threads = 1
+    options.log_severity_level = 3
+    try:
+        with np.load(folder / "pieces.npz") as pieces:
+            table, scale = pieces["table"], pieces["scale"].astype(np.float32)
+        tokenizer = Tokenizer.from_file(str(folder / "tokenizer.json"))
+        session = onnxruntime.InferenceSession(
+            str(folder / "encoder.onnx"), options, providers=["CPUExecutionProvider"]
+        )
+    except Exception as error:
+        raise ReaderError(
+            f"{folder}: the reader's weights cannot be loaded: {error}; install stucksolver again"
+        ) from error
+    return tokenizer, table, scale, session
 
 
 def unpacked(table: NDArray[np.uint8], scale: Numbers, ids: Sequence[int] | NDArray[np.uint16]) -> Numbers:

@@ -8,11 +8,22 @@ from __future__ import annotations
 import random
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import carla
 
-from stucksolver_eval.streets.stretches import Line, StreetKind, Stretch, bend_deg, crest_deg, lane_runs, stretches
+from stucksolver_eval.streets.stretches import (
+    Line,
+    StreetKind,
+    Stretch,
+    bend_deg,
+    lane_runs,
+    slope_deg,
+    stretches,
+    turn_deg,
+    yaw_deg,
+)
 
 CLEAR_BEFORE_M, CLEAR_PAST_M = 20, 60
 """Distances before and beyond the obstacle without junctions or changes of lanes."""
@@ -111,10 +122,34 @@ def _is_open(street: Street) -> bool:
     return street.junction_free and (far or street.kind == "multi_lane")
 
 
+class _Chain:
+    """A lane's waypoints. Many places share them, and asking for a heading takes longer than adding it up."""
+
+    def __init__(self, waypoints: list[carla.Waypoint]) -> None:
+        self.waypoints = waypoints
+
+    def __len__(self) -> int:
+        return len(self.waypoints)
+
+    @cached_property
+    def yaws_deg(self) -> list[float]:
+        return [yaw_deg(waypoint) for waypoint in self.waypoints]
+
+    @cached_property
+    def slopes_deg(self) -> list[float]:
+        return [slope_deg(waypoint) for waypoint in self.waypoints]
+
+    def part(self, start: int, end: int) -> _Chain:
+        """Return the waypoints from `start` up to `end`."""
+        part = _Chain(self.waypoints[start:end])
+        part.yaws_deg, part.slopes_deg = self.yaws_deg[start:end], self.slopes_deg[start:end]
+        return part
+
+
 @dataclass(frozen=True)
 class _Candidate:
     stretch: Stretch
-    waypoints: tuple[carla.Waypoint, ...]
+    route: _Chain
     obstacle_index: int
     ahead_m: int
     """Distance from the obstacle to the end of the junction-free stretch."""
@@ -122,30 +157,30 @@ class _Candidate:
 
     @property
     def obstacle(self) -> carla.Waypoint:
-        return self.waypoints[self.obstacle_index]
+        return self.route.waypoints[self.obstacle_index]
 
 
 def _candidates(carla_map: carla.Map, road: str, length_m: int, obstacle_m: int) -> list[_Candidate]:
     found: list[_Candidate] = []
-    for chain in lane_runs(carla_map):
-        for stretch in stretches(chain):
+    for chain in map(_Chain, lane_runs(carla_map)):
+        for stretch in stretches(chain.waypoints):
             if road in (stretch.kind, "any"):
                 found.extend(_windows(chain, stretch, length_m, obstacle_m))
     return found
 
 
-def _windows(chain: list[carla.Waypoint], stretch: Stretch, length_m: int, obstacle_m: int) -> Iterator[_Candidate]:
+def _windows(chain: _Chain, stretch: Stretch, length_m: int, obstacle_m: int) -> Iterator[_Candidate]:
     """Yield places for the obstacle in one stretch, each with as much of the lane around it as possible."""
     for place in range(stretch.first + CLEAR_BEFORE_M, stretch.last - CLEAR_PAST_M + 1, _STEP_M):
         start = max(0, place - obstacle_m)
-        route, form = chain[start : start + length_m + 1], _FREE
+        route, form = chain.part(start, start + length_m + 1), _FREE
         if len(chain) <= MIN_LENGTH_M:
-            route, form = _continued(route, length_m), _THROUGH_JUNCTION
+            route, form = _Chain(_continued(route.waypoints, length_m)), _THROUGH_JUNCTION
         elif len(route) <= length_m:
             start = max(0, len(chain) - 1 - length_m)
-            route, form = chain[start:], _FREE if len(chain) > length_m else _SHORT
+            route, form = chain.part(start, len(chain)), _FREE if len(chain) > length_m else _SHORT
         if len(route) > MIN_LENGTH_M:
-            yield _Candidate(stretch, tuple(route), place - start, len(chain) - 1 - place, form)
+            yield _Candidate(stretch, route, place - start, len(chain) - 1 - place, form)
 
 
 def _continued(route: list[carla.Waypoint], length_m: int) -> list[carla.Waypoint]:
@@ -161,13 +196,13 @@ def _continued(route: list[carla.Waypoint], length_m: int) -> list[carla.Waypoin
 
 def _badness(candidate: _Candidate) -> tuple[int, ...]:
     place, stretch = candidate.obstacle_index, candidate.stretch
-    in_sight = candidate.waypoints[max(0, place - _RUN_UP_M) : place + CLEAR_PAST_M + 1]
+    in_sight = candidate.route.part(max(0, place - _RUN_UP_M), place + CLEAR_PAST_M + 1)
     return (
         candidate.form,
         _CENTRE_ORDER.index(stretch.centre_line) if stretch.kind == "one_lane" else 0,
-        int(bend_deg(candidate.waypoints) >= _STRAIGHT_DEG),
-        int(bend_deg(in_sight) >= _STRAIGHT_DEG),
-        int(crest_deg(in_sight) >= _FLAT_DEG),
+        int(turn_deg(candidate.route.yaws_deg) >= _STRAIGHT_DEG),
+        int(turn_deg(in_sight.yaws_deg) >= _STRAIGHT_DEG),
+        int(max(in_sight.slopes_deg) - min(in_sight.slopes_deg) >= _FLAT_DEG),
         int(place < _RUN_UP_M),
         int(not stretch.rightmost),
         int(candidate.ahead_m < _LONG_SIGHT_M),
@@ -176,26 +211,27 @@ def _badness(candidate: _Candidate) -> tuple[int, ...]:
 
 def _apart(ranked: Iterable[_Candidate]) -> list[_Candidate]:
     """Drop candidates if a better one blocks nearly the same place in the same direction."""
-    kept: list[_Candidate] = []
+    kept: list[tuple[_Candidate, carla.Transform]] = []
     for candidate in ranked:
-        if not any(_same_place(candidate.obstacle, other.obstacle) for other in kept):
-            kept.append(candidate)
-    return kept
+        here = candidate.obstacle.transform
+        if not any(_same_place(here, other) for _, other in kept):
+            kept.append((candidate, here))
+    return [candidate for candidate, _ in kept]
 
 
-def _same_place(one: carla.Waypoint, other: carla.Waypoint) -> bool:
-    near = one.transform.location.distance(other.transform.location) < _APART_M
-    return near and bend_deg((one, other)) < 90.0
+def _same_place(one: carla.Transform, other: carla.Transform) -> bool:
+    near = one.location.distance(other.location) < _APART_M
+    return near and turn_deg((one.rotation.yaw, other.rotation.yaw)) < 90.0
 
 
 def _street(candidate: _Candidate) -> Street:
     stretch = candidate.stretch
     return Street(
         kind=stretch.kind,
-        waypoints=candidate.waypoints,
+        waypoints=tuple(candidate.route.waypoints),
         obstacle_index=candidate.obstacle_index,
         centre_line=stretch.centre_line,
-        bend_deg=bend_deg(candidate.waypoints),
+        bend_deg=turn_deg(candidate.route.yaws_deg),
         oncoming_m=_oncoming_m(candidate.obstacle) if stretch.kind == "one_lane" else 0.0,
         junction_free=candidate.form != _THROUGH_JUNCTION,
     )

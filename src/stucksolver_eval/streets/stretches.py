@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import groupby, pairwise
+from itertools import accumulate, groupby, pairwise
 from typing import Literal, TypeGuard
 
 import carla
@@ -49,18 +49,24 @@ def stretches(chain: Sequence[carla.Waypoint]) -> Iterator[Stretch]:
 
 def bend_deg(waypoints: Sequence[carla.Waypoint]) -> float:
     """Return the largest change of heading between any two of these consecutive waypoints (degrees)."""
-    heading = lowest = highest = 0.0
-    yaws = [waypoint.transform.rotation.yaw for waypoint in waypoints]
-    for before, after in pairwise(yaws):
-        heading += math.remainder(after - before, 360.0)
-        lowest, highest = min(lowest, heading), max(highest, heading)
-    return highest - lowest
+    return turn_deg([yaw_deg(waypoint) for waypoint in waypoints])
 
 
-def crest_deg(waypoints: Sequence[carla.Waypoint]) -> float:
-    """Return the largest change of slope between any two of the waypoints (degrees)."""
-    slopes = [math.remainder(waypoint.transform.rotation.pitch, 360.0) for waypoint in waypoints]
-    return max(slopes) - min(slopes)
+def turn_deg(yaws_deg: Sequence[float]) -> float:
+    """Return the largest change between any two of these consecutive headings (degrees)."""
+    turns = [math.remainder(after - before, 360.0) for before, after in pairwise(yaws_deg)]
+    headings = list(accumulate(turns, initial=0.0))
+    return max(headings) - min(headings)
+
+
+def yaw_deg(waypoint: carla.Waypoint) -> float:
+    """Return the heading of a waypoint (degrees)."""
+    return waypoint.transform.rotation.yaw
+
+
+def slope_deg(waypoint: carla.Waypoint) -> float:
+    """Return the slope of a waypoint, -180 to 180 degrees."""
+    return math.remainder(waypoint.transform.rotation.pitch, 360.0)
 
 
 def _chain(start: carla.Waypoint, visited: set[_LaneKey]) -> list[carla.Waypoint]:

@@ -20,7 +20,7 @@ from stucksolver_eval.perception.scoring.samples import (
     seen_rectangles,
 )
 
-pytestmark = pytest.mark.integration
+pytestmark = [pytest.mark.integration, pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")

@@ -37,9 +37,10 @@ def no_orphan() -> Iterator[None]:
 
 
 def _own(process: psutil.Process) -> bool:
-    """Python's own helper, which lives as long as we do."""
+    """Python's own helpers, which live as long as we do."""
     try:
-        return "resource_tracker" in " ".join(process.cmdline())
+        command = " ".join(process.cmdline())
+        return "resource_tracker" in command or ("forkserver" in command and process.ppid() == os.getpid())
     except psutil.NoSuchProcess:
         return True
 

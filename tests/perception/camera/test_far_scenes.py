@@ -42,6 +42,7 @@ def test_a_drive_shows_each_scene_twice_with_vehicles_far_ahead(drive: Recording
     assert np.isin(boxes[boxes[:, 0] >= 0, 8] % 65536, np.concatenate([t.truth.actor_id for t in ticks]) % 65536).all()
 
 
+@pytest.mark.slow
 @pytest.mark.integration
 def test_the_shipped_detector_finds_most_vehicles_in_full_view_up_to_100_metres(drive: Recording) -> None:
     if not (DATA / "far.onnx").is_file():
