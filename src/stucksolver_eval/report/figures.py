@@ -83,7 +83,7 @@ def published_table() -> str:
     about = markup.note(f"Source: {SOURCE}.")
     scores = markup.table("Published scores", head, rows)
     abilities = markup.table("Published success rates by ability", ABILITY_HEAD, published_ability_rows())
-    return f"<details open><summary>Published figures, {NOT_COMPARABLE}</summary>{about}{scores}{abilities}</details>"
+    return f"<details><summary>Published figures, {NOT_COMPARABLE}</summary>{about}{scores}{abilities}</details>"
 
 
 def _whole_name(k: int) -> str:
