@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from remembering import BACK_UP, LEFT, REROUTE, RIGHT, episode, features, reading
-from scipy.stats import beta
+from scipy.special import betaincinv
 from worlds import World, red_light, straight_road, thing
 
 from stucksolver.memory import Ending, Rate, features_of, recall, similarity
@@ -18,7 +18,7 @@ FAILED, WORKED = Ending.FAILED, Ending.WORKED
 
 @given(st.integers(0, 60), st.integers(0, 60))
 def test_the_lower_bound_is_the_quantile_of_the_beta_distribution(worked, failed):
-    expected = beta.ppf(1.0 - CONFIDENCE, worked + 1, failed + 1)
+    expected = betaincinv(worked + 1, failed + 1, 1.0 - CONFIDENCE)
     assert Rate(worked, worked + failed).lower == pytest.approx(expected, abs=1e-6)
 
 

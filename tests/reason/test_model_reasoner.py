@@ -8,6 +8,7 @@ import json
 import threading
 import time
 from dataclasses import replace
+from importlib.util import find_spec
 
 import pytest
 from chat_server import Fault, behaviors_of, call, scene_of, schema_of
@@ -20,7 +21,8 @@ from stucksolver.reason.llm.capabilities import Dialect, ModelOptions, capabilit
 from stucksolver.reason.llm.openai_api import OpenAiChat
 from stucksolver.scene import CameraImage, Guidance, LineKind
 
-pytest.importorskip("openai", reason="the openai package is not installed: pip install 'stucksolver[llm]'")
+if find_spec("openai") is None:  # importing it takes as long as collecting five hundred tests
+    pytest.skip("the openai package is not installed: pip install 'stucksolver[llm]'", allow_module_level=True)
 
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
 RAW = b"\xff\xd8" + bytes(range(256)) * 8
