@@ -48,7 +48,7 @@ def attempt(
     """
     if not wanted():
         raise NotWanted
-    # Forked from a helper that has imported what a drive needs and does nothing else: that takes a second each time.
+    # Forked from a helper that has imported what a drive needs, which takes a second, and does nothing else.
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(list(_PRELOADED))
     ours, theirs = context.Pipe(duplex=False)
