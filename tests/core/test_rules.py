@@ -151,6 +151,14 @@ def test_moving_without_getting_on_is_a_loop():
     assert [b.name for b in behaviors_of(decision)] == ["replan"]
 
 
+def test_who_drives_in_circles_before_a_red_light_has_not_waited_at_it():
+    scene = World(TWO_WAY).scene()
+    ego = scene.ego.model_copy(update={"speed_mps": 2.0, "progress_20s_m": 2.0, "stopped_for_s": 3.0})
+    held = scene.model_copy(update={"ego": ego, "controls": (red_light(0.0),)})
+    decision = RuleReasoner().decide(Request(held)).decision
+    assert decision.analysis.cause is CauseCode.LOOP and decision.plan is None
+
+
 def test_nothing_in_the_path_leaves_the_cause_unknown():
     decision = decide(World(TWO_WAY))
     assert decision.analysis.cause is CauseCode.UNKNOWN

@@ -7,7 +7,7 @@ import math
 from stucksolver.decision import Analysis, CauseCode, GuidanceIntent, RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import BackUp, KeepLane, PullOver, RejoinRoute, ReplanRoute, Wait
 from stucksolver.decision.behaviors.base import Behavior
-from stucksolver.reason.rules.analyse import blocker, red_light_within
+from stucksolver.reason.rules.analyse import MOVING_MPS, blocker, red_light_within
 from stucksolver.reason.rules.attempts import was_tried
 from stucksolver.reason.rules.closed import elsewhere
 from stucksolver.reason.rules.onward import along_the_free_lane, siren_behind
@@ -48,7 +48,8 @@ def across_stuck_light(scene: Scene) -> Way | None:
     """Creep past a light that stays red. The guard refuses this without an operator's approval, so one is asked.
 
     It is called when waiting is no longer right: the light has been red for too long, or a passenger says that it is
-    broken. None away from its line, for a yellow light, and if this has just failed.
+    broken. None away from its line, for a yellow light, if this has just failed, and for a vehicle that moves, such as
+    one that drives in circles: it has not waited at this light.
     """
     stuck = any(
         c.kind is ControlKind.TRAFFIC_LIGHT
@@ -57,7 +58,8 @@ def across_stuck_light(scene: Scene) -> Way | None:
         and -1.0 < c.distance_m < AT_THE_LINE_M
         for c in scene.controls
     )
-    if not stuck or scene.ego.stopped_for_s < LOOKED_S or was_tried(scene, "keep_lane"):
+    stands = scene.ego.speed_mps < MOVING_MPS and scene.ego.stopped_for_s >= LOOKED_S
+    if not stuck or not stands or was_tried(scene, "keep_lane"):
         return None
     return _one(
         scene,
