@@ -34,6 +34,7 @@ def test_bench2drive_s_page_is_made_of_what_is_kept():
         ("dev", "dev-now"),
         ("immobilized",),
         ("immobilized", "immobilized-now"),
+        ("immobilized-now",),
         ("wrong",),
     ],
     ids=" ".join,

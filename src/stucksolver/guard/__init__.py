@@ -5,6 +5,7 @@ from stucksolver.guard.nose_out import begun_waiting
 from stucksolver.guard.policy import NOBODY, RULES, Approvals, GuardPolicy
 from stucksolver.guard.traffic import GivingWay
 from stucksolver.guard.turning import ProvenLeg
+from stucksolver.guard.unseen import Unseen
 from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
 from stucksolver.scene.attempts import RejectCode
 
@@ -20,6 +21,7 @@ __all__ = [
     "ProvenLeg",
     "Reject",
     "RejectCode",
+    "Unseen",
     "Verdict",
     "begun_waiting",
     "no_path",

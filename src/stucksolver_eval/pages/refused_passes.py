@@ -17,8 +17,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from stucksolver.guard.policy import OncomingPolicy
-from stucksolver.guard.unseen import Unseen
+from stucksolver.guard import GuardPolicy, Unseen
 
 FACTS = ("needed_m", "seen_m", "time_s")
 
@@ -42,7 +41,7 @@ class RefusedPass:
     @property
     def least_m(self) -> float:
         """Sight that would be required if all unseen traffic started from rest at the end of the sight (m)."""
-        policy = OncomingPolicy()
+        policy = GuardPolicy().oncoming
         starting = Unseen(0.0, 0.0, policy.unknown_limit_mps, policy.turned_accelerates_mps2)
         return policy.sight_margin_m + starting.way_m(self.unseen_s)
 
