@@ -55,7 +55,7 @@ def along_the_free_lane(scene: Scene) -> Way | None:
     if not scene.offers(onward.name):
         return None
     stood = f"{scene.ego.stopped_for_s:.0f} s"
-    return RecoveryPlan(behaviors=(onward,)), (None, f"the lane ahead has been free for {stood}: drive on")
+    return RecoveryPlan(behaviors=(onward,)), (None, f"nothing is in the lane ahead, and the vehicle has stood for {stood}: drive on")
 
 
 def _onward(scene: Scene) -> AnyBehavior:
