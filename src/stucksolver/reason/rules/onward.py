@@ -54,8 +54,8 @@ def along_the_free_lane(scene: Scene) -> Way | None:
     onward = _onward(scene)
     if not scene.offers(onward.name):
         return None
-    stood = f"{scene.ego.stopped_for_s:.0f} s"
-    return RecoveryPlan(behaviors=(onward,)), (None, f"nothing is in the lane ahead, and the vehicle has stood for {stood}: drive on")
+    why = f"nothing is in the lane ahead, and the vehicle has stood for {scene.ego.stopped_for_s:.0f} s: drive on"
+    return RecoveryPlan(behaviors=(onward,)), (None, why)
 
 
 def _onward(scene: Scene) -> AnyBehavior:
