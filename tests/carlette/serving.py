@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -12,6 +13,13 @@ from pathlib import Path
 LEAVES_WITHIN_S = 60.0
 """Whoever takes longer hangs; a busy machine may need seconds for an end that comes at once."""
 READY = re.compile(r"carlette: listening on (\S+):(\d+) map=(\S+)")
+
+
+def free_port() -> int:
+    """A port on which nobody listens now. Another process may take it: where a server can choose, let it."""
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return int(one.getsockname()[1])
 
 
 @contextmanager

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from serving import free_port
 
 from carlette.as_carla_root import write_carla_root
 from carlette.cli import main
@@ -42,7 +43,7 @@ def test_without_a_town_or_a_place_to_write_it_says_what_to_do(tmp_path):
 def test_its_script_starts_a_server_on_the_port_it_is_told(tmp_path):
     folder = tmp_path / "with a space"
     write_carla_root(folder, [DEMO_TOWN.parent], "0.9.16")
-    port = _free_port()
+    port = free_port()
     command = [folder / "CarlaUE4.sh", "-RenderOffScreen", "-nosound", f"-carla-rpc-port={port}", "-graphicsadapter=0"]
     process = subprocess.Popen(command, env={**os.environ, "PYTHONPATH": "/nowhere"}, cwd=Path("/"))
     try:
@@ -50,12 +51,6 @@ def test_its_script_starts_a_server_on_the_port_it_is_told(tmp_path):
     finally:
         process.kill()
         process.wait()
-
-
-def _free_port() -> int:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return int(one.getsockname()[1])
 
 
 def _listens(port: int) -> bool:

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import msgpack
 import pytest
 from raw_client import SYNCHRONOUS, Raw, open_stream
-from serving import running_server
+from serving import free_port, running_server
 
 pytest.importorskip("carla")
 
@@ -54,12 +54,6 @@ def raw(port: int) -> Iterator[Raw]:
     client.usual_s = time.monotonic() - began
     yield client
     client.socket.close()
-
-
-def free_port() -> int:
-    with socket.socket() as sock:
-        sock.bind(("127.0.0.1", 0))
-        return int(sock.getsockname()[1])
 
 
 def serves(client: Raw, ticks: int = 20) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -42,27 +41,22 @@ again = carla.Client("127.0.0.1", port)
 print("ticks", world_of(again).tick(), flush=True)
 """
 
-Start = Callable[[], "subprocess.Popen[str]"]
+Start = Callable[[int], "tuple[subprocess.Popen[str], int]"]
 
 
 @pytest.fixture
-def port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
-@pytest.fixture
-def start(port: int) -> Iterator[Start]:
-    """Starts a server on the port; whatever is left is ended."""
+def start() -> Iterator[Start]:
+    """Starts a server on a port, or on one that it chooses (0): it needs the next one too. What is left is ended."""
     servers: list[subprocess.Popen[str]] = []
 
-    def begin() -> subprocess.Popen[str]:
+    def begin(port: int) -> tuple[subprocess.Popen[str], int]:
         command = [sys.executable, "-m", "carlette", "--port", str(port), "--exit-on-stdin-eof"]
         server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         servers.append(server)
-        assert server.stdout is not None and READY.match(server.stdout.readline())
-        return server
+        assert server.stdout is not None
+        ready = READY.match(server.stdout.readline())
+        assert ready
+        return server, int(ready[2])
 
     yield begin
     for server in servers:
@@ -70,8 +64,8 @@ def start(port: int) -> Iterator[Start]:
         server.communicate()
 
 
-def test_a_client_gets_an_error_and_a_new_one_of_the_same_process_drives_on(port: int, start: Start) -> None:
-    server = start()
+def test_a_client_gets_an_error_and_a_new_one_of_the_same_process_drives_on(start: Start) -> None:
+    server, port = start(0)
     with subprocess.Popen(
         [sys.executable, "-c", CLIENT, str(port)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as client:
@@ -81,7 +75,7 @@ def test_a_client_gets_an_error_and_a_new_one_of_the_same_process_drives_on(port
         server.wait()
         print(file=client.stdin, flush=True)
         assert client.stdout.readline() == "error time-out\n"
-        start()
+        start(port)
         print(file=client.stdin, flush=True)
         assert client.stdout.readline().startswith("ticks ")
         client.kill()

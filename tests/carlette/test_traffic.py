@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import json
 import os
-import socket
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from serving import running_server
+from serving import free_port, running_server
 
 pytestmark = pytest.mark.integration
 
@@ -26,11 +25,8 @@ WATCHDOG_S = 250
 
 def traffic(port: int, cars: int, ticks: int) -> dict[str, object]:
     """A run in a process of its own; a hang ends as a failure."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        manager_port = free.getsockname()[1]
     program = str(Path(__file__).with_name("traffic_run.py"))
-    command = [PYTHON, program, str(port), str(manager_port), str(cars), str(ticks)]
+    command = [PYTHON, program, str(port), str(free_port()), str(cars), str(ticks)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=WATCHDOG_S)
     assert done.returncode == 0, done.stderr
     result: dict[str, object] = json.loads(done.stdout.splitlines()[-1])

@@ -15,7 +15,7 @@ from typing import Any
 
 import msgpack
 import pytest
-from serving import running_server
+from serving import free_port, running_server
 from test_raw import Raw
 from test_traffic import VERSION, serve, traffic
 
@@ -259,10 +259,8 @@ def test_a_manager_that_does_not_answer_is_left_in_its_mode_and_nothing_hangs(
 
 
 def test_a_manager_that_is_gone_is_no_error() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as gone:
-        port = int(gone.getsockname()[1])
     watch = TrafficManagerWatchdog()
-    watch.published(0.0, "127.0.0.1", [port])
+    watch.published(0.0, "127.0.0.1", [free_port()])
     watch.look(FAR_STALLED_S + 0.1)
     assert settled(no_rescue_runs) and watch.count == 0
 
@@ -335,8 +333,7 @@ LISTEN = "import socket, sys, time; s = socket.create_server(('127.0.0.1', int(s
 
 @pytest.mark.parametrize(("then", "still"), [("time.sleep(60)", True), ("[None for _ in iter(int, 1)]", False)])
 def test_a_process_is_still_when_all_its_threads_sleep(then: str, still: bool) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = int(free.getsockname()[1])
+    port = free_port()
     command = [sys.executable, "-c", LISTEN + then, str(port)]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
         try:
@@ -358,8 +355,7 @@ def test_threads_that_wait_for_each_other_are_told_from_others_that_wait(manager
 
 
 def test_nothing_is_known_of_a_port_where_nobody_listens() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as gone:
-        port = int(gone.getsockname()[1])
+    port = free_port()
     assert is_still(port) is None and waits_for_itself(port) is None
 
 

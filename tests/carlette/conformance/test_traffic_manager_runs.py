@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import socket
-
 import pytest
+from serving import free_port
 from stage import run, spawn
 
 carla = pytest.importorskip("carla")
@@ -12,10 +11,7 @@ carla = pytest.importorskip("carla")
 
 @pytest.fixture
 def manager(client):
-    with socket.socket() as sock:
-        sock.bind(("127.0.0.1", 0))
-        port = sock.getsockname()[1]
-    found = client.get_trafficmanager(port)
+    found = client.get_trafficmanager(free_port())
     found.set_synchronous_mode(True)
     found.set_random_device_seed(2000)
     yield found
