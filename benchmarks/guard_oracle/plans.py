@@ -40,7 +40,7 @@ def from_rules(view: FrenetScene, stopped_s: float) -> RecoveryPlan | None:
     return RULES.decide(Request(scene.model_copy(update={"ego": ego}))).decision.plan
 
 
-def _change(draw: Drawn) -> Behavior:
+def _change(draw: Drawn) -> ChangeLane:
     side = draw.choice(SIDES)
     return ChangeLane(side=side, distance_m=draw.uniform(15.0, 60.0), speed_mps=draw.uniform(1.0, 5.5))
 
@@ -75,5 +75,4 @@ def at_random(draw: Drawn, setting: Setting) -> RecoveryPlan:
 def nosed(draw: Drawn) -> RecoveryPlan:
     """A lane change that turns the nose out first, and waits there for its gap."""
     change = _change(draw)
-    assert isinstance(change, ChangeLane)
     return RecoveryPlan(behaviors=(NoseOut(side=change.side, speed_mps=draw.uniform(0.5, 2.0)), change))

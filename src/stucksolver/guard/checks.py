@@ -49,7 +49,8 @@ def collision(case: CheckContext) -> list[Reject]:
         gap = standing_gaps(case, standing)
         found += _too_near(case, standing, gap, _margins(case, standing, case.quick.v), case.slow.t)
         found += _doors(case, standing, gap)
-        found += [] if case.running else _still_touched(case, standing, gap)
+        if not case.running:
+            found += _still_touched(case, standing, gap)
     if len(moving):
         t = times(case)
         stations = profiles(case, t)
@@ -117,16 +118,13 @@ def _still_touched(case: CheckContext, which: Array, gap: Array) -> list[Reject]
     parted = np.hypot(case.path.s - case.path.s[0], case.path.d - case.path.d[0]) > case.policy.clearance.parting_m
     parted[-1] = True
     scraped = (gap[0] < touch_m) & (gap[parted] < touch_m).any(axis=0)
-    return [
-        Reject(
-            code=RejectCode.COLLISION,
-            detail=f"{thing.kind.value} {thing.id}: the ego stands against it and would scrape along it",
-            object_id=thing.id,
-            gap_m=float(gap[:, k].min()),
-        )
-        for k in np.flatnonzero(scraped)[:NAMED]
-        for thing in [case.view.objects[int(which[k])]]
-    ]
+    found = []
+    for k in np.flatnonzero(scraped)[:NAMED]:
+        thing = case.view.objects[int(which[k])]
+        detail = f"{thing.kind.value} {thing.id}: the ego stands against it and would scrape along it"
+        gap_m = float(gap[:, k].min())
+        found.append(Reject(code=RejectCode.COLLISION, detail=detail, object_id=thing.id, gap_m=gap_m))
+    return found
 
 
 def _still_to_drift(case: CheckContext) -> float:

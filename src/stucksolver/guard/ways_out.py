@@ -115,10 +115,10 @@ def _finishing(case: CheckContext, giving_way: bool) -> Contact | None:
     until_s = np.inf if rests else near_s
     standing = _with_standing(case, np.where(case.slow.t <= until_s, case.quick.v, np.nan))
     # A contact that a stop one check later could not avoid must be acted on now.
-    least_mps = case.policy.speeds.creep_mps if rests else 0.0
-    way_m = way_to_stop(max(speed, least_mps), braking, stopping.lag_s + case.policy.prediction.step_s)
+    meets_mps = max(speed, case.policy.speeds.creep_mps) if rests else speed
+    way_m = way_to_stop(meets_mps, braking, stopping.lag_s + case.policy.prediction.step_s)
     standing = _worse(standing, _drawn_against(case, way_m, 0.0))
-    standing = _worse(standing, _beside_the_error(case, max(speed, least_mps)))
+    standing = _worse(standing, _beside_the_error(case, meets_mps))
     return _worse(standing, _with_moving(case, profiles(case, t), t))
 
 

@@ -38,7 +38,7 @@ def without_lead(scene: Scene, analysis: Analysis) -> Way:
         if was_tried(scene, "replan"):
             return None, (None, "a new route has led nowhere")
         return _one(scene, ReplanRoute(), "the vehicle is driving in circles: replan the route")
-    if analysis.guidance_intent is None and _all_way_stop(scene):
+    if analysis.guidance_intent is None and _stands_at_light(scene, LightState.OFF):
         onward = KeepLane(distance_m=CROSS_M, speed_mps=CREEP_MPS)
         return _one(scene, onward, "the light is out: stop first, then creep across when nobody is coming")
     return into_the_stream(scene) or along_the_free_lane(scene) or (None, (None, "nothing in the path"))
@@ -51,15 +51,7 @@ def across_stuck_light(scene: Scene) -> Way | None:
     broken. None away from its line, for a yellow light, if this has just failed, and for a vehicle that moves, such as
     one that drives in circles: it has not waited at this light.
     """
-    stuck = any(
-        c.kind is ControlKind.TRAFFIC_LIGHT
-        and c.state is LightState.RED
-        and c.applies is not False
-        and -1.0 < c.distance_m < AT_THE_LINE_M
-        for c in scene.controls
-    )
-    stands = scene.ego.speed_mps < MOVING_MPS and scene.ego.stopped_for_s >= LOOKED_S
-    if not stuck or not stands or was_tried(scene, "keep_lane"):
+    if not _stands_at_light(scene, LightState.RED) or was_tried(scene, "keep_lane"):
         return None
     return _one(
         scene,
@@ -107,10 +99,12 @@ def _no_way_back(scene: Scene) -> bool:
     return any(w.x_m < 0.0 and w.reaches_destination is False for w in scene.waypoints)
 
 
-def _all_way_stop(scene: Scene) -> bool:
-    return scene.ego.stopped_for_s >= LOOKED_S and any(
+def _stands_at_light(scene: Scene, state: LightState) -> bool:
+    """True if the vehicle has stood long enough at the line of a light in this state."""
+    stands = scene.ego.speed_mps < MOVING_MPS and scene.ego.stopped_for_s >= LOOKED_S
+    return stands and any(
         c.kind is ControlKind.TRAFFIC_LIGHT
-        and c.state is LightState.OFF
+        and c.state is state
         and c.applies is not False
         and -1.0 < c.distance_m < AT_THE_LINE_M
         for c in scene.controls
