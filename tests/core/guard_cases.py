@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from worlds import LANE_M, World, straight_road, strip
 
@@ -40,6 +42,12 @@ def case_on(d, turn, objects=(), *, start_s=50.0, **world):
     s = start_s + 0.5 * np.arange(len(d))
     path = Manoeuvre(s, np.asarray(d, float), np.full(len(d), 5.0), yaw=np.asarray(turn, float))
     return CheckContext(view, path, POLICY)
+
+
+def on_way(*objects, speed=5.0, x=65.0):
+    """A plan that runs straight on for 40 m."""
+    case = case_on([0.0] * 80, [0.0] * 80, objects, start_s=x, speed=speed)
+    return replace(case, running=True)
 
 
 def commit_s(proven):

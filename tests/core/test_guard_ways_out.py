@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from guard_cases import CAR_M, LENGTH_M, on_way
 from worlds import LANE_M, World, straight_road, thing
 
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, KeepLane
-from stucksolver.guard import Guard
+from stucksolver.guard import Guard, ways_out
+from stucksolver.guard.ways_out import Contact
 from stucksolver.scene import LineKind, ObjectKind, Zone, ZoneKind
 from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
 
 K = ObjectKind
 GUARD = Guard()
+FRONT_M = LENGTH_M / 2
+HALF_CAR_M = CAR_M / 2
 ON = KeepLane(distance_m=60.0, speed_mps=5.0)
 
 
@@ -121,3 +127,56 @@ def test_a_person_is_spared_before_a_thing():
         thing("crossing", 68.5, -9.0, sideways=3.0, yaw=np.pi / 2),
     ]
     assert GUARD.recheck(proven, world.view()).abort is Abort.GIVE_WAY
+
+
+# ---- harm, beside the same reckoned by hand
+
+
+@pytest.mark.parametrize(("one", "other", "person"), [(True, False, True), (False, True, True), (False, False, False)])
+def test_of_two_contacts_a_person_and_the_quicker_count(one, other, person):
+    assert ways_out._worse(Contact(one, 2.0), Contact(other, 5.0)) == Contact(person, 5.0)
+    assert ways_out._worse(Contact(one, 2.0), None) == ways_out._worse(None, Contact(one, 2.0)) == Contact(one, 2.0)
+    assert ways_out._worse(None, None) is None
+
+
+@pytest.mark.parametrize(("kind", "person"), [(K.PEDESTRIAN, True), (K.BICYCLE, True), (K.CAR, False), (K.CONE, False)])
+def test_a_contact_ahead_is_at_our_speed_and_with_a_person_or_not(kind, person):
+    found = ways_out._finishing(on_way(thing("it", 75.0, kind=kind)), False)
+    assert found.person is person
+    assert found.speed_mps == pytest.approx(5.0, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("vx", "vy", "speed"),
+    [(-4.0, 0.0, 9.0), (0.0, -4.0, math.hypot(5.0, 4.0)), (-3.0, 2.0, math.hypot(8.0, 2.0))],
+)
+def test_a_contact_with_who_moves_is_at_the_relative_speed(vx, vy, speed):
+    """They are where we are in 1.5 s."""
+    meets = 65.0 + 5.0 * 1.5
+    it = thing("it", meets - vx * 1.5, -vy * 1.5, speed=vx, sideways=vy, yaw=math.atan2(vy, vx))
+    t = np.linspace(0.0, 3.0, 31)
+    case = on_way(it)
+    found = ways_out._with_moving(case, 65.0 + 5.0 * t[None], t)
+    assert found.speed_mps == pytest.approx(speed, abs=0.1)
+    assert not found.person
+
+
+@pytest.mark.parametrize(
+    ("speed", "giving_way", "braked_for"), [(5.0, False, False), (5.0, True, True), (0.0, False, True)]
+)
+def test_who_stands_far_ahead_is_braked_for_later_but_nobody_sets_off_towards_them(speed, giving_way, braked_for):
+    """At 5 m/s those count who would be met within 1.7 s of a stop and 2.5 s; 38 m are further."""
+    case = on_way(thing("it", 65.0 + FRONT_M + 0.25 + 33.0, kind=K.PEDESTRIAN), speed=speed)
+    assert bool(ways_out._finishing(case, giving_way)) is braked_for
+
+
+def test_from_rest_one_stays_with_gentle_brakes():
+    case = on_way(thing("it", 75.0, kind=K.PEDESTRIAN), speed=0.0)
+    way = ways_out.least_harm(case, False)
+    assert (way.abort, way.brake_mps2) == (Abort.GIVE_WAY, case.view.ego.limits.comfort_braking_mps2)
+
+
+@pytest.mark.parametrize(("ahead_m", "hard"), [(10.0, None), (2.5, 6.0)])
+def test_brakes_bite_hard_only_where_gentle_ones_would_meet_somebody(ahead_m, hard):
+    case = on_way(thing("it", 65.0 + FRONT_M + HALF_CAR_M + ahead_m))
+    assert ways_out.brakes_hard(case) == hard

@@ -25,8 +25,10 @@ from stucksolver_eval.streets.stretches import (
     yaw_deg,
 )
 
-CLEAR_BEFORE_M, CLEAR_PAST_M = 20, 60
-"""Distances before and beyond the obstacle without junctions or changes of lanes."""
+CLEAR_BEFORE_M = 20
+"""Length before the obstacle without junctions or changes of lanes (m). Ours."""
+CLEAR_PAST_M = 60
+"""The same beyond the obstacle (m). Ours."""
 MIN_LENGTH_M = 110
 _STRAIGHT_DEG = 15.0
 _FLAT_DEG = 3.0
