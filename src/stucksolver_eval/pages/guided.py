@@ -62,10 +62,10 @@ def page(pairs: dict[str, tuple[Path, Path]]) -> str:
 
 
 def _whole(unguided: Summary, guided: Summary) -> str:
-    seeds = ("seed " if len(guided.manifest.seeds) == 1 else "seeds ") + ", ".join(map(str, guided.manifest.seeds))
+    seeds = ", ".join(map(str, guided.manifest.seeds))
     scores = [f"{one.driving_score:.1f} / {one.success_rate:.1f}" for one in (unguided, guided)]
     return (
-        f"{len(guided.rows)} drives, {seeds}. Driving score / success rate over all drives: "
+        f"{len(guided.rows)} drives, seeds {seeds}. Driving score / success rate over all drives: "
         f"{scores[0]} unguided, {scores[1]} guided."
     )
 

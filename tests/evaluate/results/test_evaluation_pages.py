@@ -27,7 +27,7 @@ DECISION = {
 }
 
 
-def test_every_figure_is_explained_and_what_others_published_is_marked_and_open(tmp_path: Path) -> None:
+def test_every_figure_is_explained_and_what_others_published_is_marked_and_folded(tmp_path: Path) -> None:
     store = begun(tmp_path / "out")
     keep(store, ROUTES[0], 1, record(ROUTES[0], 80.0, "TickRuntime", CRASH))
     page = evaluation_page(summarize(store), {})
