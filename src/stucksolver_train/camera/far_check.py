@@ -35,7 +35,7 @@ SLACK = 0.5
 """A detection is correct if its bottom centre is within this fraction of the box's sides, or `LEAST_SLACK_PX`."""
 LOOK_S = 0.75
 """Two images of a drive that are closer in time show the same scene."""
-BRIGHTNESS_SHARES, CONTRAST_SHARES = (1 / 3, 2 / 3), (0.5,)
+BRIGHTNESS_SHARES, CONTRAST_SHARES = (1 / 3, 2 / 3), (1 / 3, 2 / 3)
 """Quantiles that divide held-out images into classes by look; each class has its own recall."""
 LEAST_FITTED = 12
 """Minimum detections to fit a label's size. With fewer, it uses the vehicles' factors and a wide deviation."""

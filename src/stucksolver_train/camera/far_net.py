@@ -16,6 +16,8 @@ CLASSES = len(LABELS)
 CHANNELS = CLASSES + 6
 """Heat of each label; log width and log height, horizontal and vertical offset of the centre, offset of the lower edge,
 all in cells; and the logit of facing towards us."""
+WIDTHS = (16, 32, 48)
+"""Channels at strides of 2, of 4, and of 8 and 16 pixels."""
 MEAN, SPREAD = 9.0, 4.0
 """Approximate mean and spread of the square roots of pixels; normalises them to about -2 to 2."""
 SIGMA_SHARE = 0.17
@@ -51,7 +53,7 @@ class _Block(nn.Module):
 class FarNet(nn.Module):
     """Maps scaled images (n, 3, rows, width) to (n, `CHANNELS`, rows / 4, width / 4)."""
 
-    def __init__(self, stem: int = 16, fine: int = 32, coarse: int = 48) -> None:
+    def __init__(self, stem: int = WIDTHS[0], fine: int = WIDTHS[1], coarse: int = WIDTHS[2]) -> None:
         super().__init__()
         self.stem = _step(3, stem, 2)
         self.fine = nn.Sequential(_step(stem, fine, 2), _step(fine, fine))

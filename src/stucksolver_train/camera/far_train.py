@@ -26,7 +26,7 @@ from stucksolver.perception.camera.far_strip import STRIP_ROWS
 from stucksolver_train.camera.far_check import check, written
 from stucksolver_train.camera.far_data import MARGIN_ROWS, Strips, load
 from stucksolver_train.camera.far_export import export
-from stucksolver_train.camera.far_net import FarNet, loss_of, scaled
+from stucksolver_train.camera.far_net import WIDTHS, FarNet, loss_of, scaled
 
 CROP_WIDTH = 800
 """Training cuts crops of half the strip's width, so that a batch holds more images."""
@@ -48,10 +48,19 @@ FAR_M = 60.0
 """An image with a visible actor beyond this distance is drawn twice as often."""
 
 
-def train(strips: Strips, device: torch.device, *, minutes: float, steps: int | None, batch: int, seed: int) -> FarNet:
+def train(
+    strips: Strips,
+    device: torch.device,
+    *,
+    minutes: float,
+    steps: int | None,
+    batch: int,
+    seed: int,
+    widths: tuple[int, int, int] = WIDTHS,
+) -> FarNet:
     """Trains for a number of minutes, or of steps, and returns the network."""
     torch.manual_seed(seed)
-    net = FarNet().to(device, memory_format=torch.channels_last)
+    net = FarNet(*widths).to(device, memory_format=torch.channels_last)
     average: FarNet = copy.deepcopy(net)
     optimizer = torch.optim.AdamW(net.parameters(), lr=TOP_RATE, weight_decay=DECAY)
     batches = _Batches(strips, device, batch, seed)
@@ -153,15 +162,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--steps", type=int, help="number of steps, instead of minutes")
     parser.add_argument("--batch", type=int, default=64)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--widths", type=int, nargs=3, default=WIDTHS, help="channels of the three scales")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     args = parser.parse_args(arguments)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     began = time.monotonic()
     strips, held_out = load(args.data, args.jobs), load(args.check, args.jobs)
     print(f"{len(strips)} and {len(held_out)} images, read in {time.monotonic() - began:.0f} s; {device}", flush=True)
-    net = train(strips, device, minutes=args.minutes, steps=args.steps, batch=args.batch, seed=args.seed)
+    options = {"minutes": args.minutes, "steps": args.steps, "batch": args.batch, "seed": args.seed}
+    net = train(strips, device, **options, widths=tuple(args.widths))
     card = check(net, held_out, device)
-    card |= {"seed": args.seed, "pictures": len(strips), "checked_on": sorted({town for town, _ in held_out.about})}
+    card |= {"seed": args.seed, "minutes": args.minutes, "widths": list(args.widths), "pictures": len(strips)}
+    card |= {"checked_on": sorted({town for town, _ in held_out.about})}
     args.out.mkdir(parents=True, exist_ok=True)
     card = export(net.cpu(), args.out, card, held_out)
     text = written(card)
