@@ -63,7 +63,7 @@ class Perceiver:
     def __init__(self, rig: Rig, threads: int = 1) -> None:
         self._rig = rig
         self._buffer = SweepBuffer()
-        self._detector = LidarDetector(threads=threads)
+        self._detector = LidarDetector()
         self._tracker = ObjectTracker(rig)
         self._attributes, self._memory = AttributeReader(threads=threads), AttributeMemory()
         self._lights, self._shown = LightReader(threads=threads), LightFilter()

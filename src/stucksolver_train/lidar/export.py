@@ -119,7 +119,9 @@ def _some(store: Store) -> Iterator[dict[str, Any]]:
 def _session(file: Path) -> Any:
     import onnxruntime
 
-    return onnxruntime.InferenceSession(str(file), providers=["CPUExecutionProvider"])
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = 1  # More lose points at random, see `LidarDetector`.
+    return onnxruntime.InferenceSession(str(file), options, providers=["CPUExecutionProvider"])
 
 
 def _judged(file: Path, store: Store) -> list[Judged]:

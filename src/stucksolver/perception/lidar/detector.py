@@ -26,15 +26,16 @@ class LidarDetector:
 
     Args:
         folder: Holds `lidar.onnx` and `card.json`.
-        threads: How many threads a run may use.
+
+    A run uses one thread: with more, onnxruntime's ScatterND with a maximum loses points at random (its issue 18048).
 
     Raises:
         WeightsError: A file is missing, damaged or of another version, or onnxruntime is not installed.
     """
 
-    def __init__(self, folder: Path = DATA, threads: int = 1) -> None:
+    def __init__(self, folder: Path = DATA) -> None:
         card_file = folder / CARD
-        self._session, card = load_session(folder / WEIGHTS, card_file, VERSION, threads)
+        self._session, card = load_session(folder / WEIGHTS, card_file, VERSION, threads=1)
         try:
             self.grid = Grid(**card["grid"])
             self.calibration = Calibration(*(tuple(card[key]) for key in ("slope", "shift", "least_score")))

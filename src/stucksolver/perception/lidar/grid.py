@@ -13,12 +13,12 @@ class Grid:
     coarse cell follow each other, 4 * (row * columns + column) + part: a reshape makes one coarse cell of them.
     """
 
-    x_min_m: float = -44.8
+    x_min_m: float = -70.4
     y_min_m: float = -44.8
     z_min_m: float = -3.0
     z_max_m: float = 5.0
     pillar_m: float = 0.32
-    rows: int = 200
+    rows: int = 240
     """Number of coarse cells along x."""
     columns: int = 140
     """Number of coarse cells along y."""
@@ -50,7 +50,7 @@ class Grid:
 
 
 GRID = Grid()
-"""The grid on which the network was trained: 83 m ahead, 45 m behind and to the sides."""
+"""The grid on which the network was trained: 83 m ahead, 70 m behind, 45 m to the sides."""
 EGO_HALF_LENGTH_M = 2.2
 EGO_HALF_WIDTH_M = 0.9
 """Returns from within this part of our own body are dropped."""

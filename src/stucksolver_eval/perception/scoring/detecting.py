@@ -17,7 +17,7 @@ def score_lidar(given: Given) -> Part:
     from stucksolver.perception.lidar.sweeps import SweepBuffer
 
     options = {} if given.lidar_weights is None else {"folder": given.lidar_weights}
-    detector, watch = LidarDetector(threads=given.threads, **options), Watch()
+    detector, watch = LidarDetector(**options), Watch()
     found: list[Detections] = []
     reals: list[Reals] = []
     for recording in given.recordings:

@@ -85,7 +85,7 @@ def _looks(given: Given, recording: Recording, watch: Watch) -> list[_Look]:
     from stucksolver.perception.visibility import SeenSpace
 
     options = {} if given.lidar_weights is None else {"folder": given.lidar_weights}
-    detector = LidarDetector(threads=given.threads, **options)
+    detector = LidarDetector(**options)
     buffer, tracker, looks = SweepBuffer(), ObjectTracker(recording.rig), []
     for number, tick in enumerate(recording):
         pose = true_pose(tick)

@@ -33,7 +33,7 @@ def _looks(given: Given, recording: Recording) -> tuple[list[Detections], list[R
     from stucksolver.perception.lidar.sweeps import SweepBuffer
 
     options = {} if given.lidar_weights is None else {"folder": given.lidar_weights}
-    detector, buffer = LidarDetector(threads=given.threads, **options), SweepBuffer()
+    detector, buffer = LidarDetector(**options), SweepBuffer()
     found: list[Detections] = []
     reals: list[Reals] = []
     for number, tick in enumerate(recording):
