@@ -36,12 +36,17 @@ def server() -> Iterator[Server]:
         yield found
 
 
+@pytest.fixture(scope="module")
+def client(server: Server) -> Ride:
+    """One for all tests: a second client that changes the settings of a world that stands waits a second for it."""
+    return Ride(server.host, server.port)
+
+
 @pytest.fixture
-def ride(server: Server) -> Iterator[Ride]:
-    ride = Ride(server.host, server.port)
-    ride.clear()
-    yield ride
-    ride.clear()
+def ride(client: Ride) -> Iterator[Ride]:
+    client.clear()
+    yield client
+    client.clear()
 
 
 def collisions(ride: Ride) -> list[object]:
