@@ -10,7 +10,7 @@ PROJECTS := pyproject.toml packages/carlette/pyproject.toml
 unexport PYTHONDONTWRITEBYTECODE
 
 # `make test` runs the tests of `unit` and `integration` in one go: they are collected once, and no core idles in between.
-# It leaves out those marked `slow`, which take half as long as all others; `make test ALL=1` runs them and the site's as well.
+# It leaves out those marked `slow`, which take longer than all others; `make test ALL=1` runs them and the site's as well.
 # Both look at a third of the guard's examples and of the answers that are made up, at three of each class of scenes that
 # are mirrored, and at two of eight drives by chance beside those that take every way of the state machine;
 # `make integration` looks at all.

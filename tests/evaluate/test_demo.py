@@ -45,6 +45,7 @@ def accepted(log):
     return [d for d in log.decisions if d.verdict == "accepted"]
 
 
+@pytest.mark.slow
 def test_the_driver_alone_stays_behind_the_parked_car_until_it_counts_as_blocked(shown):
     log = shown(arm=ALONE)
     result = log.result
@@ -116,6 +117,7 @@ def slow_elsewhere(shown):
         return log, not settings.synchronous_mode
 
 
+@pytest.mark.slow
 def test_a_slow_answer_is_a_late_one_and_helps_all_the_same(shown, slow_elsewhere):
     quick, (slow, _) = shown(), slow_elsewhere
     assert slow.result.status == "Completed" and slow.result.infractions == {}

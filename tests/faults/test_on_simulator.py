@@ -93,6 +93,7 @@ def test_a_hostile_reasoner_touches_nobody(ride: Ride, name: str) -> None:
     assert EventKind.DECIDED in ride.kinds()
 
 
+@pytest.mark.slow
 def test_after_a_kill_in_the_middle_of_a_plan_the_record_is_good_and_the_stack_drives_itself(
     server: Server, ride: Ride, tmp_path: Path
 ) -> None:

@@ -73,6 +73,7 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     return file, folder / "out"
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_results_and_resume_repeats_nothing(
     plain: tuple[Path, Path], tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -96,6 +97,7 @@ def test_the_same_seed_gives_the_same_results_and_resume_repeats_nothing(
     assert records(tmp_path / "a") == records(tmp_path / "b")
 
 
+@pytest.mark.slow
 def test_routes_without_guidance_are_taken_from_the_same_arm_without_it(
     plain: tuple[Path, Path], tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -176,6 +178,7 @@ def test_a_driven_route_is_complete_and_its_motion_is_kept_tick_by_tick(plain: t
     assert all(0.9 < b - a < 1.1 for a, b in pairwise(times))
 
 
+@pytest.mark.slow
 def test_an_interrupt_leaves_no_process_and_no_route_that_counts_as_crashed(tmp_path: Path) -> None:
     command = [sys.executable, "-c", "from stucksolver.cli import main; raise SystemExit(main())", "evaluate"]
     command += ["--suite", str(suite(tmp_path, 2)), "--out", str(tmp_path / "out"), "--replays", "none"]
