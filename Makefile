@@ -25,11 +25,11 @@ PYTEST := $(BIN)/python -m pytest --dist loadfile --no-loadscope-reorder -q
 demo: $(VENV)/.sim
 	$(BIN)/stucksolver demo --seed $(SEED) --out out/demo
 
-# The type checker and the benchmarks run beside the tests: the first of them has one thread, and tests often wait.
-# `ALL=1` runs the slow tests and the site's as well, as CI does. There a third worker has something to do while others
-# wait for a server, a browser or the clock.
+# The type checker and the benchmarks run beside the tests: the first of them has one thread. A third worker has
+# something to do while others wait for a server, a browser or the clock. `ALL=1` runs the slow tests and the site's as
+# well, as CI does.
 test: lint
-	$(MAKE) --jobs 2 checks $(if $(ALL),all-tests WORKERS=3,tests)
+	$(MAKE) --jobs 2 checks $(if $(ALL),all-tests,tests) WORKERS=3
 
 checks: types bench-smoke
 
