@@ -59,6 +59,7 @@ def test_the_driver_alone_stays_behind_the_parked_car_until_it_counts_as_blocked
     assert end - begin > 59.0
 
 
+@pytest.mark.slow
 def test_with_the_solver_the_ego_gets_past_the_parked_car(shown):
     log = shown()
     result = log.result
@@ -73,6 +74,7 @@ def test_with_the_solver_the_ego_gets_past_the_parked_car(shown):
     assert log.perception == "privileged"
 
 
+@pytest.mark.slow
 def test_the_log_replays_the_run(shown):
     log = shown()
     times = [frame.time_s for frame in log.frames]

@@ -117,6 +117,7 @@ def test_routes_without_guidance_are_taken_from_the_same_arm_without_it(
     assert not (tmp_path / "other").exists()
 
 
+@pytest.mark.slow
 def test_one_crashed_route_is_told_and_the_rest_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(work, "_work", route_crashers.crash_on_one)
     assert evaluate(suite(tmp_path, 2), tmp_path / "out") == 1
