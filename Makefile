@@ -10,7 +10,7 @@ PROJECTS := pyproject.toml packages/carlette/pyproject.toml
 unexport PYTHONDONTWRITEBYTECODE
 
 # `make test` runs the tests of `unit` and `integration` in one go: they are collected once, and no core idles in between.
-# It leaves out those marked `slow`, which take half as long as all others; `make test ALL=1` runs them and the site's as well.
+# It leaves out those marked `slow`, which take longer than all others; `make test ALL=1` runs them and the site's as well.
 # Both look at a third of the guard's examples and of the answers that are made up, at three of each class of scenes that
 # are mirrored, and at two of eight drives by chance beside those that take every way of the state machine;
 # `make integration` looks at all.
@@ -25,11 +25,11 @@ PYTEST := $(BIN)/python -m pytest --dist loadfile --no-loadscope-reorder -q
 demo: $(VENV)/.sim
 	$(BIN)/stucksolver demo --seed $(SEED) --out out/demo
 
-# The type checker and the benchmarks run beside the tests: the first of them has one thread, and tests often wait.
-# `ALL=1` runs the slow tests and the site's as well, as CI does. There a third worker has something to do while others
-# wait for a server, a browser or the clock.
+# The type checker and the benchmarks run beside the tests: the first of them has one thread. A third worker has
+# something to do while others wait for a server, a browser or the clock. `ALL=1` runs the slow tests and the site's as
+# well, as CI does.
 test: lint
-	$(MAKE) --jobs 2 checks $(if $(ALL),all-tests WORKERS=3,tests)
+	$(MAKE) --jobs 2 checks $(if $(ALL),all-tests,tests) WORKERS=3
 
 checks: types bench-smoke
 

@@ -35,9 +35,10 @@ def run(smoke: bool) -> dict[str, float]:
     `real_time_factor_*`: simulated seconds per second. `server_ms_*`: the server's CPU time per tick over all threads,
     which other programs on the machine affect less.
     """
-    ticks = 40 if smoke else 600
+    # A smoke test needs the set that has them all.
+    ticks, sets = (20, [*SETS][-1:]) if smoke else (600, [*SETS])
     figures = {}
-    for name in SETS:
+    for name in sets:
         figures[f"real_time_factor_{name}"], figures[f"server_ms_{name}"] = _measure(name, ticks)
     return figures
 

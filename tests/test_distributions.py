@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.integration
+pytestmark = [pytest.mark.integration, pytest.mark.slow]
 
 ROOT = Path(__file__).parents[1]
 PROJECTS = {"stucksolver": ROOT, "carlette": ROOT / "packages" / "carlette"}

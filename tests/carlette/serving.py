@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import secrets
 import socket
 import subprocess
 import sys
@@ -15,11 +16,29 @@ LEAVES_WITHIN_S = 60.0
 READY = re.compile(r"carlette: listening on (\S+):(\d+) map=(\S+)")
 
 
+PORTS = range(20_000, 32_000, 2)
+"""Below those that Linux gives to whoever connects (from 32,768 on): a client of another test takes none of these."""
+
+
 def free_port() -> int:
-    """A port on which nobody listens now. Another process may take it: where a server can choose, let it."""
+    """A port on which nobody listens now, nor on the next one, which a server's streams need.
+
+    Another process may take it: where a server can choose, let it.
+    """
+    while True:
+        # Not `random`: hypothesis gives that the same seed in every process.
+        port = secrets.choice(PORTS)
+        if _is_free(port) and _is_free(port + 1):
+            return port
+
+
+def _is_free(port: int) -> bool:
     with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return int(one.getsockname()[1])
+        try:
+            one.bind(("127.0.0.1", port))
+        except OSError:
+            return False
+        return True
 
 
 @contextmanager

@@ -47,15 +47,16 @@ def test_its_script_starts_a_server_on_the_port_it_is_told(tmp_path):
     command = [folder / "CarlaUE4.sh", "-RenderOffScreen", "-nosound", f"-carla-rpc-port={port}", "-graphicsadapter=0"]
     process = subprocess.Popen(command, env={**os.environ, "PYTHONPATH": "/nowhere"}, cwd=Path("/"))
     try:
-        assert _listens(port)
+        assert _listens(port, process)
     finally:
         process.kill()
         process.wait()
 
 
-def _listens(port: int) -> bool:
+def _listens(port: int, server: subprocess.Popen[bytes]) -> bool:
+    """True once somebody does; False if the server has ended, or takes too long."""
     end = time.monotonic() + STARTS_WITHIN_S
-    while time.monotonic() < end:
+    while time.monotonic() < end and server.poll() is None:
         with socket.socket() as one:
             if one.connect_ex(("127.0.0.1", port)) == 0:
                 return True

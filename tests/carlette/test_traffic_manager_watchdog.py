@@ -245,6 +245,7 @@ def test_a_client_without_managers_is_left_alone() -> None:
     assert no_rescue_runs() and watch.count == 0
 
 
+@pytest.mark.slow
 def test_a_manager_that_does_not_answer_is_left_in_its_mode_and_nothing_hangs(
     mute: FakeManager, lost: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -274,7 +275,13 @@ def in_lockstep(port: int, *managers: FakeManager) -> Raw:
     return client
 
 
-@pytest.mark.parametrize("last_call", ["tick_cue", "get_episode_settings", "get_vehicle_light_states"])
+@pytest.mark.parametrize(
+    "last_call",
+    [
+        "tick_cue",
+        *(pytest.param(x, marks=pytest.mark.slow) for x in ("get_episode_settings", "get_vehicle_light_states")),
+    ],
+)
 def test_the_server_wakes_the_client_that_cued_a_tick_and_fell_silent(
     manager: FakeManager, lost: None, last_call: str
 ) -> None:
@@ -293,6 +300,7 @@ def test_the_server_wakes_the_client_that_cued_a_tick_and_fell_silent(
         client.socket.close()
 
 
+@pytest.mark.slow
 def test_the_server_leaves_alone_who_goes_on_who_waits_and_who_leaves(manager: FakeManager) -> None:
     with running_server() as port:
         ticking, waiting = in_lockstep(port, manager), in_lockstep(port)

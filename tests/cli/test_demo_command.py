@@ -235,8 +235,12 @@ def command_of(process: psutil.Process) -> str:
 RUN, SIMULATOR = "forkserver", "-m carlette"
 
 
-@pytest.mark.parametrize("moment", [RUN, SIMULATOR], ids=["while it starts", "during the run"])
-@pytest.mark.parametrize("everyone", [False, True], ids=["alone", "with all of the terminal"])
+@pytest.mark.parametrize(
+    "moment", [pytest.param(RUN, marks=pytest.mark.slow), SIMULATOR], ids=["while it starts", "during the run"]
+)
+@pytest.mark.parametrize(
+    "everyone", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["alone", "with all of the terminal"]
+)
 def test_ctrl_c_ends_everything_with_130_and_no_report(mark: str, out: Path, moment, everyone: bool) -> None:
     process = start(mark, "demo", "--out", str(out))
     wait_for(mark, moment)
@@ -252,6 +256,7 @@ def test_ctrl_c_ends_everything_with_130_and_no_report(mark: str, out: Path, mom
     assert not (out / "report.html").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", [RUN, SIMULATOR], ids=["while it starts", "during the run"])
 def test_a_kill_leaves_nobody_behind(mark: str, out: Path, moment) -> None:
     process = start(mark, "demo", "--out", str(out))

@@ -45,6 +45,7 @@ def accepted(log):
     return [d for d in log.decisions if d.verdict == "accepted"]
 
 
+@pytest.mark.slow
 def test_the_driver_alone_stays_behind_the_parked_car_until_it_counts_as_blocked(shown):
     log = shown(arm=ALONE)
     result = log.result
@@ -58,6 +59,7 @@ def test_the_driver_alone_stays_behind_the_parked_car_until_it_counts_as_blocked
     assert end - begin > 59.0
 
 
+@pytest.mark.slow
 def test_with_the_solver_the_ego_gets_past_the_parked_car(shown):
     log = shown()
     result = log.result
@@ -72,6 +74,7 @@ def test_with_the_solver_the_ego_gets_past_the_parked_car(shown):
     assert log.perception == "privileged"
 
 
+@pytest.mark.slow
 def test_the_log_replays_the_run(shown):
     log = shown()
     times = [frame.time_s for frame in log.frames]
@@ -116,6 +119,7 @@ def slow_elsewhere(shown):
         return log, not settings.synchronous_mode
 
 
+@pytest.mark.slow
 def test_a_slow_answer_is_a_late_one_and_helps_all_the_same(shown, slow_elsewhere):
     quick, (slow, _) = shown(), slow_elsewhere
     assert slow.result.status == "Completed" and slow.result.infractions == {}

@@ -102,7 +102,8 @@ class Ride:
         return [event.text for event in self.told if event.kind is kind]
 
     def clear(self) -> None:
-        """Take every vehicle away."""
+        """Take every vehicle away, and forget what was told."""
+        self.told.clear()
         for car in self.world.get_actors().filter("vehicle.*"):
             car.destroy()
         self.world.tick()

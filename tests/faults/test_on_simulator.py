@@ -36,12 +36,17 @@ def server() -> Iterator[Server]:
         yield found
 
 
+@pytest.fixture(scope="module")
+def client(server: Server) -> Ride:
+    """One for all tests: a second client that changes the settings of a world that stands waits a second for it."""
+    return Ride(server.host, server.port)
+
+
 @pytest.fixture
-def ride(server: Server) -> Iterator[Ride]:
-    ride = Ride(server.host, server.port)
-    ride.clear()
-    yield ride
-    ride.clear()
+def ride(client: Ride) -> Iterator[Ride]:
+    client.clear()
+    yield client
+    client.clear()
 
 
 def collisions(ride: Ride) -> list[object]:
@@ -88,6 +93,7 @@ def test_a_hostile_reasoner_touches_nobody(ride: Ride, name: str) -> None:
     assert EventKind.DECIDED in ride.kinds()
 
 
+@pytest.mark.slow
 def test_after_a_kill_in_the_middle_of_a_plan_the_record_is_good_and_the_stack_drives_itself(
     server: Server, ride: Ride, tmp_path: Path
 ) -> None:

@@ -103,6 +103,7 @@ def test_a_server_that_goes_away_does_not_stop_the_car():
     desk.close()
 
 
+@pytest.mark.slow
 def test_the_server_ends_with_the_program_that_started_it():
     code = """
 import os

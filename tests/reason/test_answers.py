@@ -214,6 +214,7 @@ def adversarial_answer(draw: Random) -> str:
     return draw.choice([text, text, f"```json\n{text}\n```", f"Ignore the guard! {text}", text[: len(text) // 2]])
 
 
+@pytest.mark.slow
 @pytest.mark.integration
 def test_thousands_of_adversarial_answers_are_held_to_the_promises():
     texts = list(dict.fromkeys(adversarial_answer(Random(seed)) for seed in range(ADVERSARIAL * 3 // 2)))

@@ -138,6 +138,7 @@ def test_killed_before_the_commit_point_it_leaves_a_vehicle_that_stops_and_then_
     assert speed_of(car) < 0.3 and not bumps, "left alone it stands behind the parked car again"
 
 
+@pytest.mark.slow
 def test_killed_past_the_commit_point_the_way_round_is_finished(stage, stuck):
     car, make, told = stuck
     bumps = collisions_of(stage, car)

@@ -187,7 +187,7 @@ def gaps_m(view: FrenetScene, which: Array, x_m: Array, y_m: Array, yaw_rad: Arr
 
 
 def _clear(view: FrenetScene, x: Array, y: Array, yaw: Array) -> Array:
-    standing = np.flatnonzero(np.hypot(view.vs, view.vd) <= MOVING_MPS)
+    standing = np.flatnonzero(view.speed <= MOVING_MPS)
     if not len(standing):
         return np.ones(len(x), dtype=bool)
     gap = gaps_m(view, standing, x, y, yaw)

@@ -66,7 +66,7 @@ def stops_are_safe(case: CheckContext, no_stop: Array) -> list[Reject]:
     """
     view, policy = case.view, case.policy
     which = relevant(case)
-    which = which[np.hypot(view.vs[which], view.vd[which]) > MOVING_MPS]
+    which = which[view.speed[which] > MOVING_MPS]
     free = np.flatnonzero(~no_stop)
     if not len(which) or not len(free):
         return []

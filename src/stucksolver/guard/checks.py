@@ -42,7 +42,7 @@ def collision(case: CheckContext) -> list[Reject]:
     if not len(which):
         return []
     view = case.view
-    stands = np.hypot(view.vs[which], view.vd[which]) <= MOVING_MPS
+    stands = view.speed[which] <= MOVING_MPS
     standing, moving = which[stands], which[~stands]
     found: list[Reject] = []
     if len(standing):
@@ -69,7 +69,7 @@ def _margins(case: CheckContext, which: Array, speed: Array) -> Array:
     # Objects that move sideways faster, and those on other roads, are extrapolated sideways, so no margin is needed.
     drift = np.where((drift > policy.prediction.crossing_mps) | view.elsewhere[which], 0.0, drift)
     # If both creep, the gap to stationary objects is enough: the ego passes those faster.
-    crawls = np.hypot(view.vs[which], view.vd[which]) <= creep_mps
+    crawls = view.speed[which] <= creep_mps
     creeping = (speed[:, None] <= creep_mps + EPSILON) & crawls
     mu = np.where(creeping, gaps.standing_gap_m, gaps.moving_gap_m)
     margin = np.where(view.moving[which], rss_lateral(drift, mu, policy.rss), gaps.standing_gap_m)

@@ -28,7 +28,7 @@ def early_return(case: CheckContext, no_stop: Mask) -> list[Reject]:
         no_stop: (stations,): True where the ego is committed, as `aborts.committed` returns it.
     """
     view, path, which = case.view, case.path, relevant(case)
-    which = which[np.hypot(view.vs[which], view.vd[which]) <= MOVING_MPS]
+    which = which[view.speed[which] <= MOVING_MPS]
     if not len(which) or not no_stop.any():
         return []
     gap = standing_gaps(case, which)

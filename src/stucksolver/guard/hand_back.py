@@ -24,7 +24,7 @@ def clear_to_hand_back(view: FrenetScene, policy: GuardPolicy) -> bool:
     if abs(view.ego_yaw) < back.askew_rad and abs(view.ego_d) < back.aside_m:
         return True
     case = CheckContext(view, _turning_back(view, back), policy, running=True)
-    standing = np.flatnonzero(np.hypot(view.vs, view.vd) <= MOVING_MPS)
+    standing = np.flatnonzero(view.speed <= MOVING_MPS)
     if not len(standing):
         return True
     gap = standing_gaps(case, standing)

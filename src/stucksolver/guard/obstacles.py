@@ -25,7 +25,7 @@ def patience(case: CheckContext) -> list[Reject]:
         i = view.index_of(name)
         if i is None or view.objects[i].kind not in VEHICLES:
             continue
-        why = _moving(case, i) if np.hypot(view.vs[i], view.vd[i]) > MOVING_MPS else _standing(case, i)
+        why = _moving(case, i) if view.speed[i] > MOVING_MPS else _standing(case, i)
         if why is not None:
             detail = f"{view.objects[i].kind.value} {name} {why}"
             found.append(Reject(code=RejectCode.WAIT_FIRST, detail=detail, object_id=name))

@@ -10,7 +10,6 @@ from stucksolver.guard.context import CheckContext
 from stucksolver.guard.straight import StraightOn, straight_on
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.frenet import Array, Mask
-from stucksolver.scene.view import FrenetScene
 
 
 def times(case: CheckContext) -> Array:
@@ -28,6 +27,8 @@ def relevant(case: CheckContext, span_s: float | None = None) -> Array:
     lanes that the ego moves into. So is what the plan drives over.
     """
     view, span = case.view, case.slow.duration_s if span_s is None else span_s
+    if not view.objects:
+        return np.zeros(0, dtype=int)
     policy, path = case.policy.prediction, case.path
     rear = view.ego_s - view.ego.length_m / 2
     our_way = (view.vs > -policy.along_mps) & (np.abs(view.vd) < 2 * policy.crossing_mps)
@@ -38,10 +39,9 @@ def relevant(case: CheckContext, span_s: float | None = None) -> Array:
     margin = view.across + np.abs(view.vd) * span + policy.reserve_across_m
     low, high = path.d.min() - case.reach.max(), path.d.max() + case.reach.max()
     near_d = (view.d + margin > low) & (view.d - margin < high)
-    here, there, speed = _in_the_plane(view)
-    reach = speed * (span + policy.sure_s) + path.end_s - path.s[0] + view.half_length + view.ego.length_m
+    reach = view.speed * (span + policy.sure_s) + path.end_s - path.s[0] + view.half_length + view.ego.length_m
     reach = reach + policy.reserve_in_plane_m
-    near = np.hypot(*(there - here).T) < reach
+    near = np.hypot(view.places[:, 0] - view.ego.x_m, view.places[:, 1] - view.ego.y_m) < reach
     found: Array = np.flatnonzero((near_s & near_d & ~from_behind) | (view.elsewhere & near))
     if path.over:
         found = np.array([i for i in found if view.objects[int(i)].id not in path.over], dtype=int)
@@ -127,12 +127,6 @@ def moving_gaps(case: CheckContext, stations: Array, which: Array, t: Array) -> 
         place = (*ego, member[who])
         least[place] = np.minimum(least[place], gap)
     return least
-
-
-def _in_the_plane(view: FrenetScene) -> tuple[Array, Array, Array]:
-    """Return the ego's position (2,) and those of the objects (n, 2) in the local frame (m), and their speeds (m/s)."""
-    there = np.array([(o.x_m, o.y_m) for o in view.objects]).reshape(-1, 2)
-    return np.array([view.ego.x_m, view.ego.y_m]), there, np.hypot(view.vs, view.vd)
 
 
 def _gaps_straight_on(

@@ -247,7 +247,7 @@ def _margins(view: FrenetScene, which: Array, policy: GuardPolicy, speed_mps: fl
 def _standing(
     view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float, running: bool = False
 ) -> list[Reject]:
-    which = np.flatnonzero(np.hypot(view.vs, view.vd) <= MOVING_MPS)
+    which = np.flatnonzero(view.speed <= MOVING_MPS)
     if not len(which):
         return []
     gap = gaps_m(view, which, leg.x_m, leg.y_m, leg.yaw_rad)
@@ -257,7 +257,7 @@ def _standing(
 
 def _moving(view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float, running: bool = False) -> list[Reject]:
     """Check moving objects against every pose that the ego, slow or fast, may have at each instant."""
-    which = np.flatnonzero(np.hypot(view.vs, view.vd) > MOVING_MPS)
+    which = np.flatnonzero(view.speed > MOVING_MPS)
     if not len(which):
         return []
     t, reached = _places(view, leg, policy, speed_mps)

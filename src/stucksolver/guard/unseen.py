@@ -110,4 +110,4 @@ def _quickest_in(case: CheckContext, zone: Zone) -> float:
     """Return the highest speed seen in a junction (m/s): unseen vehicles may be as fast as those seen there."""
     view = case.view
     within = view.moving & ~view.on_foot & (view.s + view.along > zone.start_m) & (view.s - view.along < zone.end_m)
-    return float(np.hypot(view.vs[within], view.vd[within]).max()) if within.any() else 0.0
+    return float(view.speed[within].max()) if within.any() else 0.0

@@ -84,7 +84,7 @@ def _drawn_to_who_passes(case: CheckContext) -> bool:
     if case.error_m * case.error_rad <= 0.0:
         return False
     which = relevant(case)
-    which = which[drifted_to(case, which) & (np.hypot(view.vs[which], view.vd[which]) > MOVING_MPS)]
+    which = which[drifted_to(case, which) & (view.speed[which] > MOVING_MPS)]
     way_m = way_to_stop(abs(view.ego.speed_mps), view.ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
     half_length, half_width = view.ego.length_m / 2, view.ego.width_m / 2
     still_m = float(np.sin(min(abs(case.error_rad), np.pi / 2))) * way_m
@@ -143,7 +143,7 @@ def _worse(one: Contact | None, other: Contact | None) -> Contact | None:
 def _standing(case: CheckContext) -> Array:
     """(found,): indices of stationary objects that can be hit."""
     view, which = case.view, relevant(case)
-    result: Array = which[np.hypot(view.vs[which], view.vd[which]) <= MOVING_MPS]
+    result: Array = which[view.speed[which] <= MOVING_MPS]
     return result
 
 
@@ -211,7 +211,7 @@ def _with_moving(case: CheckContext, stations: Array, t: Array) -> Contact | Non
     into a stopped vehicle; a vehicle may.
     """
     view, which = case.view, relevant(case, float(t[-1]))
-    which = which[np.hypot(view.vs[which], view.vd[which]) > MOVING_MPS]
+    which = which[view.speed[which] > MOVING_MPS]
     if not len(which):
         return None
     gap = moving_gaps(case, stations, which, t)

@@ -142,7 +142,7 @@ def _draw(axes: Axes, moment: _Moment, start_s: float) -> None:
         colour = MOVING if view.moving[i] else OTHER
         _box(axes, place, (view.half_length[i], view.half_width[i]), colour)
         if abs(view.s[i] - view.ego_s) < AHEAD_M and thing.kind is not ObjectKind.CONE:
-            speed = f" {3.6 * np.hypot(view.vs[i], view.vd[i]):.0f} km/h" if view.moving[i] else ""
+            speed = f" {3.6 * view.speed[i]:.0f} km/h" if view.moving[i] else ""
             axes.text(
                 view.s[i], view.d[i], thing.id + speed, fontsize=6, ha="center", va="center", clip_on=True, zorder=5
             )

@@ -26,6 +26,7 @@ class FrenetScene:
     """The objects and the ego in road coordinates. Arrays have shape (objects,), in the order of `objects`.
 
     Attributes:
+        places: Box centres (x, y) in the local frame (m); shape (objects, 2).
         s, d: Box centres (m).
         yaw: Heading relative to the road (rad).
         vs, vd: Velocity along and across the road (m/s).
@@ -43,6 +44,7 @@ class FrenetScene:
             [(ego.x_m, ego.y_m, ego.yaw_rad, 0.0, 0.0, ego.length_m, ego.width_m)]
             + [(o.x_m, o.y_m, o.yaw_rad, o.vx_mps, o.vy_mps, o.length_m, o.width_m) for o in surroundings.objects]
         )
+        self.places: Array = everyone[1:, :2]
         s, d, heading = self.frame.to_road(everyone[:, :2])
         yaw = wrap_angle(everyone[:, 2] - heading)
         self.ego_s, self.ego_d, self.ego_yaw = float(s[0]), float(d[0]), float(yaw[0])
@@ -77,10 +79,16 @@ class FrenetScene:
         return np.array([o.kind in TWO_WHEELED for o in self.objects], dtype=bool)
 
     @cached_property
+    def speed(self) -> Array:
+        """(objects,): speed in any direction (m/s)."""
+        result: Array = np.hypot(self.vs, self.vd)
+        return result
+
+    @cached_property
     def moving(self) -> Mask:
         """(objects,): True for moving objects."""
         still = np.array([o.kind in STATIC_KINDS for o in self.objects], dtype=bool)
-        result: Mask = (np.hypot(self.vs, self.vd) > MOVING_MPS) & ~still
+        result: Mask = (self.speed > MOVING_MPS) & ~still
         return result
 
     def index_of(self, object_id: str) -> int | None:
@@ -137,7 +145,7 @@ class FrenetScene:
 
         They are on roads that join or cross it.
         """
-        speed = np.hypot(self.vs, self.vd)
+        speed = self.speed
         heads = np.where(speed > HEADS_MPS, np.abs(self.vd) / np.maximum(speed, HEADS_MPS), np.abs(np.sin(self.yaw)))
         vehicles = np.array([o.kind not in ON_FOOT for o in self.objects], dtype=bool)
         result: Mask = vehicles & (~self.on_lane | (heads > ACROSS_SIN)) & self.moving

@@ -66,6 +66,7 @@ def pixels(image: Any) -> np.ndarray:
     return np.frombuffer(image.raw_data, np.uint8).reshape(image.height, image.width, 4)
 
 
+@pytest.mark.slow
 def test_six_large_cameras_each_have_the_ticks_frame(world, ego) -> None:
     found, queues = cameras(world, ego, ["rgb"] * 6, (1600, 900))
     try:

@@ -30,8 +30,16 @@ class Healthy:
     """A client that does everything right, and must be served whatever the others do."""
 
     def __init__(self, port: int) -> None:
+        self._port = port
         self._raw = Raw(port)
         self._stream = open_stream(port, 1)
+
+    def load_new_world(self) -> None:
+        """An empty world; it subscribes again, as the real client does: until then the server sends no snapshot."""
+        error, _ = self._raw.call("load_new_episode", "", False, 0)
+        assert error is None
+        self._stream.close()
+        self._stream = open_stream(self._port, 1)
 
     def check(self) -> None:
         """A tick is answered, its snapshot comes, and all numbers in it are finite; fails otherwise."""

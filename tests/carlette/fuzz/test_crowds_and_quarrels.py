@@ -59,6 +59,7 @@ def spawn_command(number: int) -> list[object]:
     return [[0, [[1, kind, []], [place, [0.0, 0.0, 0.0]], [False], []]]]
 
 
+@pytest.mark.slow
 def test_more_peers_than_the_server_may_have_files() -> None:
     with running_server("--map", "demo_town", program=("-c", FEW_FILES)) as port:
         healthy = Healthy(port)
@@ -106,6 +107,7 @@ def test_clients_that_are_killed_in_the_middle_of_a_tick(port: int) -> None:
     healthy.close()
 
 
+@pytest.mark.slow
 def test_a_client_outlives_its_server_and_goes_on_with_the_next_one() -> None:
     with running_server("--map", "demo_town") as port:
         pass

@@ -94,6 +94,7 @@ def test_with_its_scenery_built_before_it_listens_a_first_tick_brings_a_picture(
         camera.destroy()
 
 
+@pytest.mark.slow
 def test_a_server_ends_while_a_map_is_built(tmp_path: Path) -> None:
     with running_server("--map", "demo_town", *_version(), program=Gate(tmp_path / "open").program) as port:
         world = _world(port)

@@ -73,6 +73,7 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     return file, folder / "out"
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_results_and_resume_repeats_nothing(
     plain: tuple[Path, Path], tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -96,6 +97,7 @@ def test_the_same_seed_gives_the_same_results_and_resume_repeats_nothing(
     assert records(tmp_path / "a") == records(tmp_path / "b")
 
 
+@pytest.mark.slow
 def test_routes_without_guidance_are_taken_from_the_same_arm_without_it(
     plain: tuple[Path, Path], tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -115,6 +117,7 @@ def test_routes_without_guidance_are_taken_from_the_same_arm_without_it(
     assert not (tmp_path / "other").exists()
 
 
+@pytest.mark.slow
 def test_one_crashed_route_is_told_and_the_rest_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(work, "_work", route_crashers.crash_on_one)
     assert evaluate(suite(tmp_path, 2), tmp_path / "out") == 1
@@ -176,6 +179,7 @@ def test_a_driven_route_is_complete_and_its_motion_is_kept_tick_by_tick(plain: t
     assert all(0.9 < b - a < 1.1 for a, b in pairwise(times))
 
 
+@pytest.mark.slow
 def test_an_interrupt_leaves_no_process_and_no_route_that_counts_as_crashed(tmp_path: Path) -> None:
     command = [sys.executable, "-c", "from stucksolver.cli import main; raise SystemExit(main())", "evaluate"]
     command += ["--suite", str(suite(tmp_path, 2)), "--out", str(tmp_path / "out"), "--replays", "none"]

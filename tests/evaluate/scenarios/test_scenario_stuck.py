@@ -44,6 +44,13 @@ FREE_AFTER_S = {
 }
 AT_LIGHTS = ("RedLight", "QueueAtLight", "StuckRedLight", "BlockedJunctionBox", "DarkTrafficLight")
 LIT = "SignalizedJunctionLeftTurn_1"
+IN_ONCOMING_LANE = ("DoubleParkedVan", "PictureOfTrafficLight", "ClosedBoxInLane", "AmbulanceBehind")
+
+
+def first_quick(kinds):
+    """Kinds to play for the better part of a minute each: the first in every run, the others with the slow tests."""
+    first, *others = kinds
+    return [first, *(pytest.param(one, marks=pytest.mark.slow) for one in others)]
 
 
 @pytest.fixture
@@ -130,7 +137,7 @@ def test_beside_the_disabled_car_lies_the_thing_in_the_left_lane(staged, thing):
 
 
 @pytest.mark.integration
-@pytest.mark.parametrize("kind", FREE_AFTER_S)
+@pytest.mark.parametrize("kind", first_quick(FREE_AFTER_S))
 def test_who_waits_finds_the_way_free(staged, kind):
     playing = staged(kind, "AccidentTwoWays_1")
     playing.jump(5.0)
@@ -143,9 +150,7 @@ def test_who_waits_finds_the_way_free(staged, kind):
 
 
 @pytest.mark.integration
-@pytest.mark.parametrize(
-    "kind", ["RedLight", "QueueAtLight", "StuckRedLight", "BlockedJunctionBox", "DarkTrafficLight"]
-)
+@pytest.mark.parametrize("kind", first_quick(AT_LIGHTS))
 def test_lights_are_held_as_told(staged, kind):
     playing = staged(kind, LIT)
     playing.jump(5.0)
@@ -228,7 +233,7 @@ def placed(name):
 
 
 @pytest.mark.integration
-@pytest.mark.parametrize("kind", ["DoubleParkedVan", "PictureOfTrafficLight", "ClosedBoxInLane", "AmbulanceBehind"])
+@pytest.mark.parametrize("kind", first_quick(IN_ONCOMING_LANE))
 def test_what_can_be_passed_in_the_oncoming_lane_leaves_gaps_to_do_so(staged, kind):
     playing = staged(kind, "AccidentTwoWays_1", traffic=True)
     playing.jump(5.0)

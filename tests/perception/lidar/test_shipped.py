@@ -79,6 +79,7 @@ def test_the_velocity_of_a_look_has_the_right_sign_and_an_error_that_the_tracker
     assert np.abs(found.velocity[:, 1]).max() < 0.5
 
 
+@pytest.mark.slow
 def test_a_tracker_finds_the_velocities_that_a_look_does_not_tell(detector: LidarDetector) -> None:
     """On average: in a world of boxes a moving one is found up to a metre beside its place, now and then."""
     tracker, told = ObjectTracker(), []
