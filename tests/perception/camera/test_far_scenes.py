@@ -9,7 +9,6 @@ from stucksolver.perception.camera.far import FarDetector
 from stucksolver.perception.camera.weights import DATA
 from stucksolver.perception.measurements import CameraFrame
 from stucksolver.perception.recording import Recording
-from stucksolver.perception.rig import load_rig
 
 pytest.importorskip("carla")
 from stucksolver_eval.perception.far_places import Posed
@@ -47,7 +46,7 @@ def test_a_drive_shows_each_scene_twice_with_vehicles_far_ahead(drive: Recording
 def test_the_shipped_detector_finds_most_vehicles_in_full_view_up_to_100_metres(drive: Recording) -> None:
     if not (DATA / "far.onnx").is_file():
         pytest.skip("the detector was not trained yet")
-    detector, camera = FarDetector(), load_rig().camera
+    detector, camera = FarDetector(), drive.rig.camera
     found = wanted = 0
     for tick in drive:
         picture = tick.picture()
