@@ -82,7 +82,7 @@ def test_the_tracker_allows_for_the_error_of_a_look_s_velocity(
 
 @pytest.mark.slow
 def test_a_tracker_finds_the_velocities_that_a_look_does_not_tell(detector: LidarDetector) -> None:
-    """In most looks: in a world of boxes a moving one is found up to a metre beside its place, or twice, now and then."""
+    """In most looks: now and then, a moving box is found up to a metre beside its place, or twice."""
     tracker, driven, stood = ObjectTracker(), [], []
     for look in range(20):
         places = [6.0 + 8.0 * TICK_S * (2 * look + i) for i in range(TICKS)]
