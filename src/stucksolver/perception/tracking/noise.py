@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver.perception.measurements import Detections, Floats, PoseEstimate
-from stucksolver.perception.tracking.groups import GROUP_OF_LABEL
 
 ALONG_M = np.array([0.15, 0.20, 0.10, 0.12, 0.20, 0.06, 0.10, 0.10])
 """(labels,): standard deviation of the middle of a box within `NEAR_M`, along the body's axis.
@@ -25,10 +24,9 @@ FARTHER = 0.04
 """Share of both that each metre beyond `NEAR_M` adds: they double at 35 m."""
 HEIGHT_M = 0.2
 VELOCITY_MPS = 15.0
-"""Standard deviation of the velocity in one look, along the body's axis (m/s): the detector measures almost zero for
-whatever moves, so the velocity comes from the positions.
+"""Standard deviation of the velocity in one look, in any direction (m/s): the detector measures almost zero for whatever
+moves, so the velocity comes from the positions.
 """
-VELOCITY_ACROSS_MPS = 0.6
 VELOCITY_LOOKS = 10.0
 """Number of looks that carry no more information than one: the velocity's error stays the same for a second."""
 YAW_RAD = 0.15
@@ -77,7 +75,7 @@ def measured(detections: Detections, pose: PoseEstimate) -> Measured:
     noise[:, 2, 2] = HEIGHT_M**2
     noise[:, 3, 3] = YAW_RAD**2
     heading = np.array([cos, sin])
-    noise[:, 4:, 4:] = _velocity_noise(detections, z[:, 3]) + pose.covariance[3, 3] * np.outer(heading, heading)
+    noise[:, 4:, 4:] = VELOCITY_MPS**2 * np.eye(2) + pose.covariance[3, 3] * np.outer(heading, heading)
     return Measured(detections.time_s, detections.label, detections.score, z, noise, detections.size, distance)
 
 
@@ -87,13 +85,6 @@ def _position_noise(detections: Detections, pose: PoseEstimate, distance: Floats
     along, across = ALONG_M[detections.label] * farther, ACROSS_M[detections.label] * farther
     ego = (TIMING_S * pose.speed_mps) ** 2 + (TIMING_S * pose.yaw_rate_rps * distance) ** 2
     return _along_and_across(along, across, yaw) + ego[:, None, None] * np.eye(2)
-
-
-def _velocity_noise(detections: Detections, yaw: Floats) -> Floats:
-    """(n, 2, 2): the error of vehicles is along their axis; people may walk in any direction, whatever the yaw."""
-    along = np.full(len(detections), VELOCITY_MPS)
-    vehicle = GROUP_OF_LABEL[detections.label] == 0
-    return _along_and_across(along, np.where(vehicle, VELOCITY_ACROSS_MPS, along), yaw)
 
 
 def _along_and_across(along: Floats, across: Floats, yaw: Floats) -> Floats:
