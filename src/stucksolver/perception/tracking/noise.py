@@ -24,8 +24,8 @@ FARTHER = 0.04
 """Share of both that each metre beyond `NEAR_M` adds: they double at 35 m."""
 HEIGHT_M = 0.2
 VELOCITY_MPS = 15.0
-"""Standard deviation of the velocity in one look, in any direction (m/s): the detector measures almost zero for whatever
-moves, so the velocity comes from the positions.
+"""Standard deviation of the velocity in one look, in any direction (m/s): the detector measures almost zero for all
+that moves, so the velocity comes from the positions.
 """
 VELOCITY_LOOKS = 10.0
 """Number of looks that carry no more information than one: the velocity's error stays the same for a second."""
