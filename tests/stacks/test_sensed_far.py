@@ -122,6 +122,7 @@ def test_who_is_on_no_lane_is_not_told_of() -> None:
 
 def test_nobody_is_told_to_be_where_the_lidar_sees_everything() -> None:
     assert told(far(50.0, ONCOMING_D, rate=-10.0, rate_sd=2.0, sd=25.0))[0] == pytest.approx(NEAREST_M, abs=1.5)
+    assert as_told(far(NEAREST_M - 1.0, ONCOMING_D, rate=-10.0, rate_sd=2.0), MAP, 0.0) is None
 
 
 def test_both_drivers_and_the_solver_are_told() -> None:

@@ -69,6 +69,8 @@ def as_told(far: FarTrack, carla_map: Any, height_m: float) -> Track | None:
     """Return one of them on its lane; None if nothing is claimed. `height_m` is that of the ego's position, local
     frame.
     """
+    if far.range_m < NEAREST_M:
+        return None
     waypoint = carla_map.get_waypoint(carla.Location(*to_world(far.x_m, far.y_m), height_m))
     if waypoint is None:
         return None
@@ -80,7 +82,7 @@ def as_told(far: FarTrack, carla_map: Any, height_m: float) -> Track | None:
     rate = _rate_told(far, far.towards > 0.5 if waypoint.is_junction else along < 0.0)
     if rate is None:
         return None
-    nearer_m = min(SURE_SDS * far.range_sd_m, max(far.range_m - NEAREST_M, 0.0))
+    nearer_m = min(SURE_SDS * far.range_sd_m, far.range_m - NEAREST_M)
     x, y, yaw = _place(_shifted(waypoint, nearer_m, along < 0.0))
     # The lane's direction away from the ego, whichever way its traffic goes.
     away = yaw if along > 0.0 else yaw + math.pi
