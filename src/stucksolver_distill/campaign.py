@@ -11,7 +11,9 @@ labels.jsonl             one line for each exact drive
 best.json                the best plans, for `--recovery teacher:DIR`
 report.html              how much better than the rules the best plans are
 
-Completed steps are skipped, so the same command continues a campaign that was interrupted.
+Completed steps are skipped, so the same command continues a campaign that was interrupted. What has been begun is
+finished first: exact drives before searches, and searches before drives with the rules. So an interrupted campaign has
+complete standstills.
 """
 
 from __future__ import annotations
@@ -19,7 +21,10 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 
 from stucksolver.decision import RecoveryPlan
@@ -28,18 +33,19 @@ from stucksolver.ladder import find_ladder
 from stucksolver.reason.played import BOOK, PlanBook
 from stucksolver.scene.model import Model
 from stucksolver_distill.exact import DriveSpec, Trial, drive_task, label_of, questions_of
+from stucksolver_distill.glance import Glance
 from stucksolver_distill.labels import Label, LabelFile, best, by_standstill
 from stucksolver_distill.lookahead import LookAhead
-from stucksolver_distill.search import Candidate, Search, SearchSettings, kinds, varied
+from stucksolver_distill.search import Candidate, Found, Search, SearchSettings, kinds, varied
 from stucksolver_distill.standstill import Standstill, digest_of, moments
+from stucksolver_distill.steps import Stage, Step, run_steps
 from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.files import write_text
 from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.results.store import Store
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.job import RouteJob
-from stucksolver_eval.runner.pool import run_tasks
-from stucksolver_eval.runner.work import Task
+from stucksolver_eval.runner.work import Task, run_task
 
 MANIFEST, LABELS = "campaign.json", "labels.jsonl"
 STANDSTILLS, SEARCHES = "standstills", "searches"
@@ -64,10 +70,13 @@ class Manifest(Model):
 
 
 class KeptSearch(Model):
-    """The result of a search and the work that it took: guard checks, forks, and wall time (s)."""
+    """The result of a search and the work that it took: guard checks, plans that the simulator looked ahead for, its
+    forks, and wall time (s).
+    """
 
     accepted: int
     checked: int
+    looked: int = 0
     forks: int
     fork_s: float
     seconds: float
@@ -84,7 +93,7 @@ class CampaignSpec:
         seed: Seed of the traffic.
         out: The campaign's folder.
         best: Number of plans driven exactly at each standstill, in addition to the rules' plan and waiting.
-        jobs: Number of drives in parallel.
+        jobs: Number of drives and searches in parallel.
         drives: Settings that all drives share.
         search: Limits of the search.
     """
@@ -116,10 +125,11 @@ def collect(spec: CampaignSpec, say: Say) -> LabelFile:
         labels = LabelFile(spec.out / LABELS)
     except ValueError as error:
         raise CampaignError(f"{error}; remove that line, or choose another folder") from error
-    found = list(_standstills(spec, say))
-    say(f"{len(found)} standstills on {len(spec.routes)} routes")
-    trials = [trial for still in found for trial in _trials(spec, still, say)]
-    _drive(spec, trials, labels, say)
+    # Searches need the processor, and drives have processes of their own.
+    with ProcessPoolExecutor(spec.jobs, get_context("spawn")) as searchers:
+        work = _Campaign(spec, labels, say, searchers)
+        run_steps([work.reference(route) for route in spec.routes], spec.jobs)
+    say(f"{work.standstills} standstills on {len(spec.routes)} routes, {work.drives} exact drives in this run")
     write_text(spec.out / BOOK, book_of(labels.labels).model_dump_json(indent=1) + "\n")
     return labels
 
@@ -141,20 +151,86 @@ def _begin(spec: CampaignSpec) -> None:
         raise CampaignError(f"{path} belongs to another campaign; choose another --out, or use the same options")
 
 
-# ---- the standstills
+class _Campaign:
+    """The steps of a campaign: a drive with the rules, then a search for each standstill, then the exact drives."""
+
+    def __init__(self, spec: CampaignSpec, labels: LabelFile, say: Say, searchers: Executor) -> None:
+        self._spec, self._labels, self._say, self._searchers = spec, labels, say, searchers
+        self._done = {_key(one.standstill, one.source, one.plan) for one in labels.labels}
+        self._planned = 0
+        self.standstills = self.drives = 0
+
+    def reference(self, route: Route) -> Step:
+        """Return the drive of a route with the rules."""
+        spec, folder = self._spec, _reference(self._spec, route)
+        if Store(folder).is_done(route, spec.seed):
+            return Step(Stage.REFERENCE, lambda wanted: None, lambda _: self._searches(route))
+        task = drive_task(spec.drives, route, spec.seed, PlanBook(), folder)
+
+        def then(outcome: RouteOutcome) -> Iterator[Step]:
+            self._say(f"route {route.id}, with the rules: {outcome.state} ({outcome.wall_s:.0f} s)")
+            return self._searches(route)
+
+        return Step(Stage.REFERENCE, partial(_run, task), then)
+
+    def _searches(self, route: Route) -> Iterator[Step]:
+        for still in _of_route(self._spec, route):
+            self.standstills += 1
+            yield self._search(route, still)
+
+    def _search(self, route: Route, still: Standstill) -> Step:
+        path = self._spec.out / SEARCHES / f"{still.name}.json"
+        if path.exists():
+            kept = KeptSearch.model_validate_json(path.read_text(encoding="utf-8"))
+            return Step(Stage.SEARCH, lambda wanted: kept, lambda found: self._drives(route, still, found))
+
+        def then(found: KeptSearch) -> Iterator[Step]:
+            write_text(path, found.model_dump_json(indent=1) + "\n")
+            self._say(
+                f"{still.name} ({still.scenario}): {found.accepted} plans accepted, {found.checked} guard checks, "
+                f"{found.forks} forks, {found.seconds:.0f} s"
+            )
+            return self._drives(route, still, found)
+
+        return Step(Stage.SEARCH, lambda wanted: self._searched(still), then)
+
+    def _searched(self, still: Standstill) -> KeptSearch:
+        try:
+            return self._searchers.submit(search, self._spec, still).result()
+        except BrokenExecutor as error:
+            raise CampaignError(
+                f"{still.name}: the process of the search was killed (too little memory?); run the same command again"
+            ) from error
+
+    def _drives(self, route: Route, still: Standstill, found: KeptSearch) -> Iterator[Step]:
+        """Return what to drive: waiting, and the best plans of the search. The drive with the rules already exists."""
+        taught = [Trial(still, "teacher", one.plan, one.value) for one in found.chosen]
+        for trial in (Trial(still, "rules", still.rules.plan), Trial(still, "wait", None), *taught):
+            if _key(still.name, trial.source, trial.plan) in self._done:
+                continue
+            if trial.source == "rules":
+                self._labels.add(_of_the_rules(self._spec, trial, route))
+                continue
+            self._planned += 1
+            yield self._exact(route, trial)
+
+    def _exact(self, route: Route, trial: Trial) -> Step:
+        spec = self._spec
+        folder = spec.out / "drives" / trial.standstill.name / plan_digest(trial.plan)
+        task = drive_task(spec.drives, route, spec.seed, trial.book, folder, waits=trial.source == "wait")
+
+        def then(outcome: RouteOutcome) -> Iterator[Step]:
+            label = label_of(trial, task, outcome)
+            self._labels.add(label)
+            self.drives += 1
+            self._say(f"[{self.drives} of {self._planned} drives so far] {said_of(label)}")
+            return iter(())
+
+        return Step(Stage.EXACT, partial(_run, task), then)
 
 
-def _standstills(spec: CampaignSpec, say: Say) -> Iterator[Standstill]:
-    """Drive each route with the rules, and yield its standstills."""
-    tasks = [
-        drive_task(spec.drives, route, spec.seed, PlanBook(), _reference(spec, route))
-        for route in spec.routes
-        if not Store(_reference(spec, route)).is_done(route, spec.seed)
-    ]
-    for task, outcome in _ended(tasks, spec.jobs):
-        say(f"route {task.job.route.id}, with the rules: {outcome.state} ({outcome.wall_s:.0f} s)")
-    for route in spec.routes:
-        yield from _of_route(spec, route)
+def _run(task: Task, wanted: Callable[[], bool]) -> RouteOutcome:
+    return run_task(task, wanted=wanted)
 
 
 def _reference(spec: CampaignSpec, route: Route) -> Path:
@@ -187,63 +263,32 @@ def _of_route(spec: CampaignSpec, route: Route) -> Iterator[Standstill]:
         yield still
 
 
-# ---- the plans to drive
-
-
-def _trials(spec: CampaignSpec, still: Standstill, say: Say) -> list[Trial]:
-    """Return what to drive at a standstill: the rules' plan, waiting, and the best plans of the search."""
-    path = spec.out / SEARCHES / f"{still.name}.json"
-    if not path.exists():
-        found = search(spec, still)
-        write_text(path, found.model_dump_json(indent=1) + "\n")
-        say(
-            f"{still.name} ({still.scenario}): {found.accepted} plans accepted, {found.checked} guard checks, "
-            f"{found.forks} forks, {found.seconds:.0f} s"
-        )
-    kept = KeptSearch.model_validate_json(path.read_text(encoding="utf-8"))
-    taught = [Trial(still, "teacher", one.plan, one.value) for one in kept.chosen]
-    return [Trial(still, "rules", still.rules.plan), Trial(still, "wait", None), *taught]
-
-
 def search(spec: CampaignSpec, still: Standstill) -> KeptSearch:
-    """Search for plans at one standstill, and keep the best ones of each kind in turn."""
+    """Search for plans at one standstill, look ahead for the most promising ones, and keep the best of each kind in
+    turn.
+    """
     began = time.perf_counter()
-    ahead = LookAhead(still.town, still.surroundings, (spec.drives.maps,) if spec.drives.maps else ())
     guard = Guard(find_ladder(spec.drives.ladder or "evaluation").guard_policy())
-    work = Search(guard, still.scene, still.surroundings, ahead.value, spec.search)
+    work = Search(guard, still.scene, still.surroundings, Glance(still.surroundings).value, spec.search)
     accepted = [one for one in work.run() if one.plan != still.rules.plan]
-    chosen = varied(accepted, lambda one: (kinds(one.plan.behaviors), one.value), spec.best)
+    ahead = LookAhead(still.town, still.surroundings, (spec.drives.maps,) if spec.drives.maps else ())
+    looked = [
+        Candidate(plan=one.plan, value=round(ahead.value(one.trail), 2))
+        for one in varied(accepted, _kind_and_value, spec.search.looked)
+    ]
     return KeptSearch(
         accepted=len(accepted),
         checked=work.checked,
+        looked=len(looked),
         forks=ahead.spent.forks,
         fork_s=round(ahead.spent.seconds, 2),
         seconds=round(time.perf_counter() - began, 2),
-        chosen=tuple(chosen),
+        chosen=tuple(varied(looked, _kind_and_value, spec.best)),
     )
 
 
-# ---- the exact drives
-
-
-def _drive(spec: CampaignSpec, trials: list[Trial], labels: LabelFile, say: Say) -> None:
-    """Drive every trial that has no label yet. The drive with the rules already exists."""
-    done = {_key(one.standstill, one.source, one.plan) for one in labels.labels}
-    left = [one for one in trials if _key(one.standstill.name, one.source, one.plan) not in done]
-    routes = {route.id: route for route in spec.routes}
-    tasks: dict[Path, tuple[Task, Trial]] = {}
-    for trial in left:
-        route = routes[trial.standstill.route_id]
-        if trial.source == "rules":
-            labels.add(_of_the_rules(spec, trial, route))
-            continue
-        folder = spec.out / "drives" / trial.standstill.name / plan_digest(trial.plan)
-        waits = trial.source == "wait"
-        tasks[folder] = (drive_task(spec.drives, route, spec.seed, trial.book, folder, waits=waits), trial)
-    for count, (task, outcome) in enumerate(_ended([task for task, _ in tasks.values()], spec.jobs), 1):
-        label = label_of(tasks[task.folder][1], task, outcome)
-        labels.add(label)
-        say(f"[{count}/{len(tasks)}] {said_of(label)}")
+def _kind_and_value(one: Candidate | Found) -> tuple[tuple[str, ...], float]:
+    return kinds(one.plan.behaviors), one.value
 
 
 def _of_the_rules(spec: CampaignSpec, trial: Trial, route: Route) -> Label:
@@ -251,13 +296,6 @@ def _of_the_rules(spec: CampaignSpec, trial: Trial, route: Route) -> Label:
     outcome = Store(folder).outcome(route, spec.seed)
     assert outcome is not None, "the standstill comes from this drive"
     return label_of(trial, Task(RouteJob(route, spec.seed, ArmSpec(recovery="rules")), folder), outcome)
-
-
-def _ended(tasks: list[Task], jobs: int) -> Iterator[tuple[Task, RouteOutcome]]:
-    """Run the drives, and yield each one as it ends. Raises `OutputError`."""
-    for news in run_tasks(tasks, jobs):
-        if news.outcome is not None:
-            yield news.task, news.outcome
 
 
 def _key(standstill: str, source: str, plan: RecoveryPlan | None) -> tuple[str, str, str]:

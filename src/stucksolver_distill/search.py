@@ -32,18 +32,29 @@ class SearchSettings:
         beam: Number of partial plans that are continued at each depth.
         steps: Number of values of each parameter for the first behaviour.
         later_steps: Number of values of each parameter for the second and third behaviour.
+        looked: Number of plans that the simulator looks ahead for; the others are only glanced at.
     """
 
     depth: int = 3
     beam: int = 6
     steps: int = 4
     later_steps: int = 3
+    looked: int = 16
 
 
 class Candidate(Model):
-    """A plan that the guard accepts at the standstill, with its value in the look-ahead."""
+    """A plan that the guard accepts at the standstill, with its value in the look-ahead (m)."""
 
     plan: RecoveryPlan
+    value: float
+
+
+@dataclass(frozen=True)
+class Found:
+    """A plan that the guard accepts at the standstill, where it takes the ego, and its value (m)."""
+
+    plan: RecoveryPlan
+    trail: Trail
     value: float
 
 
@@ -65,20 +76,23 @@ class Search:
     settings: SearchSettings = field(default_factory=SearchSettings)
     checked: int = 0
 
-    def run(self) -> tuple[Candidate, ...]:
+    def run(self) -> tuple[Found, ...]:
         """Return all plans found that the guard accepts as a whole, best first."""
         beam = [_Node((), begin(self.seen), 0.0)]
-        found: list[Candidate] = []
+        found: list[Found] = []
         for depth in range(self.settings.depth):
             options = offered(self.scene, self.settings.steps if depth == 0 else self.settings.later_steps)
-            nodes = [child for node in beam for one in options if (child := self._extended(node, one)) is not None]
+            views = [FrenetScene(moved(self.seen, node.trail)) for node in beam]
+            children = (
+                self._extended(node, one, view) for node, view in zip(beam, views, strict=True) for one in options
+            )
+            nodes = [child for child in children if child is not None]
             found += [plan for node in nodes if (plan := self._admitted(node)) is not None]
             beam = varied(nodes, lambda n: (kinds(n.behaviors), n.value), self.settings.beam)
         return tuple(sorted(found, key=lambda one: -one.value))
 
-    def _extended(self, node: _Node, one: Behavior) -> _Node | None:
-        """Return the plan with one more behaviour, if the guard accepts that behaviour from the plan's end."""
-        view = FrenetScene(moved(self.seen, node.trail))
+    def _extended(self, node: _Node, one: Behavior, view: FrenetScene) -> _Node | None:
+        """Return the plan with one more behaviour, if the guard accepts that behaviour from the plan's end (`view`)."""
         self.checked += 1
         if one.stands_still:
             if not self.guard.allows_standing(one, view).accepted:
@@ -91,15 +105,15 @@ class Search:
             trail = drive(node.trail, proven, view)
         return _Node((*node.behaviors, one), trail, self.value(trail))
 
-    def _admitted(self, node: _Node) -> Candidate | None:
-        """Return the whole plan as a candidate, if the solver would admit it at the standstill."""
+    def _admitted(self, node: _Node) -> Found | None:
+        """Return the whole plan, if the solver would admit it at the standstill."""
         plan = RecoveryPlan.model_validate({"behaviors": node.behaviors})
         self.checked += 1
         if against_offers(plan, self.scene) is not None:
             return None
         view = FrenetScene(self.seen)
         verdict = Execution(plan, self.guard, guided=False).start(view, self.scene.time_s)
-        return Candidate(plan=plan, value=round(node.value, 2)) if verdict.accepted else None
+        return Found(plan, node.trail, node.value) if verdict.accepted else None
 
 
 def kinds(behaviors: Iterable[Behavior]) -> tuple[str, ...]:
