@@ -2,6 +2,9 @@
 
 It places vehicles of all blueprints, standing or driving, with random lamps and doors, people, animals, and objects on
 lanes, shoulders and sidewalks. They belong to the run's actor pool, which destroys them at the end.
+
+Half of the crowds block the lanes, so that everything on wheels soon stands. In the other half the lanes are free, and
+vehicles of all kinds drive in them, also from behind and towards the hero.
 """
 
 from __future__ import annotations
@@ -23,17 +26,22 @@ from stucksolver_eval.setting import Setting
 
 FIRST_M = 12.0
 """Where on the route the crowd starts."""
+REACH_M = 350.0
+"""Nothing is placed farther along the route: half a minute's drive, and as far as the sensors see."""
 BESIDE_PER_M, IN_LANE_PER_M, LOW_PER_M = 0.28, 0.015, 0.06
 """Objects per metre of route: beside the hero's lane, in it, and low ones on the road."""
 HELD_UP_S, HELD_UP_MPS = 2.5, 0.7
 """If the hero is slower than this for so long, what blocks it is removed, so that it reaches other objects."""
 CLEARED_M, CLEARED_WIDE_M = 25.0, 2.5
 """Objects are removed this far ahead of the hero, and this far to each side of its heading."""
-DRIVERS_EVERY_M = 25.0
+DRIVERS_EVERY_M, FLOWING_EVERY_M = 25.0, 14.0
+"""Average distance between driving vehicles, in a crowd that blocks the lanes and in one that flows."""
+BEHIND_M = 110.0
+"""In a crowd that flows, vehicles start up to this far behind the hero."""
 DOOR_ODDS = 0.5
 """Probability that a standing vehicle with doors that can open has one open."""
 WALK_MPS = (0.0, 0.0, 0.6, 1.2, 1.8, 2.6)
-WISH_MPS = (0.0, 3.0, 5.0, 8.0, 11.0, 14.0)
+WISH_MPS = (3.0, 5.0, 8.0, 11.0, 14.0, 18.0)
 TURN_EVERY_S = 4.0
 """Average interval at which walkers change direction and lamps change state."""
 CYCLE_S = (4.0, 14.0)
@@ -47,6 +55,7 @@ _APART_M = 0.5
 _SMALL_REACH_M = 0.8
 Shares = Sequence[tuple[ObjectKind, float]]
 _LOW_SHARES = ((ObjectKind.BAG, 1.0), (ObjectKind.LITTER, 1.0), (ObjectKind.DEBRIS, 2.0))
+_LOW = tuple(kind for kind, _ in _LOW_SHARES)
 _SHARES = (
     (ObjectKind.CAR, 5.0),
     (ObjectKind.EMERGENCY, 2.0),
@@ -99,7 +108,9 @@ class Crowd:
     def __init__(self, setting: Setting, seed: int) -> None:
         self._setting, self._cast = setting, setting.cast
         self._random = Random(f"{seed}:crowd")
+        self._flows = Random(f"{seed}:{setting.route.length_m:.1f}:flows").random() < 0.5
         self._kinds = _by_kind(setting.world.get_blueprint_library())
+        self._end_m = min(setting.route.length_m, REACH_M)
         self._taken: list[tuple[float, float, float]] = []
         self._walkers: list[_Walker] = []
         self._lamped: list[_Walker] = []
@@ -167,14 +178,14 @@ class Crowd:
 
     def _scatter(self) -> None:
         """Place everything that stands or walks at random along the route."""
-        line = self._setting.route
-        along_m = max(line.length_m - FIRST_M, 0.0)
+        along_m = max(self._end_m - FIRST_M, 0.0)
         for kind in self._deck(_SHARES, round(along_m * BESIDE_PER_M)):
             self._put(
                 kind, lambda here: self._random.choice((-1, 1)) * self._random.uniform(0.9, 3.2) * here.lane_width
             )
-        for kind in self._deck(_SHARES, round(along_m * IN_LANE_PER_M)):
-            self._put(kind, lambda here: self._random.uniform(-0.6, 0.6) * here.lane_width)
+        if not self._flows:
+            for kind in self._deck(_SHARES, round(along_m * IN_LANE_PER_M)):
+                self._put(kind, lambda here: self._random.uniform(-0.6, 0.6) * here.lane_width)
         for kind in self._deck(_LOW_SHARES, round(along_m * LOW_PER_M)):
             self._put(kind, lambda here: self._random.uniform(-1.2, 1.2) * here.lane_width)
 
@@ -189,10 +200,13 @@ class Crowd:
         name = self._random.choice(self._kinds[kind])
         line, reach_m = self._setting.route, _REACH_M.get(kind, _SMALL_REACH_M)
         for _ in range(_TRIES):
-            here = line.at(self._random.uniform(FIRST_M, line.length_m))
+            here = line.at(self._random.uniform(FIRST_M, self._end_m))
             place = self._spot(here, right_m(here), kind)
             if not self._is_free(place.location, reach_m):
                 continue
+            if self._flows and kind not in _LOW and self._is_in_lane(place.location, reach_m):
+                continue
+            place.location = self._grounded(place.location)
             lift_m = next((up for start, up in _LIFTS_M if name.startswith(start)), LIFT_M)
             member = self._cast.spawn(name, place, role="crowd", lift_m=lift_m)
             if member is not None:
@@ -206,7 +220,7 @@ class Crowd:
         transform, aside = here.transform, here.transform.get_right_vector()
         shift = self._random.uniform(-3.0, 3.0)
         ahead = transform.get_forward_vector()
-        at = self._grounded(transform.location + aside * right_m + ahead * shift)
+        at = transform.location + aside * right_m + ahead * shift
         along = self._random.choice((0.0, 0.0, 0.0, 180.0)) + self._random.gauss(0.0, 6.0)
         arbitrary = self._random.uniform(-180.0, 180.0)
         turn = along if kind in _ON_WHEELS and self._random.random() < 0.8 else arbitrary
@@ -221,6 +235,12 @@ class Crowd:
 
     def _is_free(self, at: carla.Location, reach_m: float) -> bool:
         return all(math.hypot(at.x - x, at.y - y) > reach_m + other + _APART_M for x, y, other in self._taken)
+
+    def _is_in_lane(self, at: carla.Location, reach_m: float) -> bool:
+        """Return True if an object of this size would narrow a lane for vehicles."""
+        lane = self._setting.map.get_waypoint(at)
+        centre = lane.transform.location
+        return math.hypot(at.x - centre.x, at.y - centre.y) < 0.5 * lane.lane_width + min(reach_m, 1.5)
 
     def _settle(self, member: ScenarioActor, kind: ObjectKind) -> None:
         """Set the behaviour of a spawned actor."""
@@ -237,22 +257,39 @@ class Crowd:
         setting, random = self._setting, self._random
         line = setting.route
         kinds = [kind for kind in _ON_WHEELS if self._kinds.get(kind)]
-        s_m = FIRST_M + DRIVERS_EVERY_M
-        while s_m < line.length_m:
-            start = self._some_lane(line.at(s_m))
-            s_m += DRIVERS_EVERY_M * random.uniform(0.5, 1.5)
-            place = start.transform
-            if start.is_junction or not self._is_free(place.location, 3.0):
+        every_m = FLOWING_EVERY_M if self._flows else DRIVERS_EVERY_M
+        s_m = -BEHIND_M if self._flows else FIRST_M + every_m
+        while s_m < self._end_m:
+            here = line.at(max(s_m, 0.0))
+            start = self._place_on_route(s_m)
+            s_m += every_m * random.uniform(0.5, 1.5)
+            if start is None or start.is_junction or not self._is_free(start.transform.location, 3.0):
                 continue
+            place = start.transform
             member = self._cast.spawn(random.choice(self._kinds[random.choice(kinds)]), place, role="crowd")
             if member is None:
                 continue
             self._taken.append((place.location.x, place.location.y, member.half_length_m))
             self._lamped.append(_Walker(member))
-            wish = random.choice(WISH_MPS[1:])
+            beside = start.road_id != here.road_id or start.lane_id != here.lane_id
             self._cars[member.id] = setting.cars.drive(
-                member, start, wish, onward=random.choice, offset_m=random.uniform(-0.5, 0.5)
+                member,
+                start,
+                random.choice(WISH_MPS),
+                # Beside the hero's lane nothing stops a vehicle that flows.
+                constant=self._flows and beside,
+                onward=random.choice,
+                offset_m=random.uniform(-0.5, 0.5),
+                obeys_lights=not self._flows,
             )
+
+    def _place_on_route(self, s_m: float) -> carla.Waypoint | None:
+        """Return a place in a lane at this arc length; negative ones lie behind the start."""
+        line = self._setting.route
+        if s_m >= 0.0:
+            return self._some_lane(line.at(s_m))
+        behind = line.at(0.0).previous(-s_m)
+        return self._some_lane(self._random.choice(behind)) if behind else None
 
     def _some_lane(self, here: carla.Waypoint) -> carla.Waypoint:
         lanes = [here, here.get_left_lane(), here.get_right_lane()]
@@ -260,6 +297,10 @@ class Crowd:
 
     def _stroll(self, member: ScenarioActor) -> None:
         way = self._random.uniform(0.0, math.tau)
+        if self._flows:
+            # Along the road, so that nobody walks into a lane.
+            road = self._setting.map.get_waypoint(member.actor.get_location()).transform.rotation.yaw
+            way = math.radians(road) + self._random.choice((0.0, math.pi))
         self._cast.walk(member, math.cos(way), math.sin(way), self._random.choice(WALK_MPS))
 
     def _light_up(self, member: ScenarioActor) -> None:

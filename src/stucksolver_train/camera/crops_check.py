@@ -98,17 +98,27 @@ def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
     least = {
         "kind": _least(kind, crops.kind, wanted),
         "lamps": lamp_least,
-        "light": _least(light, crops.light, LIGHT_RIGHT),
+        "light": _least(light, crops.light, LIGHT_RIGHT, crops.state),
     }
     return {"temperatures": temperatures, "least": least}
 
 
-def _least(shares: Floats, labels: NDArray[np.int64], wanted: dict[str, float]) -> dict[str, float]:
-    """Thresholds by name; `wanted` has the names in the order of the columns of `shares`."""
+def _least(
+    shares: Floats, labels: NDArray[np.int64], wanted: dict[str, float], state: NDArray[np.int64] | None = None
+) -> dict[str, float]:
+    """Thresholds by name; `wanted` has the names in the order of the columns of `shares`.
+
+    With `state`, an answer is also correct if it is what the light shows although its head counts as unseen: a part of
+    it, or its twin on the same pole, was enough.
+    """
     counts = labels >= 0
     best, sure, labels = shares[counts].argmax(1), shares[counts].max(1), labels[counts]
+    shown = labels if state is None else state[counts]
     return {
-        name: round(least_confidence(sure[best == i], labels[best == i] == i, share), 4)
+        name: round(
+            least_confidence(sure[best == i], (labels[best == i] == i) | (shown[best == i] == i), share),
+            4,
+        )
         for i, (name, share) in enumerate(wanted.items())
     }
 
@@ -118,7 +128,7 @@ def scores(logits: Logits, crops: Crops, card: dict[str, Any]) -> dict[str, Any]
     warm, least = card["temperatures"], card["least"]
     told = {
         "kind": _scored(softmax(logits.kind / warm["kind"]), crops.kind, least["kind"]),
-        "light": _scored(softmax(logits.light / warm["light"]), crops.light, least["light"]),
+        "light": _scored(softmax(logits.light / warm["light"]), crops.light, least["light"], crops.state),
     }
     lamps = softmax(logits.lamps / warm["lamps"])
     for i, name in enumerate(LAMPS):
@@ -126,8 +136,11 @@ def scores(logits: Logits, crops: Crops, card: dict[str, Any]) -> dict[str, Any]
     return told
 
 
-def _scored(shares: Floats, labels: NDArray[np.int64], least: dict[str, float]) -> dict[str, Any]:
+def _scored(
+    shares: Floats, labels: NDArray[np.int64], least: dict[str, float], state: NDArray[np.int64] | None = None
+) -> dict[str, Any]:
     counts = labels >= 0
+    shown = labels[counts] if state is None else state[counts]
     names, limits = list(least), np.array(list(least.values()))
     best, sure, labels = shares[counts].argmax(1), shares[counts].max(1), labels[counts]
     says = sure >= limits[best]
@@ -141,13 +154,13 @@ def _scored(shares: Floats, labels: NDArray[np.int64], least: dict[str, float]) 
             "found": _share(best[true] == i),
             "answered": _share(said[true]),
             "answers": int(said.sum()),
-            "right": _share(true[said]),
+            "right": _share((true | (shown == i))[said]),
         }
     return {
         "crops": int(counts.sum()),
         "accuracy": _share(best == labels),
         "answered": _share(says),
-        "right_when_answered": _share(best[says] == labels[says]),
+        "right_when_answered": _share(((best == labels) | (best == shown))[says]),
         "by_name": by_name,
         "confusion": matrix.tolist(),
     }

@@ -50,7 +50,9 @@ class Crops:
     lamps: NDArray[np.int64]
     """(n, 5): 0 off, 1 on, 2 unseen."""
     light: NDArray[np.int64]
-    """Index into `LIGHTS`."""
+    """Index into `LIGHTS`; unseen if the head is mostly hidden or turned away."""
+    state: NDArray[np.int64]
+    """Index into `LIGHTS`: what the head shows, seen or not."""
     group: NDArray[np.int64]
     """Index of the recording."""
 
@@ -70,7 +72,7 @@ class Crops:
 def empty() -> Crops:
     """No crops."""
     whole = (np.zeros((0, STORED_PX, STORED_PX, 3), np.uint8), np.zeros((0, 10), np.float32))
-    return Crops(*whole, np.zeros(0, int), np.zeros((0, len(LAMPS)), int), np.zeros(0, int), np.zeros(0, int))
+    return Crops(*whole, np.zeros(0, int), np.zeros((0, len(LAMPS)), int), *(np.zeros(0, int) for _ in range(3)))
 
 
 def crops_in(folders: Sequence[Path], jobs: int, seed: int = 0) -> Crops:
@@ -135,6 +137,7 @@ def _made(
     lamps: NDArray[np.int64] | None,
     group: int,
     light: NDArray[np.int64] | None = None,
+    state: int = IGNORE,
 ) -> Crops:
     n = len(keep)
     crops = cut_crops(rgb, windows.center[keep], windows.side[keep] * CONTEXT, STORED_PX)
@@ -145,6 +148,7 @@ def _made(
         none if kind is None else kind,
         np.full((n, len(LAMPS)), IGNORE) if lamps is None else lamps,
         none if light is None else light,
+        np.full(n, state),
         np.full(n, group),
     )
 
@@ -237,4 +241,4 @@ def _lights(tick: Recorded, rgb: Pixels, mask: NDArray[np.uint16], rig: CameraRi
         away = facing(rig, moved)
         shown = [_seen(mask, int(light_id), windows.rectangle[i])[1] > 0.4 and away[i] > 0.35 for i in keep]
         labels = np.where(shown, int(state), len(LIGHTS) - 1)
-        yield _made(rgb, windows, keep, np.zeros((len(keep), 10), np.float32), None, None, group, labels)
+        yield _made(rgb, windows, keep, np.zeros((len(keep), 10), np.float32), None, None, group, labels, int(state))

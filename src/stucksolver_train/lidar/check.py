@@ -14,6 +14,7 @@ from stucksolver.perception.lidar.decode import Calibration, decode
 from stucksolver.perception.measurements import Detections, Floats
 from stucksolver_train.lidar.batches import Store
 from stucksolver_train.lidar.data import IGNORED
+from stucksolver_train.lidar.loss import MOVING_MPS
 from stucksolver_train.lidar.net import PillarNet, strongest
 from stucksolver_train.lidar.pillars import pillars
 
@@ -35,7 +36,7 @@ class Judged:
     score: Floats
     right: NDArray[np.bool_]
     errors: Floats
-    """(correct detections, 4): distance (m), yaw (rad), speed vector (m/s), volume ratio."""
+    """(correct detections, 5): distance (m), yaw error (rad), velocity error (m/s), volume ratio, true speed (m/s)."""
     bodies: int
     """Number of bodies that should have been found."""
 
@@ -79,13 +80,13 @@ def _judged_label(label: int, found: Sequence[Detections], boxes: Floats, labels
         score.append(float(one.score[k]))
         right.append(bool(open_to))
     bodies = int((labels == label).sum())
-    return Judged(np.array(score), np.array(right, bool), np.array(errors).reshape(-1, 4), bodies)
+    return Judged(np.array(score), np.array(right, bool), np.array(errors).reshape(-1, 5), bodies)
 
 
 def _errors(one: Detections, k: int, box: Floats, away: float) -> tuple[float, ...]:
     yaw = abs((one.yaw[k] - box[6] + np.pi) % (2 * np.pi) - np.pi)
     speed = float(np.hypot(*(one.velocity[k] - box[7:9])))
-    return away, float(yaw), speed, float(np.prod(one.size[k]) / np.prod(box[3:6]))
+    return away, float(yaw), speed, float(np.prod(one.size[k]) / np.prod(box[3:6])), float(np.hypot(*box[7:9]))
 
 
 def _beside_ignored(middle: Floats, ignored: Floats) -> bool:
@@ -144,5 +145,9 @@ def report(all_labels: Sequence[Judged]) -> list[dict[str, float | str]]:
             middle, high = np.median(one.errors, axis=0), np.quantile(one.errors, 0.9, axis=0)
             row |= {"away_m": round(middle[0], 3), "away_90_m": round(high[0], 3), "yaw_rad": round(middle[1], 3)}
             row |= {"velocity_mps": round(middle[2], 3), "velocity_90_mps": round(high[2], 3)}
+            moving = one.errors[one.errors[:, 4] > MOVING_MPS]
+            row["moving"] = len(moving)
+            if len(moving):
+                row["velocity_of_moving_mps"] = round(float(np.median(moving[:, 2])), 3)
         rows.append(row)
     return rows

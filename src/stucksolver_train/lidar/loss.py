@@ -27,6 +27,10 @@ YAWLESS = ("cone", "debris")
 """Labels without a visible front: their yaw gets a very small weight."""
 WEIGHTS = (1.0, 1.0, 1.0, 0.7, 0.7, 0.7, 0.7, 0.7, 0.6, 0.6)
 """Loss weights of the regressed values."""
+MOVING_MPS, MOVING_WEIGHT = 0.5, 4.0
+"""Most of what a recording shows stands still. The loss is close to an L1 loss, whose optimum is the median, so where
+the network is unsure it would always answer zero. The velocity of bodies faster than this gets a larger weight.
+"""
 BOX_WEIGHT = 1.0
 FOCUS, SOFTEN = 2.0, 4.0
 """Exponents of the focal loss (Law and Deng 2018, CornerNet; Zhou et al. 2019, CenterNet)."""
@@ -71,6 +75,8 @@ def targets(boxes: Tensor, labels: Tensor, grid: Grid = GRID) -> Targets:
     weight = torch.tensor(WEIGHTS, device=boxes.device).expand(len(own), -1).clone()
     yawless = torch.tensor([name in YAWLESS for name in LABELS], device=boxes.device)[label[own]]
     weight[:, 6:8] *= torch.where(yawless, 0.05, 1.0)[:, None]
+    moving = torch.linalg.vector_norm(box[own, 7:9], dim=1) > MOVING_MPS
+    weight[:, 8:10] *= torch.where(moving, MOVING_WEIGHT, 1.0)[:, None]
     weight *= torch.where(beside == 4, 1.0, BESIDE)[:, None]
     return Targets(heat, counted, torch.stack([window[own], rows * grid.columns + columns], 1), regressed, weight)
 

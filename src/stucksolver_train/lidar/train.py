@@ -55,6 +55,8 @@ class Options:
     rate: float = 2e-3
     every: int = EVERY
     widths: tuple[int, int, int] = WIDTHS
+    start: Path | None = None
+    """A `lidar.pt` of the same widths to continue from; None starts with random weights."""
     jobs: int = os.cpu_count() or 1
     device: str = ""
     """If empty, a GPU if there is one."""
@@ -80,6 +82,8 @@ def train(options: Options) -> list[dict[str, float | str]]:
     torch.backends.cudnn.benchmark = True
     torch.set_float32_matmul_precision("high")
     net = PillarNet(options.widths).to(device, memory_format=torch.channels_last)
+    if options.start is not None:
+        net.load_state_dict(torch.load(options.start, map_location=device, weights_only=True)["weights"])
     store = Store(windows, device)
     _say(f"{sum(one.numel() for one in net.parameters()) / 1e6:.2f} million weights on {device}")
     averaged, steps = _fit(net, store, torch.from_numpy(drawn_how_often(windows)).to(device), options)
@@ -122,6 +126,7 @@ def _fit(net: PillarNet, store: Store, how_often: Tensor, options: Options) -> t
     groups = [{"params": decayed, "weight_decay": WEIGHT_DECAY}, {"params": rest, "weight_decay": 0.0}]
     optimiser = torch.optim.AdamW(groups, lr=options.rate)
     averaged = PillarNet(options.widths).to(device)
+    averaged.load_state_dict(net.state_dict())
     net.train()
     began = said = time.monotonic()
     running = torch.zeros(2, device=device)
@@ -199,6 +204,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--rate", type=float, default=Options.rate, help="highest learning rate")
     parser.add_argument("--every", type=int, default=Options.every, help="ticks between the ends of two windows")
     parser.add_argument("--widths", type=int, nargs=3, default=Options.widths, help="channels of the three scales")
+    parser.add_argument("--start", type=Path, help="lidar.pt to continue from")
     parser.add_argument("--jobs", type=int, default=Options.jobs, help="number of reading processes")
     parser.add_argument("--device", default=Options.device)
     given = vars(parser.parse_args(arguments))

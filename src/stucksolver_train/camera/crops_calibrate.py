@@ -1,0 +1,71 @@
+"""Calibrates an exported crop network anew: `python -m stucksolver_train.camera.crops_calibrate --run OUT --check DIR`.
+
+The network stays as it is. Temperatures and thresholds come from one half of the check recordings, the printed scores
+from the other half. For recordings of another camera or simulator, or more of them than there were at the training.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stucksolver.perception.camera.crop_network import LAMP_ANSWERS, LAMPS, LIGHTS
+from stucksolver.perception.camera.crops import CROP_PX
+from stucksolver_train.camera.crops_check import Logits, calibrated, halves, report, scores
+from stucksolver_train.camera.crops_data import Crops, crops_in
+
+AT_ONCE = 256
+
+
+def calibrate(run: Path, check: Sequence[Path], jobs: int = 1) -> dict[str, Any]:
+    """Rewrites `crops.json` in the folder `run`, and prints the scores. Returns the new card.
+
+    Raises:
+        RecordingError: A folder has no recordings.
+        ValueError: The recordings contain no crops.
+    """
+    held = crops_in(check, jobs)
+    if not len(held):
+        raise ValueError("the recordings contain no crops: they need images with instance masks")
+    logits, half = logits_of(run / "crops.onnx", held), halves(held.group)
+    card = calibrated(logits.part(half), held.part(half))
+    print(report(scores(logits.part(~half), held.part(~half), card)))
+    file = run / "crops.json"
+    told: dict[str, Any] = json.loads(file.read_text(encoding="utf-8")) | card
+    told["trained"]["check_crops"] = len(held)
+    file.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    return told
+
+
+def logits_of(file: Path, crops: Crops) -> Logits:
+    """The outputs of an exported network for crops, cut in the same way as at runtime."""
+    import onnxruntime
+
+    session = onnxruntime.InferenceSession(str(file), providers=["CPUExecutionProvider"])
+    edge = (crops.crops.shape[1] - CROP_PX) // 2
+    pixels = np.ascontiguousarray(crops.crops[:, edge : edge + CROP_PX, edge : edge + CROP_PX])
+    parts = [
+        session.run(None, {"crops": pixels[i : i + AT_ONCE], "features": crops.features[i : i + AT_ONCE]})
+        for i in range(0, len(crops), AT_ONCE)
+    ]
+    kind, lamps, light = (np.concatenate(one).astype(np.float64) for one in zip(*parts, strict=True))
+    return Logits(kind, lamps.reshape(-1, len(LAMPS), len(LAMP_ANSWERS)), light.reshape(-1, len(LIGHTS)))
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--run", type=Path, required=True, help="folder with crops.onnx and crops.json")
+    parser.add_argument("--check", type=Path, nargs="+", required=True, help="held-out recordings")
+    parser.add_argument("--jobs", type=int, default=1, help="number of reading processes")
+    given = parser.parse_args(arguments)
+    calibrate(given.run, given.check, given.jobs)
+
+
+if __name__ == "__main__":
+    main()
