@@ -13,6 +13,7 @@ from stucksolver.guard import Guard
 from stucksolver.ladder import Ladder, LadderError, find_ladder
 from stucksolver.ladder.moves import Person
 from stucksolver.reason import Reasoner, RuleReasoner
+from stucksolver.reason.make import make_reasoner
 from stucksolver.scene import MAX_WORDS, Scene, Status, Surroundings
 from stucksolver.solver.camera import CameraWatch
 from stucksolver.solver.event_bus import EventBus
@@ -79,6 +80,7 @@ class StuckSolver:
 
     Raises:
         LadderError: The ladder cannot be read, or the guard is laxer than the ladder's policy.
+        ReasonerNameError: The ladder asks the student, and its weights are missing or of another version.
         ValueError: The clock is unknown, or no rung of the ladder can be used.
     """
 
@@ -106,7 +108,9 @@ class StuckSolver:
                 "give a stricter one, or a ladder whose approvals say so and no guard"
             )
         self.clock = make_clock(clock) if isinstance(clock, str) else clock
-        reasoners = {"rules": reasoner or RuleReasoner(self.ladder.waits.limits()), **(models or {})}
+        given = {"rules": reasoner or RuleReasoner(self.ladder.waits.limits()), **(models or {})}
+        students = {name: make_reasoner(name) for name in self.ladder.students() if name not in given}
+        reasoners = {**given, **students}
         self.reasoners: Mapping[str, Reasoner] = reasoners
         names = {rung: one.name for rung, one in reasoners.items()}
         self._stack_scene = scene

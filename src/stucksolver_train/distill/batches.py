@@ -14,11 +14,11 @@ from stucksolver.reason.distilled.features import MOST, SLOTS, Floats
 from stucksolver_train.distill.data import Example
 from stucksolver_train.distill.net import KINDS
 
-NOISE = 0.04
-"""Standard deviation of the noise on measured numbers: some 0.1 s in 2 s, 0.1 m at 2 m, 1 m at 20 m."""
-DROPPED = 0.05
+NOISE = 0.08
+"""Standard deviation of the noise on measured numbers: some 0.2 s in 2 s, 0.2 m at 2 m, 2 m at 20 m."""
+DROPPED = 0.1
 """Share of the objects and lanes that are missing."""
-UNSEEN = 0.05
+UNSEEN = 0.1
 """Share of the objects of which nothing is known but kind and place: how long they stand is 0 and unknown."""
 MOST_PLANS = 48
 """Plans of one example that are looked at in one step."""

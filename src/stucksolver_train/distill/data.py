@@ -17,12 +17,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver.decision import RecoveryPlan
+from stucksolver.decision import CauseCode, RecoveryPlan
 from stucksolver.reason.distilled.candidates import candidates
 from stucksolver.reason.distilled.features import MOST, Encoded, Floats, encode, encode_plans
 from stucksolver.reason.distilled.heads import CAUSES, HOLDS, INTENTS, TIMES_S
 from stucksolver.reason.distilled.scene_text import read_scene
 from stucksolver.reason.distilled.vocabulary import Vocabulary
+from stucksolver.reason.llm.prompt import user_text
+from stucksolver.reason.llm.read_text import read_prompt
 from stucksolver.reason.reasoner import Request
 from stucksolver.reason.rules import RuleReasoner
 from stucksolver.scene import REQUESTS, Guidance, Reading, Scene, Side
@@ -33,6 +35,10 @@ WORTH_M = 10.0
 """Unit of a plan's value (m)."""
 TUNED = 10
 """One of so many drives is not trained on, but calibrates the probabilities."""
+BEGUN_S = 3.0
+"""A vehicle that stands before this time has not set off at all (s): that its wait ends is no achievement to know."""
+BLURRED = 0.3
+"""Share of the moments that are also learnt as the prompt of a language model tells them, which is less exact."""
 LEAST_M = -30.0
 """A plan that looks worse than this is simply bad (m)."""
 WORDS_EACH = 3
@@ -47,7 +53,9 @@ class Example:
         group: As `held_out` says.
         scene: The scene as numbers.
         ends: For each interval of `TIMES_S`: 1 the wait ended in it, 0 it lasted longer, -1 not known (5,).
-        cause, hold: Index of the label.
+        cause, hold: Index of the label. The cause is that of the rules, and where they do not know it that of the
+            scenario: there are too few types of scenarios to learn all causes from them.
+        true_cause: What the scenario says, for the scores; -1 if it does not.
         intents: Index of the label for each row of objects (rows,).
         plans, named: The candidate plans as numbers.
         accepted: 1, 0, or -1 for each plan (plans,).
@@ -61,6 +69,7 @@ class Example:
     scene: Encoded
     ends: NDArray[np.int64]
     cause: int
+    true_cause: int
     hold: int
     intents: NDArray[np.int64]
     plans: Floats
@@ -108,9 +117,13 @@ def examples(paths: Iterable[Path], words: Vocabulary, maps: Sequence[str], seed
     rng = random.Random(seed)
     for path in paths:
         for moment in read_moments(path):
+            if moment.at_s < BEGUN_S and moment.answer is None:
+                continue
             scene = read_scene(moment.scene)
             group = held_out(moment, maps)
             yield example(moment, scene, group, words)
+            if group == "train" and rng.random() < BLURRED:
+                yield example(moment, read_prompt(user_text(scene)), group, words)
             if moment.plans:
                 for reading in rng.sample(_requests(), WORDS_EACH):
                     yield _guided(moment, scene, group, words, reading)
@@ -126,7 +139,9 @@ def example(moment: Moment, scene: Scene, group: str, words: Vocabulary) -> Exam
     unjudged = len(plans) - len(judged)
     rows, named = encode_plans(plans, encoded.ids, words)
     stuck = moment.gone_after_s is None and moment.watched_s >= TIMES_S[-1]
-    cause = CAUSE_OF.get(moment.scenario) if stuck else None
+    true = CAUSE_OF.get(moment.scenario) if stuck else None
+    told = said.analysis.cause
+    cause = true if told in (None, CauseCode.UNKNOWN) else told
     intents = np.full(MOST["objects"], -1, np.int64)
     seen = {one.object_id: one.intent for one in said.observation.participants}
     for row, name in enumerate(encoded.ids):
@@ -137,6 +152,7 @@ def example(moment: Moment, scene: Scene, group: str, words: Vocabulary) -> Exam
         scene=encoded,
         ends=ends_of(moment.gone_after_s, moment.watched_s),
         cause=-1 if cause is None else CAUSES.index(cause),
+        true_cause=-1 if true is None else CAUSES.index(true),
         hold=HOLDS.index(said.analysis.wait),
         intents=intents,
         plans=rows,
@@ -190,7 +206,7 @@ def _guided(moment: Moment, scene: Scene, group: str, words: Vocabulary, reading
     asked = scene.model_copy(update={"guidance": told})
     found = example(moment, asked, group, words)
     unknown = np.full_like(found.ends, -1)
-    return replace(found, ends=unknown, cause=-1, hold=-1)
+    return replace(found, ends=unknown, cause=-1, true_cause=-1, hold=-1)
 
 
 def _fitting(plans: Sequence[RecoveryPlan], wanted: RecoveryPlan | None) -> NDArray[np.bool_]:

@@ -52,7 +52,9 @@ class StudentNet(nn.Module):
         dropout: Share of values dropped while training.
     """
 
-    def __init__(self, plan_width: int, width: int = 64, layers: int = 3, heads: int = 4, dropout: float = 0.1) -> None:
+    def __init__(
+        self, plan_width: int, width: int = 64, layers: int = 3, heads: int = 4, dropout: float = 0.15
+    ) -> None:
         super().__init__()
         self.into = nn.ModuleDict({kind: nn.Linear(WIDTHS[kind], width) for kind in KINDS})
         self.kinds = nn.Parameter(torch.randn(len(KINDS), width) * 0.02)

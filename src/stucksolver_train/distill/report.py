@@ -41,6 +41,12 @@ def _block(name: str, found: Mapping[str, Any]) -> list[str]:
             f"  worth at a glance: {plans['worth']:.1f} m, rules {plans['rules_worth']:.1f} m, "
             f"best {plans['best']:.1f} m"
         )
+        both = plans["both"]
+        if both["moments"]:
+            lines.append(
+                f"  where the guard accepts a plan of the rules' kind too ({both['moments']}): "
+                f"{both['worth']:.1f} m, rules {both['rules_worth']:.1f} m"
+            )
     if words["moments"]:
         lines.append(
             f"  plan of the rules' kind after a request ({words['moments']}): {words['right']:.1%}, "

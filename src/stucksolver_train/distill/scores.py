@@ -99,9 +99,9 @@ def calibration(p: Array, y: Array, w: Array) -> list[dict[str, float]]:
 def cause_scores(told: Answered) -> dict[str, Any]:
     """Return how often the cause is right where it is known, for the student and for the rules."""
     rows = [
-        (float(out.cause.argmax() == one.cause), float(one.rules_cause == one.cause), weight)
+        (float(out.cause.argmax() == one.true_cause), float(one.rules_cause == one.true_cause), weight)
         for one, out, weight in zip(told.examples, told.numbers, told.weight, strict=True)
-        if one.cause >= 0
+        if one.true_cause >= 0
     ]
     if not rows:
         return {"moments": 0}
@@ -117,7 +117,8 @@ def plan_scores(told: Answered) -> dict[str, Any]:
     """Return how good the chosen plans are, where the guard accepts some candidate and nobody spoke.
 
     `first` is how often the student's first plan is accepted, `within` how often one of the first `ASKED` is, `worth`
-    the mean value at a glance (m; nothing found counts 0), and `best` that of the best accepted plan.
+    the mean value at a glance (m; nothing found counts 0), and `best` that of the best accepted plan. `both` are the
+    moments at which the guard accepts the rules' plan as well, with the values of the two.
     """
     rows = []
     for one, out in zip(told.examples, told.numbers, strict=True):
@@ -140,9 +141,16 @@ def plan_scores(told: Answered) -> dict[str, Any]:
     if not rows:
         return {"moments": 0}
     names = ("first", "within", "worth", "rules_accepted", "rules_worth", "best")
-    return {"moments": len(rows)} | {
-        name: round(float(mean), 3) for name, mean in zip(names, np.mean(rows, axis=0), strict=True)
-    }
+    found: dict[str, Any] = {"moments": len(rows)}
+    found |= {name: round(float(mean), 3) for name, mean in zip(names, np.mean(rows, axis=0), strict=True)}
+    both = np.array([row for row in rows if row[3] and row[1]]).reshape(-1, len(names))
+    found["both"] = {"moments": len(both)}
+    if len(both):
+        found["both"] |= {
+            "worth": round(float(both[:, 2].mean()), 3),
+            "rules_worth": round(float(both[:, 4].mean()), 3),
+        }
+    return found
 
 
 def word_scores(told: Answered) -> dict[str, Any]:

@@ -39,12 +39,15 @@ class Choice:
 
     Attributes:
         soon: A wait that ends within 10 s with at least this probability is waited for.
+        longest_s: After so long a stop it waits no longer, whatever it expects (s): an expectation that is always wrong
+            must not hold the vehicle for ever.
         margin: A plan is preferred to the rules' plan if it is worth this much more (10 m of progress).
         unlikely: A plan that the guard accepts with a smaller probability is not asked about.
         tried: Number of plans about which the guard is asked.
     """
 
     soon: float = 0.5
+    longest_s: float = 60.0
     margin: float = 0.5
     unlikely: float = 0.2
     tried: int = 8
@@ -120,7 +123,10 @@ class DistilledReasoner:
         """Return why waiting is right, or None if it is not."""
         if scene.ego.at_destination:
             return WaitReason.AT_DESTINATION
-        if scene.guidance is not None or scene.ego.speed_mps >= MOVING_MPS or soon < self._choice.soon:
+        choice = self._choice
+        if scene.guidance is not None or scene.ego.speed_mps >= MOVING_MPS:
+            return None
+        if soon < choice.soon or scene.ego.stopped_for_s > choice.longest_s:
             return None
         reasons = [
             (logit, one)
