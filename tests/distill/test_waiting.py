@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "core"))
+
+from worlds import World, drive, straight_road, thing
 
 from stucksolver.cli import main
 from stucksolver.reason.distilled.scene_text import read_scene
+from stucksolver.record import Recorder
 from stucksolver_distill.exact import DriveSpec
 from stucksolver_distill.moments import read_moments
 from stucksolver_distill.waiting import WaitingError, WaitingSpec, collect_waits
@@ -39,6 +47,16 @@ def test_a_drive_is_kept_as_moments_and_never_driven_twice(tmp_path):
     assert path.read_bytes() == before
     with pytest.raises(WaitingError, match="other options"):
         collected(tmp_path, routes=(route,), limit_s=30.0)
+
+
+def test_the_answers_of_a_record_are_kept_with_their_scenes(tmp_path):
+    record = Recorder(tmp_path / "records")
+    drive(World(straight_road(), [thing("lead", 62.0)]), 40.0, record=record)
+    assert main(["distill", "collect", "--records", str(tmp_path / "records"), "--out", str(tmp_path / "out")]) == 0
+    (path,) = (tmp_path / "out" / "moments" / "records").iterdir()
+    found = read_moments(path)
+    assert any(one.answer is not None and one.answer.plan is not None for one in found)
+    assert all(read_scene(one.scene).objects[0].id == "lead" for one in found)
 
 
 def test_a_folder_without_records_is_named(tmp_path, capsys):

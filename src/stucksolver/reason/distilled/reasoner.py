@@ -35,7 +35,7 @@ NO_PROGRESS_M = 5.0
 
 @dataclass(frozen=True)
 class Choice:
-    """How the student chooses. Chosen on training data; see docs/distilled.md.
+    """How the student chooses. Set by hand; docs/distilled.md says what follows from it.
 
     Attributes:
         soon: A wait that ends within 10 s with at least this probability is waited for.
