@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from stucksolver.plotting import can_plot
+from stucksolver.reason.distilled import DistilledReasoner
 from stucksolver.reason.distilled.network import CARD, WEIGHTS, Network, card_text
 from stucksolver.reason.distilled.vocabulary import vocabulary
 from stucksolver_train.distill.data import Example, examples, files_in
 from stucksolver_train.distill.report import draw_calibration, report
-from stucksolver_train.distill.scores import answered, scores, temperature_of
+from stucksolver_train.distill.scores import answered, scores, temperature_of, with_choices
 
 SCORES, PLOT = "student_scores.json", "calibration.svg"
 HELD_OUT = ("tune", "types", "maps")
@@ -78,7 +79,12 @@ def evaluate(weights: Path, out: Path, groups: dict[str, list[Example]], say: Sa
     """Score on the groups that were not trained on, print the tables, and draw the calibration if possible."""
     out.mkdir(parents=True, exist_ok=True)
     network = Network(weights)
-    found = {name: scores(answered(network, groups[name])) for name in HELD_OUT if groups.get(name)}
+    student = DistilledReasoner(weights)
+    found = {
+        name: with_choices(scores(answered(network, groups[name])), student, groups[name])
+        for name in HELD_OUT
+        if groups.get(name)
+    }
     say(report(found))
     (out / SCORES).write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     if can_plot() and found:

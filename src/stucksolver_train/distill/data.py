@@ -134,8 +134,9 @@ def example(moment: Moment, scene: Scene, group: str, words: Vocabulary) -> Exam
     rules = RuleReasoner().decide(Request(scene)).decision
     said = moment.answer or rules
     encoded = encode(scene)
-    judged = [one.value_m for one in moment.plans]
-    plans = [one.plan for one in moment.plans] or _answered(moment, scene)
+    kept = [one for one in moment.plans if not all(b.prepares for b in one.plan.behaviors)]
+    judged = [one.value_m for one in kept]
+    plans = [one.plan for one in kept] or _answered(moment, scene)
     unjudged = len(plans) - len(judged)
     rows, named = encode_plans(plans, encoded.ids, words)
     stuck = moment.gone_after_s is None and moment.watched_s >= TIMES_S[-1]

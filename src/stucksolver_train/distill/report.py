@@ -31,28 +31,30 @@ def _block(name: str, found: Mapping[str, Any]) -> list[str]:
     lines += _calibration(found["wait"].get("10", {}))
     cause, plans, words = found["cause"], found["plans"], found["words"]
     if cause["moments"]:
-        lines.append(f"  cause right ({cause['moments']} moments): {cause['student']:.1%}, rules {cause['rules']:.1%}")
+        lines.append(
+            f"  cause right ({cause['moments']} moments): {cause['student']:.1%}, the network alone "
+            f"{cause['network']:.1%}, rules {cause['rules']:.1%}"
+        )
     if plans["moments"]:
         lines.append(
             f"  plans ({plans['moments']} moments with an accepted one): the first accepted {plans['first']:.1%}, "
-            f"one of eight {plans['within']:.1%}, a plan of the rules' kind {plans['rules_accepted']:.1%}"
+            f"one of eight {plans['within']:.1%}, one of the rules' kind {plans['rules_accepted']:.1%}"
         )
-        lines.append(
-            f"  worth at a glance: {plans['worth']:.1f} m, rules {plans['rules_worth']:.1f} m, "
-            f"best {plans['best']:.1f} m"
-        )
-        both = plans["both"]
-        if both["moments"]:
-            lines.append(
-                f"  where the guard accepts a plan of the rules' kind too ({both['moments']}): "
-                f"{both['worth']:.1f} m, rules {both['rules_worth']:.1f} m"
-            )
+    lines += [_choice(name, one) for name, one in found.get("choices", {}).items() if one["moments"]]
     if words["moments"]:
         lines.append(
             f"  plan of the rules' kind after a request ({words['moments']}): {words['right']:.1%}, "
             f"by chance {words['by_chance']:.1%}"
         )
     return lines
+
+
+def _choice(name: str, one: Mapping[str, Any]) -> str:
+    patient, idle = ("–" if one[key] is None else f"{one[key]:.1%}" for key in ("patient", "idle"))
+    return (
+        f"  {name}: waits at {one['waits']:.1%} of {one['moments']} moments, plans worth {one['worth']:.1f} m; waits "
+        f"where the driver goes on within 10 s {patient}, where it does not within 40 s {idle}"
+    )
 
 
 def _calibration(wait: Mapping[str, Any]) -> list[str]:

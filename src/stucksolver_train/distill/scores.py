@@ -13,11 +13,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver.reason.distilled.heads import TIMES_S, Numbers, ends_within
+from stucksolver.decision import CauseCode, RecoveryPlan
+from stucksolver.reason.distilled.heads import CAUSES, TIMES_S, Numbers, ends_within
 from stucksolver.reason.distilled.network import Network
-from stucksolver_train.distill.data import WORTH_M, Example
+from stucksolver.reason.distilled.scene_text import read_scene
+from stucksolver.reason.reasoner import ACCEPTED, Reasoner, Request
+from stucksolver.reason.rules import RuleReasoner
+from stucksolver_train.distill.data import Example
 
 BINS = 10
+SOON_S = 10.0
+"""A wait that ends within this time is worth waiting for (s)."""
 ASKED = 8
 """Number of plans about which the guard is asked, as the student does."""
 Array = NDArray[np.float64]
@@ -48,6 +54,12 @@ def scores(told: Answered) -> dict[str, Any]:
         "wait": {f"{until:g}": wait_scores(told, number) for number, until in enumerate(TIMES_S)},
     }
     return found | {"cause": cause_scores(told), "plans": plan_scores(told), "words": word_scores(told)}
+
+
+def with_choices(found: dict[str, Any], student: Reasoner, examples: Sequence[Example]) -> dict[str, Any]:
+    """Return scores with what the student and the rules choose at the same moments."""
+    choices = {name: choice_scores(one, examples) for name, one in (("student", student), ("rules", RuleReasoner()))}
+    return found | {"choices": choices}
 
 
 def wait_scores(told: Answered, number: int) -> dict[str, Any]:
@@ -97,60 +109,85 @@ def calibration(p: Array, y: Array, w: Array) -> list[dict[str, float]]:
 
 
 def cause_scores(told: Answered) -> dict[str, Any]:
-    """Return how often the cause is right where it is known, for the student and for the rules."""
+    """Return how often the cause is right where it is known: the network's, the rules', and the student's answer, which
+    is that of the rules if they know one.
+    """
+    unsure = (-1, CAUSES.index(CauseCode.UNKNOWN))
     rows = [
-        (float(out.cause.argmax() == one.true_cause), float(one.rules_cause == one.true_cause), weight)
+        (
+            float(out.cause.argmax() == one.true_cause),
+            float(one.rules_cause == one.true_cause),
+            float((out.cause.argmax() if one.rules_cause in unsure else one.rules_cause) == one.true_cause),
+            weight,
+        )
         for one, out, weight in zip(told.examples, told.numbers, told.weight, strict=True)
         if one.true_cause >= 0
     ]
     if not rows:
         return {"moments": 0}
-    right, rules, weight = np.array(rows).T
+    network, rules, student, weight = np.array(rows).T
     return {
         "moments": len(rows),
-        "student": round(float(np.average(right, weights=weight)), 3),
+        "network": round(float(np.average(network, weights=weight)), 3),
+        "student": round(float(np.average(student, weights=weight)), 3),
         "rules": round(float(np.average(rules, weights=weight)), 3),
     }
 
 
 def plan_scores(told: Answered) -> dict[str, Any]:
-    """Return how good the chosen plans are, where the guard accepts some candidate and nobody spoke.
+    """Return how often the guard accepts the network's plans, where it accepts any and nobody spoke.
 
-    `first` is how often the student's first plan is accepted, `within` how often one of the first `ASKED` is, `worth`
-    the mean value at a glance (m; nothing found counts 0), and `best` that of the best accepted plan. `both` are the
-    moments at which the guard accepts the rules' plan as well, with the values of the two.
+    `first` is how often the plan ranked first is accepted, `within` how often one of the first `ASKED` is, and
+    `rules_accepted` how often some plan of the kind that the rules propose is.
     """
     rows = []
     for one, out in zip(told.examples, told.numbers, strict=True):
         if not (one.accepted == 1).any() or one.hold < 0:
             continue
         order = np.argsort(-out.value / (1.0 + np.exp(-out.accepted)), kind="stable")[:ASKED]
-        accepted = [k for k in order if one.accepted[k] == 1]
-        value = np.nan_to_num(one.value, nan=0.0) * WORTH_M
-        fits = np.flatnonzero(one.fitting & (one.accepted == 1))
-        rows.append(
-            (
-                float(one.accepted[order[0]] == 1),
-                float(bool(accepted)),
-                value[accepted[0]] if accepted else 0.0,
-                float(len(fits) > 0),
-                value[fits].max() if len(fits) else 0.0,
-                value[one.accepted == 1].max(),
-            )
-        )
+        taken = one.accepted[order] == 1
+        rows.append((float(taken[0]), float(taken.any()), float((one.fitting & (one.accepted == 1)).any())))
     if not rows:
         return {"moments": 0}
-    names = ("first", "within", "worth", "rules_accepted", "rules_worth", "best")
-    found: dict[str, Any] = {"moments": len(rows)}
-    found |= {name: round(float(mean), 3) for name, mean in zip(names, np.mean(rows, axis=0), strict=True)}
-    both = np.array([row for row in rows if row[3] and row[1]]).reshape(-1, len(names))
-    found["both"] = {"moments": len(both)}
-    if len(both):
-        found["both"] |= {
-            "worth": round(float(both[:, 2].mean()), 3),
-            "rules_worth": round(float(both[:, 4].mean()), 3),
-        }
-    return found
+    names = ("first", "within", "rules_accepted")
+    return {"moments": len(rows)} | {
+        name: round(float(mean), 3) for name, mean in zip(names, np.mean(rows, axis=0), strict=True)
+    }
+
+
+def choice_scores(reasoner: Reasoner, examples: Sequence[Example]) -> dict[str, Any]:
+    """Return what a reasoner decides at the moments whose plans were judged, and what comes of it.
+
+    `waits` is the share of moments at which it has no plan that the guard accepts, `worth` the mean value of the plan
+    at a glance (m) with 0 for a wait, `patient` the share of waits among the moments at which the driver goes on by
+    itself within 10 s, and `idle` that among those at which it does not do so within 40 s.
+    """
+    rows = []
+    for one in examples:
+        if not one.moment.plans or one.hold < 0:
+            continue
+        judged = {plan.plan: plan.value_m for plan in one.moment.plans}
+        scene = read_scene(one.moment.scene)
+
+        def check(plan: RecoveryPlan, judged: dict[RecoveryPlan, float | None] = judged) -> str:
+            return ACCEPTED if judged.get(plan) is not None else "not accepted"
+
+        plan = reasoner.decide(Request(scene, check)).decision.plan
+        value = None if plan is None else judged.get(plan)
+        gone = one.moment.gone_after_s
+        soon = gone is not None and gone <= SOON_S
+        never = one.ends[-1] == 0
+        rows.append((float(value is None), value or 0.0, float(soon), float(never)))
+    if not rows:
+        return {"moments": 0}
+    waits, worth, soon, never = np.array(rows).T
+    return {
+        "moments": len(rows),
+        "waits": round(float(waits.mean()), 3),
+        "worth": round(float(worth.mean()), 2),
+        "patient": round(float(waits[soon == 1].mean()), 3) if soon.any() else None,
+        "idle": round(float(waits[never == 1].mean()), 3) if never.any() else None,
+    }
 
 
 def word_scores(told: Answered) -> dict[str, Any]:

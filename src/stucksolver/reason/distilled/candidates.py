@@ -25,14 +25,18 @@ Values = tuple[Any, ...]
 
 
 def candidates(scene: Scene) -> tuple[RecoveryPlan, ...]:
-    """Return the plans among which the student chooses: each behaviour that moves the vehicle, alone and after each of
-    those that prepare another one. Waiting is not among them, since it is a choice of its own.
+    """Return the plans among which the student chooses: each behaviour that moves the vehicle on, alone and after each
+    of those that prepare another one.
+
+    Waiting is not among them, since it is a choice of its own. What only prepares is none either: a vehicle that backs
+    up and does nothing else would do so again and again.
 
     Args:
         scene: The scene, with the behaviours that the stack offers.
     """
     fitting = {one.name for one in available(scene)}
-    single = [(one,) for one in offered(scene, STEPS) if one.name in fitting and not one.stands_still]
+    moving = [one for one in offered(scene, STEPS) if one.name in fitting and not one.stands_still]
+    single = [(one,) for one in moving if not one.prepares]
     short = [one for one in offered(scene, PAIR_STEPS) if one.name in fitting and not one.stands_still]
     pairs = [(one, two) for one in short if one.prepares for two in short if not two.prepares]
     return tuple(RecoveryPlan.model_validate({"behaviors": plan}) for plan in (*single, *pairs))

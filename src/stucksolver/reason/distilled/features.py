@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver.decision import RecoveryPlan
+from stucksolver.decision.behaviors import Behavior
 from stucksolver.reason.distilled.vocabulary import Vocabulary
 from stucksolver.scene import (
     AttemptEnd,
@@ -93,13 +94,14 @@ def encode_plans(
     found = np.zeros((len(plans), SLOTS, words.width + 1), np.float32)
     named = np.full((len(plans), SLOTS), MOST["objects"], np.int64)
     places = {name: place for place, name in enumerate(ids)}
+    known: dict[Behavior, tuple[list[float], int]] = {}
     for number, plan in enumerate(plans):
         for slot, behavior in enumerate(plan.behaviors[:SLOTS]):
-            found[number, slot, :-1] = words.row(behavior)
-            found[number, slot, -1] = 1.0
-            for key, value in behavior:
-                if key.endswith("_id") and value in places:
-                    named[number, slot] = places[value]
+            if behavior not in known:
+                # Plans share behaviours, so each is written only once.
+                ids_in = (places[v] for k, v in behavior if k.endswith("_id") and v in places)
+                known[behavior] = [*words.row(behavior), 1.0], next(ids_in, MOST["objects"])
+            found[number, slot], named[number, slot] = known[behavior]
     return found, named
 
 

@@ -41,14 +41,15 @@ class Choice:
         soon: A wait that ends within 10 s with at least this probability is waited for.
         longest_s: After so long a stop it waits no longer, whatever it expects (s): an expectation that is always wrong
             must not hold the vehicle for ever.
-        margin: A plan is preferred to the rules' plan if it is worth this much more (10 m of progress).
+        margin: A plan is preferred to the rules' plan if it is worth this much more (10 m of progress): what a plan is
+            worth is known at a glance only, and the rules' plans are mostly the best where the guard accepts them.
         unlikely: A plan that the guard accepts with a smaller probability is not asked about.
         tried: Number of plans about which the guard is asked.
     """
 
     soon: float = 0.5
     longest_s: float = 60.0
-    margin: float = 0.5
+    margin: float = 2.0
     unlikely: float = 0.2
     tried: int = 8
 
@@ -93,7 +94,8 @@ class DistilledReasoner:
         return Answer(decision, self.name, trace)
 
     def _chain(self, request: Request) -> Chain:
-        scene, own = request.scene, self._rules.decide(request).decision.plan
+        scene, said = request.scene, self._rules.decide(request).decision
+        own = said.plan
         known = set(self._network.card.vocabulary.behaviors)
         plans = tuple(p for p in candidates(scene) if known.issuperset(b.name for b in p.behaviors))
         if own is not None and known.issuperset(b.name for b in own.behaviors):
@@ -113,7 +115,7 @@ class DistilledReasoner:
             participants=_participants(encoded, numbers),
             asked=asked,
             immobilized=(stuck and scene.ego.speed_mps < MOVING_MPS) or _loops(scene),
-            cause=_cause(scene, numbers) if stuck and asked is None else None,
+            cause=_cause(scene, numbers, said.analysis.cause) if stuck and asked is None else None,
             wait=wait,
             ends=ends,
             plan=plan,
@@ -183,9 +185,12 @@ def _asked(scene: Scene) -> GuidanceIntent:
     return GuidanceIntent.UNCLEAR if reading is None else reading.intent
 
 
-def _cause(scene: Scene, numbers: Numbers) -> CauseCode:
+def _cause(scene: Scene, numbers: Numbers, said: CauseCode | None) -> CauseCode:
+    """Return the cause: that of the rules if they know one, else the network's."""
     if _loops(scene):
         return CauseCode.LOOP
+    if said not in (None, CauseCode.UNKNOWN):
+        return said
     standing = [(logit, one) for logit, one in zip(numbers.cause, CAUSES, strict=True) if one is not CauseCode.LOOP]
     return max(standing, key=lambda pair: pair[0])[1]
 
