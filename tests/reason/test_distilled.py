@@ -30,6 +30,7 @@ from stucksolver.reason.llm.read_text import PromptError, read_prompt
 from stucksolver.reason.make import make_reasoner
 from stucksolver.reason.reasoner import ACCEPTED
 from stucksolver.reason.registry import ReasonerNameError
+from stucksolver.record import Recorder, replay
 from stucksolver.scene import Guidance, LineKind, ObjectKind, PastAttempt, Scene
 from stucksolver.serve.completions import answer_of
 from stucksolver.solver import StuckSolver
@@ -235,6 +236,15 @@ def test_it_drives_past_a_parked_car_without_touching_it(student):
     seen = drive(world, 60.0, reasoner=student)
     assert world.x > 60.0
     assert seen.nearest_m > 0.3
+
+
+def test_its_decisions_are_derived_again_from_the_record(student, tmp_path):
+    drive(World(ROAD, [thing("a", 62.0)], ()), 40.0, reasoner=student, record=Recorder(tmp_path))
+    (path,) = tmp_path.rglob("*.jsonl")
+    report = replay(path)
+    assert report.findings == []
+    assert report.decisions > 0
+    assert report.underivable == 0
 
 
 # ---- weights

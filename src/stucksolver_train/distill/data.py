@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver.decision import CauseCode, RecoveryPlan
-from stucksolver.reason.distilled.candidates import candidates
+from stucksolver.reason.distilled.candidates import candidates, leads_on
 from stucksolver.reason.distilled.features import MOST, Encoded, Floats, encode, encode_plans
 from stucksolver.reason.distilled.heads import CAUSES, HOLDS, INTENTS, TIMES_S
 from stucksolver.reason.distilled.scene_text import read_scene
@@ -134,7 +134,7 @@ def example(moment: Moment, scene: Scene, group: str, words: Vocabulary) -> Exam
     rules = RuleReasoner().decide(Request(scene)).decision
     said = moment.answer or rules
     encoded = encode(scene)
-    kept = [one for one in moment.plans if not all(b.prepares for b in one.plan.behaviors)]
+    kept = [one for one in moment.plans if leads_on(one.plan)]
     judged = [one.value_m for one in kept]
     plans = [one.plan for one in kept] or _answered(moment, scene)
     unjudged = len(plans) - len(judged)

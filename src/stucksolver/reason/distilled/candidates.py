@@ -17,6 +17,8 @@ from stucksolver.scene import Scene
 
 STEPS, PAIR_STEPS = 2, 1
 """Values of each number in plans of one and of two behaviours. The guard's bounds are coarser than a finer grid."""
+GETS_ON_M = 5.0
+"""A plan leads at least this far (m): the detector's own measure of progress. A shorter one ends where it began."""
 MOST_IDS = 3
 """Number of objects or waypoints that are tried for each parameter that names one."""
 CALLS = frozenset({"request_assistance"})
@@ -28,18 +30,26 @@ def candidates(scene: Scene) -> tuple[RecoveryPlan, ...]:
     """Return the plans among which the student chooses: each behaviour that moves the vehicle on, alone and after each
     of those that prepare another one.
 
-    Waiting is not among them, since it is a choice of its own. What only prepares is none either: a vehicle that backs
-    up and does nothing else would do so again and again.
+    Waiting is not among them, since it is a choice of its own.
 
     Args:
         scene: The scene, with the behaviours that the stack offers.
     """
     fitting = {one.name for one in available(scene)}
     moving = [one for one in offered(scene, STEPS) if one.name in fitting and not one.stands_still]
-    single = [(one,) for one in moving if not one.prepares]
+    single = [(one,) for one in moving if _gets_on(one)]
     short = [one for one in offered(scene, PAIR_STEPS) if one.name in fitting and not one.stands_still]
-    pairs = [(one, two) for one in short if one.prepares for two in short if not two.prepares]
+    pairs = [(one, two) for one in short if one.prepares for two in short if _gets_on(two)]
     return tuple(RecoveryPlan.model_validate({"behaviors": plan}) for plan in (*single, *pairs))
+
+
+def leads_on(plan: RecoveryPlan) -> bool:
+    """True if a plan can get the vehicle on. One that only backs up, say, would be followed by another of its kind."""
+    return any(_gets_on(behavior) for behavior in plan.behaviors)
+
+
+def _gets_on(behavior: Behavior) -> bool:
+    return not (behavior.stands_still or behavior.prepares) and getattr(behavior, "distance_m", GETS_ON_M) >= GETS_ON_M
 
 
 def offered(scene: Scene, steps: int) -> tuple[Behavior, ...]:

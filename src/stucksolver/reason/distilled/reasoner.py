@@ -29,6 +29,8 @@ from stucksolver.reason.reasoner import ACCEPTED, PARSERS, Answer, ReasonerError
 from stucksolver.reason.rules import RuleReasoner
 from stucksolver.scene import REQUESTS, GuidanceIntent, Scene
 
+DUTIES = frozenset({WaitReason.LIGHT, WaitReason.STOP_SIGN, WaitReason.PEOPLE, WaitReason.YIELD})
+"""Where the rules of the road make the vehicle wait, it waits, however likely the wait is to end."""
 NO_PROGRESS_M = 5.0
 """The detector's measure of progress in its window: who moves and makes less goes round in a loop (m)."""
 
@@ -104,10 +106,10 @@ class DistilledReasoner:
         numbers = self._network.answer(encoded, plans)
         within = ends_within(numbers.hazard)
         ends = round(float(within[2]), 2), round(float(within[4]), 2)
-        wait = self._wait(scene, numbers, ends[0])
+        wait = self._wait(scene, numbers, ends[0], said.analysis.wait)
         plan = None if wait is not None or not _wanted(scene) else self._plan(request, plans, numbers, own)
         if wait is None and plan is None and _wanted(scene):
-            wait = WaitReason.NO_SAFE_WAY
+            wait = said.analysis.wait or WaitReason.NO_SAFE_WAY
         stuck = plan is not None or wait is WaitReason.NO_SAFE_WAY
         asked = None if scene.guidance is None else _asked(scene)
         return Chain(
@@ -121,11 +123,13 @@ class DistilledReasoner:
             plan=plan,
         )
 
-    def _wait(self, scene: Scene, numbers: Numbers, soon: float) -> WaitReason | None:
-        """Return why waiting is right, or None if it is not."""
+    def _wait(self, scene: Scene, numbers: Numbers, soon: float, said: WaitReason | None) -> WaitReason | None:
+        """Return why waiting is right, or None if it is not. `said` is what the rules say."""
         if scene.ego.at_destination:
             return WaitReason.AT_DESTINATION
         choice = self._choice
+        if said in DUTIES:
+            return said
         if scene.guidance is not None or scene.ego.speed_mps >= MOVING_MPS:
             return None
         if soon < choice.soon or scene.ego.stopped_for_s > choice.longest_s:
