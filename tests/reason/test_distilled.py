@@ -118,10 +118,14 @@ def test_nonsense_is_never_a_scene(text):
 @given(scenes())
 @settings(max_examples=60, deadline=None)
 def test_the_scene_of_a_prompt_is_read_back(one):
-    # The prompt tells ids with blanks as they are, and leaves far objects out.
     told = user_text(one)
     again = user_text(read_prompt(told))
-    assert again.splitlines() == [line for line in told.splitlines() if "more, farther" not in line]
+    # Far objects are not told, nor then what could be done with them. Objects that are equally near once their
+    # distance is rounded may change places.
+    fewer = "more, farther" in told
+    left_out = ("and ", "behaviors available") if fewer else ("nothing",)
+    lines, others = (sorted(x for x in t.splitlines() if not x.startswith(left_out)) for t in (told, again))
+    assert lines == others
 
 
 # ---- the chain
