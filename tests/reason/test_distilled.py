@@ -21,7 +21,7 @@ from stucksolver.reason.distilled import Choice, DistilledReasoner
 from stucksolver.reason.distilled.candidates import candidates
 from stucksolver.reason.distilled.chain import MOST_TOKENS, Chain, ChainError, read_chain, write_chain
 from stucksolver.reason.distilled.features import MOST, WIDTHS, encode, encode_plans
-from stucksolver.reason.distilled.network import CARD, DATA, WEIGHTS
+from stucksolver.reason.distilled.network import CARD, DATA, WEIGHTS, read_card
 from stucksolver.reason.distilled.scene_text import FIELDS, ROWS, VERSION, SceneTextError, read_scene, write_scene
 from stucksolver.reason.distilled.vocabulary import vocabulary
 from stucksolver.reason.llm.answer import parse_answer
@@ -282,14 +282,31 @@ def test_weights_of_another_version_are_named_with_the_remedy(tmp_path, change, 
         make_reasoner(f"distilled:{tmp_path}")
 
 
-def test_a_behaviour_that_the_weights_do_not_know_is_not_proposed(tmp_path):
-    for name in (CARD, WEIGHTS):
-        shutil.copy(DATA / name, tmp_path)
-    student = DistilledReasoner(tmp_path)
+def test_the_shipped_weights_know_every_behaviour():
+    known = read_card(DATA).vocabulary.behaviors
+    assert set(known) == set(REGISTRY), "a behaviour is new: collect and train again"
+
+
+def test_a_behaviour_that_the_weights_do_not_know_is_never_asked_about(monkeypatch):
+    student = DistilledReasoner(choice=Choice(unlikely=0.0, tried=1000))
     one = scene(thing("a", 62.0))
-    known = set(student._network.card.vocabulary.behaviors)
-    assert known == set(REGISTRY), "train the student again: a behaviour is new"
-    assert candidates(one)
+    asked: set[str] = set()
+
+    def refuse(plan: RecoveryPlan) -> str:
+        asked.update(behavior.name for behavior in plan.behaviors)
+        return "no"
+
+    student.decide(Request(one, refuse))
+    assert "borrow_oncoming_lane" in asked
+    asked.clear()
+    card = student._network.card
+    words = card.vocabulary
+    fewer = tuple("another" if name == "borrow_oncoming_lane" else name for name in words.behaviors)
+    known = card.model_copy(update={"vocabulary": words.model_copy(update={"behaviors": fewer})})
+    monkeypatch.setattr(student._network, "card", known)
+    student.decide(Request(one, refuse))
+    assert asked
+    assert "borrow_oncoming_lane" not in asked
 
 
 # ---- the rung
