@@ -11,6 +11,7 @@ NAMES = (
     "addon_overhead",
     "driver_ticks",
     "query_overhead",
+    "distilled_latency",
     "perception_stages",
     "passenger_clients",
     "carlette_ticks",

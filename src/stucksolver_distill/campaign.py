@@ -9,6 +9,7 @@ searches/NAME.json       the plans that the guard accepts there, best first, and
 drives/NAME/NUMBER/      one exact drive each
 labels.jsonl             one line for each exact drive
 best.json                the best plans, for `--recovery teacher:DIR`
+moments/                 the same as examples for the student, for `stucksolver distill train --data DIR`
 report.html              how much better than the rules the best plans are
 
 Completed steps are skipped, so the same command continues a campaign that was interrupted. What has been begun is
@@ -35,6 +36,7 @@ from stucksolver.scene.model import Model
 from stucksolver_distill.exact import DriveSpec, Trial, drive_task, label_of, questions_of
 from stucksolver_distill.glance import Glance
 from stucksolver_distill.labels import Label, LabelFile, best, by_standstill
+from stucksolver_distill.lessons import write_lessons
 from stucksolver_distill.lookahead import LookAhead
 from stucksolver_distill.search import Candidate, Found, Search, SearchSettings, kinds, varied
 from stucksolver_distill.standstill import Standstill, digest_of, moments
@@ -130,6 +132,7 @@ def collect(spec: CampaignSpec, say: Say) -> LabelFile:
         work = _Campaign(spec, labels, say, searchers)
         run_steps([work.reference(route) for route in spec.routes], spec.jobs)
     say(f"{work.standstills} standstills on {len(spec.routes)} routes, {work.drives} exact drives in this run")
+    write_lessons(spec.out, spec.out / STANDSTILLS, labels.labels)
     write_text(spec.out / BOOK, book_of(labels.labels).model_dump_json(indent=1) + "\n")
     return labels
 

@@ -10,12 +10,12 @@ from typing import TypeVar
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Behavior, Wait
 from stucksolver.guard import Guard
+from stucksolver.reason.distilled.candidates import offered
 from stucksolver.scene import Scene, Surroundings
 from stucksolver.scene.model import Model
 from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine.admission import against_offers
 from stucksolver.solver.machine.execution import Execution
-from stucksolver_distill.grid import offered
 from stucksolver_distill.trail import Trail, begin, drive, moved, stand
 
 T = TypeVar("T")

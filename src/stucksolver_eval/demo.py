@@ -64,6 +64,8 @@ class DemoSpec:
     maps: str | None = None
     seed: int = 1
     driver: str = "behavior:normal"
+    recovery: str = "rules"
+    """The reasoner of the arms with StuckSolver."""
     road: Literal["one_lane", "multi_lane", "any"] = "any"
     oncoming: int = 3
     clock: str = "lockstep"
@@ -144,7 +146,7 @@ def _progress(say: Callable[[str], None], label: str, elapsed_s: float) -> None:
 
 
 def _arm(spec: DemoSpec, arm: str) -> ArmSpec:
-    recovery = "none" if arm == ALONE else "rules"
+    recovery = "none" if arm == ALONE else spec.recovery
     return ArmSpec(
         driver=spec.driver,
         recovery=recovery,

@@ -7,11 +7,11 @@ import pytest
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import REGISTRY, Wait, describe
 from stucksolver.reason import Request, RuleReasoner
+from stucksolver.reason.distilled.candidates import offered
 from stucksolver.reason.played import BOOK, PlanBook, PlayedReasoner, read_book, scene_digest
 from stucksolver.reason.registry import ReasonerNameError
 from stucksolver.scene import Scene, SceneEgo
 from stucksolver_distill.grade import Grade
-from stucksolver_distill.grid import offered
 from stucksolver_distill.labels import Label, LabelFile, best
 from stucksolver_distill.search import kinds, varied
 

@@ -22,6 +22,7 @@ from stucksolver.cli.errors import UsageError
 from stucksolver.cli.memory import add_memory
 from stucksolver.cli.ride import add_page, page_server, tell_page
 from stucksolver.cli.words import clock_name, driver_name
+from stucksolver.reason.make import HELP
 from stucksolver.scene import MAX_WORDS
 from stucksolver.words import NoReader, find_reader
 
@@ -30,6 +31,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     add_map(parser, "demo_town")
     parser.add_argument("--seed", type=whole, default=1, help="seed of places and traffic")
+    parser.add_argument("--recovery", default="rules", help=f"who reasons (default: rules): {HELP}")
     parser.add_argument(
         "--driver",
         default="behavior",
@@ -81,6 +83,7 @@ def run(options: argparse.Namespace) -> int:
         maps=options.maps,
         seed=options.seed,
         driver=driver_name(options.driver),
+        recovery=options.recovery,
         road=options.road,
         oncoming=options.oncoming,
         clock=clock_name(options.clock),

@@ -129,6 +129,19 @@ def _words() -> Iterator[Finding]:
     yield Finding("reader of words", "ok", f'{reader.name}; "please go round it" is read as {reading.told}')
 
 
+def _student() -> Iterator[Finding]:
+    from stucksolver.reason.distilled import DistilledReasoner, WeightsError
+
+    what = "student"
+    if importlib.util.find_spec("onnxruntime") is None:
+        yield Finding(what, "absent", "onnxruntime is not installed", "pip install 'stucksolver[distilled]'")
+        return
+    try:
+        yield Finding(what, "ok", f"{DistilledReasoner().name} loads")
+    except WeightsError as error:
+        yield Finding(what, "broken", str(error), "install stucksolver again")
+
+
 def _perception() -> Iterator[Finding]:
     what = "perception by sensors"
     missing = [name for name in PERCEPTION if importlib.util.find_spec(name) is None]
@@ -256,6 +269,7 @@ LOOKS: tuple[Callable[[], Iterator[Finding]], ...] = (
     _package("carla", "the client of CARLA and carlette", "sim", needed=True),
     _simulator,
     _words,
+    _student,
     _package("openai", "language models over HTTP", "llm"),
     _model,
     _perception,

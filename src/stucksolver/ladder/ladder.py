@@ -10,6 +10,7 @@ from stucksolver.decision.behaviors import REGISTRY, Release
 from stucksolver.guard import GuardPolicy
 from stucksolver.ladder.moves import Assist, Screen
 from stucksolver.ladder.rungs import AnyRung
+from stucksolver.ladder.rungs.distilled import DistilledRung
 from stucksolver.ladder.waits import Waits
 from stucksolver.scene.model import Model
 
@@ -95,6 +96,11 @@ class Ladder(Model):
         if all(isinstance(move, Screen) for move in moves):
             raise ValueError("a rung above `wait` is missing: add one of kind `rules`")
         return rungs
+
+    def students(self) -> tuple[str, ...]:
+        """Return the names of the students that the rungs ask, as `distilled` or `distilled:FOLDER`."""
+        rungs = [rung for rung in self.rungs if isinstance(rung, DistilledRung)]
+        return tuple(dict.fromkeys(rung.move().reasoner for rung in rungs))
 
     def guard_policy(self) -> GuardPolicy:
         """Return the guard's policy with this ladder's approvals and waits."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stucksolver.reason import own, played, rules
+from stucksolver.reason import distilled, own, played, rules
 from stucksolver.reason.fallback import FallbackReasoner
 from stucksolver.reason.llm import words
 from stucksolver.reason.reasoner import Preflighted, Reasoner, ReasonerError
 from stucksolver.reason.registry import KINDS, ReasonerNameError, help_text, kind_of
 
-SHIPPED = (rules, words, own, played)
+SHIPPED = (rules, distilled, words, own, played)
 """Each module registers its kinds when it is imported. A new kind is one file and one name here."""
 HELP = help_text()
 

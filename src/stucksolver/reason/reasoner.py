@@ -14,6 +14,8 @@ from stucksolver.scene.model import Model
 
 PlanCheck = Callable[[RecoveryPlan], str]
 """Returns, in words, what the guard would say about a plan now. May be called from the reasoner's thread."""
+ACCEPTED = "accepted"
+"""What a `PlanCheck` says of a plan that the guard accepts; anything else is the reason against it."""
 
 
 @dataclass(frozen=True)

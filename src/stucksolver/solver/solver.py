@@ -13,6 +13,7 @@ from stucksolver.guard import Guard
 from stucksolver.ladder import Ladder, LadderError, find_ladder
 from stucksolver.ladder.moves import Person
 from stucksolver.reason import Reasoner, RuleReasoner
+from stucksolver.reason.make import make_reasoner
 from stucksolver.scene import MAX_WORDS, Scene, Status, Surroundings
 from stucksolver.solver.camera import CameraWatch
 from stucksolver.solver.event_bus import EventBus
@@ -66,7 +67,7 @@ class StuckSolver:
     Args:
         scene: Builds the scene for a reasoner from the surroundings that the guard sees; may return None.
         ladder: The escalation policy: the name of a profile, a file, or a `Ladder`.
-        reasoner: Replaces the built-in rules.
+        reasoner: Replaces the built-in rules: a reasoner, or the name of one, such as `distilled`.
         models: Reasoners for the other rungs of the ladder, by the names that the ladder uses.
         reader: Reads the passenger's words. Default: the network that ships with the package, if its packages are
             installed.
@@ -79,6 +80,7 @@ class StuckSolver:
 
     Raises:
         LadderError: The ladder cannot be read, or the guard is laxer than the ladder's policy.
+        ReasonerNameError: There is no such reasoner, or the weights of the student are missing or of another version.
         ValueError: The clock is unknown, or no rung of the ladder can be used.
     """
 
@@ -87,7 +89,7 @@ class StuckSolver:
         scene: MakeScene,
         *,
         ladder: Ladder | Path | str | None = None,
-        reasoner: Reasoner | None = None,
+        reasoner: Reasoner | str | None = None,
         models: Mapping[str, Reasoner] | None = None,
         reader: WordsReader | None = None,
         guard: Guard | None = None,
@@ -106,7 +108,10 @@ class StuckSolver:
                 "give a stricter one, or a ladder whose approvals say so and no guard"
             )
         self.clock = make_clock(clock) if isinstance(clock, str) else clock
-        reasoners = {"rules": reasoner or RuleReasoner(self.ladder.waits.limits()), **(models or {})}
+        first = make_reasoner(reasoner) if isinstance(reasoner, str) else reasoner
+        given = {"rules": first or RuleReasoner(self.ladder.waits.limits()), **(models or {})}
+        students = {name: make_reasoner(name) for name in self.ladder.students() if name not in given}
+        reasoners = {**given, **students}
         self.reasoners: Mapping[str, Reasoner] = reasoners
         names = {rung: one.name for rung, one in reasoners.items()}
         self._stack_scene = scene

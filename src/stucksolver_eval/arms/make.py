@@ -50,6 +50,7 @@ def check_arm(spec: ArmSpec) -> None:
 
     Raises:
         ArmError: The driver, the recovery or the reasoner does not exist, or they do not fit together.
+        LadderError: The ladder cannot be used.
     """
     try:
         check_driver(spec.driver)
@@ -65,6 +66,10 @@ def check_arm(spec: ArmSpec) -> None:
         raise ArmError(f"--reasoner {spec.reasoner} needs a recovery that uses it; {spec.recovery!r} does not")
     if spec.reasoner:
         _reasoner(spec.reasoner, 0)
+    if spec.ladder is not None:
+        # The weights of a student on a rung are loaded once, so that errors show before the drive.
+        for name in find_ladder(spec.ladder).students():
+            _reasoner(name, 0)
 
 
 def _check_perception(spec: ArmSpec) -> None:
@@ -146,7 +151,9 @@ def make_arm(
     asked = _reasoner(spec.recovery, seed, exchanges)
     memory = None if spec.memory is None else Memory(spec.memory)
     rules = TimedReasoner(asked if memory is None else memory.before(asked, ladder.waits.limits()))
-    model = TimedReasoner(_reasoner(spec.reasoner, seed, exchanges)) if spec.reasoner else None
+    models = {name: TimedReasoner(_reasoner(name, seed)) for name in ladder.students()}
+    if spec.reasoner:
+        models["model"] = TimedReasoner(_reasoner(spec.reasoner, seed, exchanges))
     recorder = None if records is None else Recorder(records)
     camera = _camera(ego) if carries_camera(spec) else None
     stack = CarlaStack(ego, driver, carla_map, camera=camera)
@@ -157,14 +164,14 @@ def make_arm(
             ladder=ladder,
             reasoner=rules,
             guard=None if spec.guarded else Unguarded(),
-            models={} if model is None else {"model": model},
+            models=models,
             detector=DetectorSettings(**spec.detector),
             clock=spec.clock,
             on_event=listener if memory is None else memory.ear(VEHICLE, listener),
             record=recorder if spec.questions is None else QuestionLog(spec.questions),
         )
 
-    return SolverArm(stack, [rules] if model is None else [rules, model], make, recorder, camera, memory)
+    return SolverArm(stack, [rules, *models.values()], make, recorder, camera, memory)
 
 
 def _camera(ego: Any) -> GivesPicture:

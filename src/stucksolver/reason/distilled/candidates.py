@@ -1,4 +1,4 @@
-"""All behaviours that a scene offers, with parameters on a grid.
+"""The plans that a scene offers: all its behaviours, with parameters on a grid.
 
 The grid is made from the schemas in the scene, which come from the registry: a new behaviour needs no change here.
 """
@@ -10,14 +10,46 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Behavior, parse_behavior
+from stucksolver.reason.llm.offers import available
 from stucksolver.scene import Scene
 
+STEPS, PAIR_STEPS = 2, 1
+"""Values of each number in plans of one and of two behaviours. The guard's bounds are coarser than a finer grid."""
+GETS_ON_M = 5.0
+"""A plan leads at least this far (m): the detector's own measure of progress. A shorter one ends where it began."""
 MOST_IDS = 3
 """Number of objects or waypoints that are tried for each parameter that names one."""
 CALLS = frozenset({"request_assistance"})
 """Behaviours that ask a person. In a search there is nobody to ask."""
 Values = tuple[Any, ...]
+
+
+def candidates(scene: Scene) -> tuple[RecoveryPlan, ...]:
+    """Return the plans among which the student chooses: each behaviour that moves the vehicle on, alone and after each
+    of those that prepare another one.
+
+    Waiting is not among them, since it is a choice of its own.
+
+    Args:
+        scene: The scene, with the behaviours that the stack offers.
+    """
+    fitting = {one.name for one in available(scene)}
+    moving = [one for one in offered(scene, STEPS) if one.name in fitting and not one.stands_still]
+    single = [(one,) for one in moving if _gets_on(one)]
+    short = [one for one in offered(scene, PAIR_STEPS) if one.name in fitting and not one.stands_still]
+    pairs = [(one, two) for one in short if one.prepares for two in short if _gets_on(two)]
+    return tuple(RecoveryPlan.model_validate({"behaviors": plan}) for plan in (*single, *pairs))
+
+
+def leads_on(plan: RecoveryPlan) -> bool:
+    """True if a plan can get the vehicle on. One that only backs up, say, would be followed by another of its kind."""
+    return any(_gets_on(behavior) for behavior in plan.behaviors)
+
+
+def _gets_on(behavior: Behavior) -> bool:
+    return not (behavior.stands_still or behavior.prepares) and getattr(behavior, "distance_m", GETS_ON_M) >= GETS_ON_M
 
 
 def offered(scene: Scene, steps: int) -> tuple[Behavior, ...]:

@@ -1,0 +1,1 @@
+"""Serves the student as a model with OpenAI's chat completions API."""

@@ -1,0 +1,64 @@
+"""Makes moments of a campaign, so that the student learns from its exact drives what a plan is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from stucksolver.reason.distilled.scene_text import write_scene
+from stucksolver_distill.grade import Grade
+from stucksolver_distill.labels import Label, best, by_standstill
+from stucksolver_distill.moments import SUFFIX, JudgedPlan, Moment, write_moments
+from stucksolver_distill.standstill import Standstill
+from stucksolver_eval.scores.recovery import WITHIN_S
+
+HARM_M = -30.0
+"""What a drive with a collision or an infraction is worth (m): less than any other."""
+FILE = f"moments/campaign{SUFFIX}"
+
+
+def write_lessons(folder: Path, standstills: Path, labels: Sequence[Label]) -> None:
+    """Write the moments of a campaign into its folder.
+
+    Args:
+        folder: The campaign's folder.
+        standstills: Folder of its standstills.
+        labels: Its exact drives.
+
+    Raises:
+        OutputError: The file cannot be written.
+    """
+    write_moments(folder / FILE, lessons(standstills, labels))
+
+
+def lessons(standstills: Path, labels: Sequence[Label]) -> Iterator[Moment]:
+    """Yield a moment for each standstill, with the plans that were driven there and what they are worth."""
+    for name, group in by_standstill(labels).items():
+        path = standstills / f"{name}.json"
+        still = Standstill.model_validate_json(path.read_text(encoding="utf-8"))
+        waited = best(group, "wait")
+        gone = None if waited is None or waited.grade is None else waited.grade.recovered_after_s
+        driven = {one.plan: one.grade for one in group if one.counts and one.plan is not None}
+        yield Moment(
+            suite=still.suite,
+            route_id=still.route_id,
+            seed=still.seed,
+            scenario=still.scenario,
+            town=still.town,
+            standstill=0,
+            at_s=still.at_s,
+            scene=write_scene(still.scene),
+            gone_after_s=gone,
+            # A label does not say for how long a drive without a recovery went on.
+            watched_s=gone or 0.0,
+            plans=tuple(JudgedPlan(plan=plan, value_m=worth_m(g)) for plan, g in driven.items() if g is not None),
+        )
+
+
+def worth_m(grade: Grade) -> float:
+    """Return what a drive is worth, on the scale of a plan's value at a glance: a metre for each second gained (m)."""
+    if grade.collisions + grade.infractions > 0:
+        return HARM_M
+    if grade.recovered_after_s is None:
+        return 0.0
+    return round(max(WITHIN_S - grade.recovered_after_s, 0.0), 2)

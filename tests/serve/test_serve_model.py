@@ -1,0 +1,180 @@
+"""The model server: our own language-model reasoner can use it, and nothing that is sent makes it fail."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import threading
+from contextlib import contextmanager
+
+import pytest
+import uvicorn
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from starlette.testclient import TestClient
+from worlds import World, straight_road, thing
+
+from stucksolver.cli.serve_model import _bound
+from stucksolver.reason import Request
+from stucksolver.reason.distilled import DistilledReasoner
+from stucksolver.reason.distilled.scene_text import write_scene
+from stucksolver.reason.llm.prompt import user_text
+from stucksolver.reason.llm.read_text import read_prompt
+from stucksolver.reason.make import make_reasoner, preflight
+from stucksolver.scene import Guidance, LineKind
+from stucksolver.serve import app as server
+from stucksolver.serve.completions import MODEL, Student
+from stucksolver.words import find_reader
+
+PATH = "/v1/chat/completions"
+ROAD = straight_road(left=LineKind.BROKEN)
+
+
+def stuck(**update):
+    found = World(ROAD, [thing("a", 62.0)], ()).scene()
+    return found.model_copy(update={"ego": found.ego.model_copy(update={"stopped_for_s": 40.0}), **update})
+
+
+@pytest.fixture(scope="module")
+def student():
+    return Student(DistilledReasoner(), find_reader())
+
+
+@pytest.fixture(scope="module")
+def client(student):
+    return TestClient(server.make_app(student), raise_server_exceptions=False)
+
+
+@contextmanager
+def running(student):
+    """Serve on a free port, as the command does."""
+    bound = _bound("127.0.0.1", 0)
+    served = uvicorn.Server(uvicorn.Config(server.make_app(student), log_level="warning"))
+    thread = threading.Thread(target=served.run, kwargs={"sockets": [bound]}, daemon=True)
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{bound.getsockname()[1]}/v1"
+    finally:
+        served.should_exit = True
+        thread.join(10)
+
+
+def body(text, **more):
+    return {"model": MODEL, "messages": [{"role": "user", "content": text}], **more}
+
+
+def wrong(response):
+    """The error of a response, which must have OpenAI's form."""
+    assert 400 <= response.status_code < 500
+    error = response.json()["error"]
+    assert set(error) == {"message", "type", "param", "code"}
+    assert error["type"] == "invalid_request_error"
+    return error
+
+
+def test_our_language_model_reasoner_drives_with_it(student):
+    with running(student) as url:
+        model = make_reasoner(f"openai:{MODEL}@{url}")
+        assert preflight(model, "student") == ()
+        one = stuck()
+        answer = model.decide(Request(one))
+    own = student.reasoner.decide(Request(read_prompt(user_text(one)))).decision
+    assert answer.decision.plan == own.plan
+    assert answer.decision.analysis.cause == own.analysis.cause
+
+
+@pytest.mark.parametrize("dialect", ["strict", "tool", "schema"])
+def test_it_answers_in_each_form_that_our_client_asks_for(student, dialect):
+    with running(student) as url:
+        answer = make_reasoner(f"openai:{MODEL}@{url}#call={dialect}").decide(Request(stuck()))
+    assert len(answer.trace.answers) == 1
+
+
+def test_a_scene_of_the_students_own_text_is_answered_too(client, student):
+    one = stuck()
+    content = client.post(PATH, json=body(write_scene(one))).json()["choices"][0]["message"]["content"]
+    plan = student.reasoner.decide(Request(read_scene_of(one))).decision.plan
+    assert json.loads(content)["decision"]["behaviors"] == (
+        None if plan is None else plan.model_dump(mode="json")["behaviors"]
+    )
+
+
+def read_scene_of(one):
+    from stucksolver.reason.distilled.scene_text import read_scene
+
+    return read_scene(write_scene(one))
+
+
+def test_the_passengers_words_are_read(client):
+    one = stuck(guidance=Guidance(text="please overtake the car", time_s=0.0))
+    content = client.post(PATH, json=body(user_text(one))).json()["choices"][0]["message"]["content"]
+    assert json.loads(content)["analysis"]["guidance_intent"] == "overtake"
+
+
+def test_the_same_request_always_gets_the_same_answer(client):
+    first, again = (client.post(PATH, json=body(user_text(stuck()))).json()["choices"] for _ in range(2))
+    assert first == again
+
+
+@pytest.mark.parametrize(
+    ("sent", "told"),
+    [
+        (b"nonsense", "Invalid JSON"),
+        (b"\xff\xfe", "Invalid JSON"),
+        (b"{}", "model: Field required"),
+        (b"[]", "the body"),
+        (json.dumps(body("hello")).encode(), "no message of the user is a scene"),
+        (json.dumps(body("stucksolver-scene/9\n")).encode(), "another version"),
+        (json.dumps(body("x", stream=True)).encode(), "stream"),
+        (json.dumps({**body("x"), "model": "gpt"}).encode(), "does not exist"),
+        (json.dumps({**body("x"), "messages": []}).encode(), "messages"),
+        (json.dumps(body("x", tools=[{"function": {"name": "sing"}}])).encode(), "decide"),
+    ],
+)
+def test_a_wrong_request_gets_one_clear_error(client, sent, told):
+    assert told in wrong(client.post(PATH, content=sent))["message"]
+
+
+def test_another_address_is_an_error_that_names_the_right_one(client):
+    assert PATH in wrong(client.get("/v1/sing"))["message"]
+    assert PATH in wrong(client.get(PATH))["message"]
+
+
+def test_a_request_that_is_too_large_is_refused(client, monkeypatch):
+    monkeypatch.setattr(server, "LARGEST_BYTES", 100)
+    assert client.post(PATH, json=body("x" * 1000)).status_code == 413
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.floats(allow_nan=False, allow_infinity=False) | st.text(max_size=20),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=12), inner, max_size=4),
+    max_leaves=12,
+)
+
+
+@given(
+    st.dictionaries(st.sampled_from(["model", "messages", "tools", "tool_choice", "stream", "response_format"]), JSON)
+)
+@settings(max_examples=150, deadline=None)
+def test_no_request_makes_it_fail(client, sent):
+    wrong(client.post(PATH, json=sent))
+
+
+@given(st.data())
+@settings(max_examples=100, deadline=None)
+def test_a_damaged_scene_never_makes_it_fail(client, data):
+    text = data.draw(st.sampled_from([user_text(stuck()), write_scene(stuck())]))
+    start = data.draw(st.integers(0, len(text)))
+    end = data.draw(st.integers(start, min(start + 40, len(text))))
+    damaged = text[:start] + data.draw(st.text(max_size=10)) + text[end:]
+    response = client.post(PATH, json=body(damaged))
+    assert response.status_code == 200 or wrong(response)
+
+
+def test_missing_weights_end_the_command_with_the_remedy(tmp_path):
+    command = [sys.executable, "-m", "stucksolver", "serve-model", "--weights", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert re.search(r"error: .*no student is there; train it again", done.stderr)
