@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from stucksolver.perception.measurements import Floats
-from stucksolver.scene.model import Model
+from stucksolver.scene.model import Model, first_problem
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -126,6 +126,4 @@ def load_rig(file: Path = SHIPPED) -> Rig:
     except tomllib.TOMLDecodeError as error:
         raise RigError(f"{file}: invalid TOML: {error}") from error
     except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(str(part) for part in first["loc"])
-        raise RigError(f"{file}: {place}: {first['msg']}") from error
+        raise RigError(f"{file}: {first_problem(error)}") from error

@@ -23,6 +23,7 @@ from stucksolver.record.chain import ChainWriter, RecordError
 from stucksolver.record.compact import Packer
 from stucksolver.record.forms import event_data, finite, inputs_data, state_data, taken_answer, told_data
 from stucksolver.scene import RoadGeometry, Scene
+from stucksolver.scene.model import first_problem
 from stucksolver.solver.events import Event
 from stucksolver.solver.machine.inputs import Snapshot
 from stucksolver.solver.machine.state import Querying, State
@@ -176,9 +177,7 @@ def policy_of(data: dict[str, Any], path: Path) -> GuardPolicy:
     try:
         policy = GuardPolicy.model_validate(data)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise RecordError(f"{path}: the guard's policy cannot be read: {where}: {first['msg']}") from error
+        raise RecordError(f"{path}: the guard's policy cannot be read: {first_problem(error)}") from error
     differs = next(_differences(data, policy.model_dump(mode="json")), None)
     if differs is not None:
         raise RecordError(

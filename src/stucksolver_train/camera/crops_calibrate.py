@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from stucksolver.perception.camera.crop_network import LAMP_ANSWERS, LAMPS, LIGHTS
-from stucksolver.perception.camera.crops import CROP_PX
-from stucksolver_train.camera.crops_check import Logits, calibrated, halves, report, scores
+from stucksolver_train.camera.crops_check import Logits, by_halves, report
 from stucksolver_train.camera.crops_data import Crops, crops_in
 
 AT_ONCE = 256
@@ -32,9 +31,8 @@ def calibrate(run: Path, check: Sequence[Path], jobs: int = 1) -> dict[str, Any]
     held = crops_in(check, jobs)
     if not len(held):
         raise ValueError("the recordings contain no crops: they need images with instance masks")
-    logits, half = logits_of(run / "crops.onnx", held), halves(held.group)
-    card = calibrated(logits.part(half), held.part(half))
-    print(report(scores(logits.part(~half), held.part(~half), card)))
+    card, scores = by_halves(logits_of(run / "crops.onnx", held), held)
+    print(report(scores))
     file = run / "crops.json"
     told: dict[str, Any] = json.loads(file.read_text(encoding="utf-8")) | card
     told["trained"]["check_crops"] = len(held)
@@ -47,8 +45,7 @@ def logits_of(file: Path, crops: Crops) -> Logits:
     import onnxruntime
 
     session = onnxruntime.InferenceSession(str(file), providers=["CPUExecutionProvider"])
-    edge = (crops.crops.shape[1] - CROP_PX) // 2
-    pixels = np.ascontiguousarray(crops.crops[:, edge : edge + CROP_PX, edge : edge + CROP_PX])
+    pixels = crops.middles
     parts = [
         session.run(None, {"crops": pixels[i : i + AT_ONCE], "features": crops.features[i : i + AT_ONCE]})
         for i in range(0, len(crops), AT_ONCE)

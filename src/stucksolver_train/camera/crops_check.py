@@ -77,6 +77,13 @@ def least_confidence(confidence: Floats, right: NDArray[np.bool_], share: float)
     return max(LEAST_CONFIDENCE, float(confidence[order][found[-1]])) if len(found) else NEVER
 
 
+def by_halves(logits: Logits, crops: Crops) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The card that one half of the crops calibrates, and the scores of the other half."""
+    half = halves(crops.group)
+    card = calibrated(logits.part(half), crops.part(half))
+    return card, scores(logits.part(~half), crops.part(~half), card)
+
+
 def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
     """Temperatures and thresholds, in the card's format."""
     flat = logits.lamps.reshape(-1, len(LAMP_ANSWERS)), crops.lamps.reshape(-1)

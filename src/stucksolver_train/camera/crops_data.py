@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver.perception.camera.crop_network import KINDS, LAMPS, LIGHTS, NOTHING
-from stucksolver.perception.camera.crops import Windows, cut_crops, features_of, windows_of
+from stucksolver.perception.camera.crops import CROP_PX, Windows, cut_crops, features_of, windows_of
 from stucksolver.perception.camera.lights import boxes_of_heads, facing
 from stucksolver.perception.measurements import Floats, Pixels, Singles
 from stucksolver.perception.recording import KINDS as RECORDED_KINDS
@@ -58,6 +58,12 @@ class Crops:
 
     def __len__(self) -> int:
         return len(self.kind)
+
+    @property
+    def middles(self) -> Pixels:
+        """(n, CROP_PX, CROP_PX, 3): the crops without the margin that augmentation needs, as at runtime."""
+        edge = (self.crops.shape[1] - CROP_PX) // 2
+        return np.ascontiguousarray(self.crops[:, edge : edge + CROP_PX, edge : edge + CROP_PX])
 
     def part(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> Crops:
         """Some of the crops."""

@@ -60,9 +60,8 @@ def export(net: CropNet, out: Path, card: dict[str, Any], tried: Crops) -> dict[
 def _compare(shipped: Shipped, file: Path, tried: Crops) -> None:
     import onnxruntime
 
-    edge = (tried.crops.shape[1] - CROP_PX) // 2
-    crops = np.ascontiguousarray(tried.crops[:TRIED, edge : edge + CROP_PX, edge : edge + CROP_PX])
-    features = tried.features[:TRIED]
+    tried = tried.part(np.arange(min(TRIED, len(tried))))
+    crops, features = tried.middles, tried.features
     with torch.no_grad():
         expected = shipped(torch.from_numpy(crops), torch.from_numpy(features))
     session = onnxruntime.InferenceSession(str(file), providers=["CPUExecutionProvider"])

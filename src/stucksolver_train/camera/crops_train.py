@@ -23,10 +23,11 @@ from torch.nn import functional
 
 from stucksolver.perception.camera.crop_network import HEADS, LAMP_ANSWERS, LAMPS, LIGHTS
 from stucksolver.perception.measurements import Floats
-from stucksolver_train.camera.crops_check import Logits, calibrated, halves, report, scores
+from stucksolver_train.camera.crops_check import Logits, by_halves, report
 from stucksolver_train.camera.crops_data import Crops, crops_in
 from stucksolver_train.camera.crops_export import export
 from stucksolver_train.camera.crops_net import CropNet, augmented, middle
+from stucksolver_train.schedule import average, rate
 
 MOST_CROPS = 250_000
 """Maximum number of crops; more are subsampled. About 7 GB."""
@@ -65,9 +66,7 @@ def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> di
         raise ValueError("the recordings contain no crops: they need images with instance masks")
     net = fit(taught, settings)
     logits = logits_of(net, held, settings)
-    half = halves(held.group)
-    card = calibrated(logits.part(half), held.part(half))
-    told = scores(logits.part(~half), held.part(~half), card)
+    card, told = by_halves(logits, held)
     print(report(told))
     settings.out.mkdir(parents=True, exist_ok=True)
     (settings.out / "crops_scores.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
@@ -100,7 +99,7 @@ def fit(taught: Crops, settings: Settings) -> CropNet:
         if done >= 1.0:
             break
         for group in optimizer.param_groups:
-            group["lr"] = PEAK_RATE * _rate(done)
+            group["lr"] = PEAK_RATE * rate(done, WARM_UP)
         drawn = torch.multinomial(weights, settings.batch, replacement=True)
         pictures, known, lit = augmented(stored[drawn], features[drawn], lamps[drawn])
         with torch.autocast(device.type, torch.bfloat16, enabled=device.type == "cuda"):
@@ -110,7 +109,7 @@ def fit(taught: Crops, settings: Settings) -> CropNet:
         parts.sum().backward()
         optimizer.step()
         step += 1
-        _average(averaged, net, min(AVERAGED, step / (step + 10.0)))
+        average(averaged, net, min(AVERAGED, step / (step + 10.0)))
         losses = torch.lerp(parts.detach(), losses, 0.95 if step > 1 else 0.0)
         if spent - said >= REPORT_S:
             said = spent
@@ -153,22 +152,6 @@ def _thinned(weights: Tensor, settings: Settings) -> Tensor:
     if len(weights) <= MOST_CROPS:
         return torch.arange(len(weights))
     return torch.multinomial(weights, MOST_CROPS, replacement=False).sort().values
-
-
-def _rate(done: float) -> float:
-    """Learning rate relative to its peak: a short rise, then a half cosine down."""
-    if done < WARM_UP:
-        return done / WARM_UP + 0.01
-    return 0.5 * (1.0 + float(np.cos(np.pi * (done - WARM_UP) / (1.0 - WARM_UP)))) + 0.001
-
-
-def _average(averaged: CropNet, net: CropNet, keep: float) -> None:
-    with torch.no_grad():
-        for old, new in zip(averaged.state_dict().values(), net.state_dict().values(), strict=True):
-            if old.dtype.is_floating_point:
-                old.lerp_(new, 1.0 - keep)
-            else:
-                old.copy_(new)
 
 
 def main() -> None:

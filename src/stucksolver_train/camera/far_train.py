@@ -27,6 +27,7 @@ from stucksolver_train.camera.far_check import check, written
 from stucksolver_train.camera.far_data import MARGIN_ROWS, Strips, load
 from stucksolver_train.camera.far_export import export
 from stucksolver_train.camera.far_net import WIDTHS, FarNet, loss_of, scaled
+from stucksolver_train.schedule import average
 
 CROP_WIDTH = 800
 """Training cuts crops of half the strip's width, so that a batch holds more images."""
@@ -61,7 +62,7 @@ def train(
     """Trains for a number of minutes, or of steps, and returns the network."""
     torch.manual_seed(seed)
     net = FarNet(*widths).to(device, memory_format=torch.channels_last)
-    average: FarNet = copy.deepcopy(net)
+    averaged: FarNet = copy.deepcopy(net)
     optimizer = torch.optim.AdamW(net.parameters(), lr=TOP_RATE, weight_decay=DECAY)
     batches = _Batches(strips, device, batch, seed)
     start, said, step = time.monotonic(), 0.0, 0
@@ -82,13 +83,13 @@ def train(
         torch.nn.utils.clip_grad_norm_(net.parameters(), 10.0)
         optimizer.step()
         step += 1
-        _follow(average, net, min(AVERAGED, step / (step + 10.0)))
+        average(averaged, net, min(AVERAGED, step / (step + 10.0)))
         if passed - said >= SAY_EVERY_S:
             said = passed
             print(f"{passed:6.0f} s  step {step}  loss {loss.item():.3f}", flush=True)
     print(f"trained {step} steps of {batch} half strips in {time.monotonic() - start:.0f} s", flush=True)
-    average.eval()
-    return average
+    averaged.eval()
+    return averaged
 
 
 class _Batches:
@@ -141,15 +142,6 @@ def _rate(share: float) -> float:
     if share < WARM_UP:
         return 0.05 + 0.95 * share / WARM_UP
     return max(0.5 * (1.0 + math.cos(math.pi * (share - WARM_UP) / (1.0 - WARM_UP))), 0.002)
-
-
-def _follow(average: FarNet, net: FarNet, kept: float) -> None:
-    with torch.no_grad():
-        for mean, value in zip(average.state_dict().values(), net.state_dict().values(), strict=True):
-            if mean.dtype.is_floating_point:
-                mean.lerp_(value, 1.0 - kept)
-            else:
-                mean.copy_(value)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

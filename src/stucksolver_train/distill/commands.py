@@ -12,7 +12,7 @@ from typing import Any
 
 from stucksolver.plotting import can_plot
 from stucksolver.reason.distilled import DistilledReasoner
-from stucksolver.reason.distilled.network import CARD, WEIGHTS, Network, card_text
+from stucksolver.reason.distilled.network import CARD, WEIGHTS, Card, Network, card_text
 from stucksolver.reason.distilled.vocabulary import vocabulary
 from stucksolver_train.distill.data import Example, examples, files_in
 from stucksolver_train.distill.report import draw_calibration, report
@@ -58,16 +58,19 @@ def train(asked: Asked, say: Say) -> Path:
     taught = groups.get("train", [])
     settings = Settings(minutes=asked.minutes, steps=asked.steps, seed=asked.seed)
     net = fit(taught, words.width + 1, settings, say)
-    trained = _trained(asked, groups)
-    export(net, asked.out, words, 1.0, trained, {}, taught)
-    tune = groups.get("tune") or taught
-    temperature = temperature_of(answered(Network(asked.out), tune))
-    export(net, asked.out, words, temperature, trained, {}, taught)
+    card = export(net, asked.out, words, _trained(asked, groups), taught)
+    temperature = temperature_of(answered(Network(asked.out), groups.get("tune") or taught))
+    card = _rewritten(card, asked.out, temperature=round(temperature, 3))
     found = evaluate(asked.out, asked.out, groups, say)
-    path = asked.out / CARD
-    card = Network(asked.out).card.model_copy(update={"scores": _short(found)})
-    path.write_text(card_text(card), encoding="utf-8")
-    return path
+    _rewritten(card, asked.out, scores=_short(found))
+    return asked.out / CARD
+
+
+def _rewritten(card: Card, folder: Path, **changes: Any) -> Card:
+    """Return a card with some values changed, after it has been written to a folder."""
+    changed = card.model_copy(update=changes)
+    (folder / CARD).write_text(card_text(changed), encoding="utf-8")
+    return changed
 
 
 def score(data: Sequence[Path], weights: Path, out: Path, maps: Sequence[str], say: Say) -> dict[str, Any]:

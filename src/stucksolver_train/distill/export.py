@@ -50,12 +50,12 @@ def export(
     net: StudentNet,
     out: Path,
     words: Vocabulary,
-    temperature: float,
     trained: dict[str, Any],
-    scores: dict[str, Any],
     tried: Sequence[Example],
 ) -> Card:
     """Write the network and its card to a folder, and compare both runtimes on some examples.
+
+    The card is not calibrated yet, and has no scores.
 
     Raises:
         ExportError: They differ.
@@ -81,10 +81,9 @@ def export(
         name="student",
         versions=versions(),
         vocabulary=words,
-        temperature=round(temperature, 3),
+        temperature=1.0,
         sha256=hashlib.sha256(file.read_bytes()).hexdigest(),
         trained=trained,
-        scores=scores,
     )
     (out / CARD).write_text(card_text(card), encoding="utf-8")
     return card

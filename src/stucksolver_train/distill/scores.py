@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from stucksolver.decision import CauseCode, RecoveryPlan
 from stucksolver.reason.distilled.heads import CAUSES, TIMES_S, Numbers, ends_within
 from stucksolver.reason.distilled.network import Network
+from stucksolver.reason.distilled.reasoner import Choice
 from stucksolver.reason.distilled.scene_text import read_scene
 from stucksolver.reason.reasoner import ACCEPTED, Reasoner, Request
 from stucksolver.reason.rules import RuleReasoner
@@ -24,7 +25,7 @@ from stucksolver_train.distill.data import Example
 BINS = 10
 SOON_S = 10.0
 """A wait that ends within this time is worth waiting for (s)."""
-ASKED = 8
+ASKED = Choice().tried
 """Number of plans about which the guard is asked, as the student does."""
 Array = NDArray[np.float64]
 

@@ -15,6 +15,7 @@ from torch.nn import functional
 from stucksolver_train.distill.batches import Batch, batch_of
 from stucksolver_train.distill.data import Example
 from stucksolver_train.distill.net import StudentNet
+from stucksolver_train.schedule import average, rate
 
 PEAK_RATE, WEIGHT_DECAY, WARM_UP = 2e-3, 0.05, 0.05
 AVERAGED = 0.998
@@ -70,7 +71,7 @@ def fit(taught: Sequence[Example], plan_width: int, settings: Settings, say: Say
         if done >= 1.0:
             break
         for group in optimizer.param_groups:
-            group["lr"] = PEAK_RATE * _rate(done)
+            group["lr"] = PEAK_RATE * rate(done, WARM_UP)
         drawn = rng.choice(len(taught), settings.batch, p=weights)
         parts = losses_of(net, batch_of([taught[k] for k in drawn], rng))
         optimizer.zero_grad(set_to_none=True)
@@ -78,7 +79,7 @@ def fit(taught: Sequence[Example], plan_width: int, settings: Settings, say: Say
         torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0)
         optimizer.step()
         step += 1
-        _average(averaged, net, min(AVERAGED, step / (step + 10.0)))
+        average(averaged, net, min(AVERAGED, step / (step + 10.0)))
         smooth = torch.lerp(parts.detach(), smooth, 0.98 if step > 1 else 0.0)
         if spent - said >= REPORT_S:
             said = spent
@@ -136,16 +137,3 @@ def sampling_weights(taught: Sequence[Example]) -> np.ndarray[tuple[int, ...], n
     weights = counts[place].astype(np.float64) ** -0.7
     weights *= np.array([3.0 if len(one.accepted) else 1.0 for one in taught])
     return np.asarray(weights / weights.sum())
-
-
-def _rate(done: float) -> float:
-    """Return the learning rate relative to its peak: a short rise, then a half cosine down."""
-    if done < WARM_UP:
-        return done / WARM_UP + 0.01
-    return 0.5 * (1.0 + float(np.cos(np.pi * (done - WARM_UP) / (1.0 - WARM_UP)))) + 0.001
-
-
-def _average(averaged: StudentNet, net: StudentNet, keep: float) -> None:
-    with torch.no_grad():
-        for old, new in zip(averaged.parameters(), net.parameters(), strict=True):
-            old.lerp_(new, 1.0 - keep)

@@ -23,6 +23,7 @@ from stucksolver_train.lidar.data import EVERY, Windows, load
 from stucksolver_train.lidar.loss import losses, targets
 from stucksolver_train.lidar.net import WIDTHS, PillarNet
 from stucksolver_train.lidar.pillars import pillars
+from stucksolver_train.schedule import average
 
 WARM_UP = 0.1
 """Fraction of the time in which the learning rate rises (one cycle; Smith and Topin 2018)."""
@@ -148,7 +149,7 @@ def _fit(net: PillarNet, store: Store, how_often: Tensor, options: Options) -> t
         if torch.isfinite(nn.utils.clip_grad_norm_(net.parameters(), MOST_GRADIENT)):
             optimiser.step()
         step, since = step + 1, since + 1
-        _average(averaged, net, min(EMA_DECAY, step / (step + 9.0)))
+        average(averaged, net, min(EMA_DECAY, step / (step + 9.0)))
         running += torch.stack([maps.detach(), boxes.detach()])
         if time.monotonic() - said > SAY_EVERY_S:
             maps_mean, boxes_mean = (running / since).tolist()
@@ -171,16 +172,6 @@ def one_cycle(share: float) -> float:
         return LEAST_RATE + (1.0 - LEAST_RATE) * share / WARM_UP
     down = (share - WARM_UP) / (1.0 - WARM_UP)
     return LEAST_RATE + (1.0 - LEAST_RATE) * (1.0 + math.cos(math.pi * down)) / 2.0
-
-
-def _average(averaged: nn.Module, net: nn.Module, decay: float) -> None:
-    """Updates the moving average; integer buffers such as counters are copied."""
-    for kept, new in zip(averaged.state_dict().values(), net.state_dict().values(), strict=True):
-        # Tensors of a state dict are detached, so no gradient is tracked here.
-        if kept.is_floating_point():
-            kept.lerp_(new, 1.0 - decay)
-        else:
-            kept.copy_(new)
 
 
 def _write(card: dict[str, Any], folder: Path) -> None:

@@ -81,7 +81,7 @@ def measured(detections: Detections, pose: PoseEstimate) -> Measured:
     heading = np.array([cos, sin])
     farther = 1.0 + VELOCITY_FARTHER * np.maximum(0.0, distance - NEAR_M)
     along = VELOCITY_ALONG_MPS[detections.label] * farther
-    # The axis is only known as well as the yaw.
+    # The axis is only known as well as the yaw, of which twice the usual error is allowed for.
     across = np.hypot(VELOCITY_ACROSS_MPS[detections.label], 2.0 * YAW_RAD * along)
     noise[:, 4:, 4:] = _along_and_across(along, across, z[:, 3])
     noise[:, 4:, 4:] += pose.covariance[3, 3] * np.outer(heading, heading)

@@ -13,11 +13,10 @@ from stucksolver.decision import (
     WaitReason,
 )
 from stucksolver.reason.distilled.chain import Chain, ChainError
+from stucksolver.reason.rules.analyse import MOVING_MPS
 from stucksolver.scene import Scene
 from stucksolver.scene.wording import whereabouts
 
-MOVING_MPS = 5 / 3.6
-"""The detector's threshold: slower counts as standing (m/s)."""
 HELD_BY = frozenset(WaitReason) - {WaitReason.AT_DESTINATION, WaitReason.UNKNOWN_STOPPED, WaitReason.NO_SAFE_WAY}
 """Reasons that S2.4 asks for."""
 

@@ -23,16 +23,15 @@ from stucksolver.reason.distilled.chain import (
 from stucksolver.reason.distilled.features import Encoded, encode
 from stucksolver.reason.distilled.heads import CAUSES, HOLDS, INTENTS, Numbers, ends_within
 from stucksolver.reason.distilled.network import DATA, Network
-from stucksolver.reason.distilled.prose import MOVING_MPS, render
+from stucksolver.reason.distilled.prose import render
 from stucksolver.reason.distilled.scene_text import write_scene
 from stucksolver.reason.reasoner import ACCEPTED, PARSERS, Answer, ReasonerError, Request, Trace
 from stucksolver.reason.rules import RuleReasoner
+from stucksolver.reason.rules.analyse import MOVING_MPS, loops
 from stucksolver.scene import REQUESTS, GuidanceIntent, Scene
 
 DUTIES = frozenset({WaitReason.LIGHT, WaitReason.STOP_SIGN, WaitReason.PEOPLE, WaitReason.YIELD})
 """Where the rules of the road make the vehicle wait, it waits, however likely the wait is to end."""
-NO_PROGRESS_M = 5.0
-"""The detector's measure of progress in its window: who moves and makes less goes round in a loop (m)."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +115,7 @@ class DistilledReasoner:
             controls=tuple(n for n, c in enumerate(scene.controls) if c.applies is not False)[:MOST_CONTROLS],
             participants=_participants(encoded, numbers),
             asked=asked,
-            immobilized=(stuck and scene.ego.speed_mps < MOVING_MPS) or _loops(scene),
+            immobilized=(stuck and scene.ego.speed_mps < MOVING_MPS) or loops(scene),
             cause=_cause(scene, numbers, said.analysis.cause) if stuck and asked is None else None,
             wait=wait,
             ends=ends,
@@ -179,12 +178,7 @@ def _wanted(scene: Scene) -> bool:
     """True if something may be done: the passenger asks for it, or the vehicle does not get on."""
     if scene.guidance is not None:
         return _asked(scene) in REQUESTS
-    return (scene.ego.speed_mps < MOVING_MPS or _loops(scene)) and not scene.ego.at_destination
-
-
-def _loops(scene: Scene) -> bool:
-    progress_m = scene.ego.progress_20s_m
-    return scene.ego.speed_mps >= MOVING_MPS and progress_m is not None and progress_m < NO_PROGRESS_M
+    return (scene.ego.speed_mps < MOVING_MPS or loops(scene)) and not scene.ego.at_destination
 
 
 def _asked(scene: Scene) -> GuidanceIntent:
@@ -194,7 +188,7 @@ def _asked(scene: Scene) -> GuidanceIntent:
 
 def _cause(scene: Scene, numbers: Numbers, said: CauseCode | None) -> CauseCode:
     """Return the cause: that of the rules if they know one, else the network's."""
-    if _loops(scene):
+    if loops(scene):
         return CauseCode.LOOP
     if said not in (None, CauseCode.UNKNOWN):
         return said

@@ -23,7 +23,7 @@ from stucksolver.scene import (
     SceneObject,
     TrafficControl,
 )
-from stucksolver.scene.model import Model
+from stucksolver.scene.model import Model, first_problem
 
 VERSION = 1
 """Increased with every change of `FIELDS`. A text of another version is refused."""
@@ -141,7 +141,7 @@ def read_scene(text: str) -> Scene:
     try:
         return Scene.model_validate(found)
     except ValidationError as error:
-        raise SceneTextError(_first(error)) from error
+        raise SceneTextError(first_problem(error)) from error
 
 
 def _take(found: dict[str, Any], number: int, line: str) -> None:
@@ -149,7 +149,8 @@ def _take(found: dict[str, Any], number: int, line: str) -> None:
     try:
         _add(found, line)
     except (ValueError, TypeError, LookupError) as error:
-        raise SceneTextError(f"line {number}: {_first(error)}") from error
+        said = first_problem(error) if isinstance(error, ValidationError) else str(error)
+        raise SceneTextError(f"line {number}: {said}") from error
 
 
 def _add(found: dict[str, Any], line: str) -> None:
@@ -185,10 +186,3 @@ def _short(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _short(one) for key, one in value.items()}
     return value
-
-
-def _first(error: Exception) -> str:
-    if isinstance(error, ValidationError):
-        first = error.errors()[0]
-        return f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
-    return str(error)

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from stucksolver.decision.behaviors import REGISTRY, describe
 from stucksolver.scene import AttemptEnd, LaneRelation, Scene
+from stucksolver.scene.model import first_problem
 
 FAILED = "failed so far:"
 CONTROLS = "controls:"
@@ -57,8 +58,7 @@ def read_prompt(text: str) -> Scene:
     try:
         return Scene.model_validate(found)
     except ValidationError as error:
-        first = error.errors()[0]
-        raise PromptError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from error
+        raise PromptError(first_problem(error)) from error
 
 
 def _taken(found: dict[str, Any], part: str, number: int, line: str) -> str:

@@ -31,6 +31,9 @@ from stucksolver.scene import (
 from stucksolver.scene.wording import stood_too_briefly, whereabouts
 
 MOVING_MPS = 5 / 3.6
+"""The detector's threshold: slower counts as standing."""
+NO_PROGRESS_M = 5.0
+"""The detector's measure of progress in its window: who moves and makes less goes round in a loop."""
 LIGHT_AHEAD_M = 20.0
 PEOPLE_CLEARANCE_M = 15.0
 
@@ -75,12 +78,18 @@ def said(reading: Reading | None) -> str:
     return f"{reading.intent.value.replace('_', ' ')}{side} ({reading.confidence:.0%})"
 
 
+def loops(scene: Scene) -> bool:
+    """Return True if the ego moves and makes no progress."""
+    progress_m = scene.ego.progress_20s_m
+    return scene.ego.speed_mps >= MOVING_MPS and progress_m is not None and progress_m < NO_PROGRESS_M
+
+
 def _without_guidance(scene: Scene, observation: Observation, limits: WaitLimits) -> Analysis:
     steps = [_step("S2.2", scene.ego.at_destination, _destination(scene))]
     if scene.ego.at_destination:
         return _waiting(steps, Hold(WaitReason.AT_DESTINATION, "the route is complete"))
     moving = scene.ego.speed_mps >= MOVING_MPS
-    looping = moving and scene.ego.progress_20s_m is not None and scene.ego.progress_20s_m < 5.0
+    looping = loops(scene)
     # Adding 0.0 removes the sign of a zero.
     motion = f"{round(scene.ego.speed_mps, 1) + 0.0:.1f} m/s, stopped for {scene.ego.stopped_for_s:.1f} s"
     steps.append(_step("S2.3", moving and not looping, motion))
