@@ -53,6 +53,18 @@ def braked(speed, t):
     return speed * until - 3.5 * until**2 / 2
 
 
+def beside(case, i):
+    """True if object `i` is not past the ego's front yet, and the ego can stop before it is in that one's way."""
+    view, ego = case.view, case.view.ego
+    if view.s[i] - view.along[i] > view.ego_s + ego.length_m / 2:
+        return False
+    way_m = ego.speed_mps * 0.3 + ego.speed_mps**2 / (2 * ego.limits.comfort_braking_mps2)
+    for s, d, reach in zip(case.path.s, case.path.d, case.reach, strict=True):
+        if abs(d - view.d[i]) - reach - view.across[i] < 0.3:
+            return s - case.path.s[0] > way_m
+    return True
+
+
 def places(case, i, t):
     """Where object `i` may be at `t`: (x, y, heading, longer by), one for each hypothesis."""
     view, thing_ = case.view, case.view.objects[i]
@@ -66,7 +78,7 @@ def places(case, i, t):
         found.append((x + ux * braked(speed, t), y + uy * braked(speed, t), heading, 0.0))
     if not view.elsewhere[i] or view.on_lane[i]:
         found.append((x + vx * t, y, yaw, 0.0))
-        overtakes = vx > case.view.ego.speed_mps + 1.0 and x <= case.view.ego_s and abs(vy) < 0.3
+        overtakes = vx > case.view.ego.speed_mps + 1.0 and abs(vy) < 0.3 and (x <= case.view.ego_s or beside(case, i))
         if abs(vx) > 0.3 and not overtakes:
             found.append((x + math.copysign(braked(abs(vx), t), vx), y, yaw, 0.0))
         if abs(vy) > 0.3:
@@ -189,10 +201,11 @@ def test_gaps_to_what_stands_are_those_of_the_boxes_at_each_station(aside_m, par
             assert gaps[k, j] == pytest.approx(float(expected), abs=1e-9)
 
 
-def hypotheses(speed, x, ego_mps=3.0, sideways=0.0):
-    """How many ways somebody may go on."""
-    view = World(straight_road(), [thing("it", x, speed=speed, sideways=sideways)], speed=ego_mps).view()
-    path = Manoeuvre(50.0 + 0.5 * np.arange(40), np.zeros(40), np.full(40, 5.0))
+def hypotheses(speed, x, ego_mps=3.0, sideways=0.0, y=0.0, over_at_m=None):
+    """How many ways somebody may go on. The ego keeps to its lane, or is in theirs from `over_at_m` on."""
+    view = World(straight_road(), [thing("it", x, y, speed=speed, sideways=sideways)], speed=ego_mps).view()
+    d = np.zeros(40) if over_at_m is None else np.where(0.5 * np.arange(40) < over_at_m, 0.0, y)
+    path = Manoeuvre(50.0 + 0.5 * np.arange(40), d, np.full(40, 5.0))
     t = np.arange(0.0, 4.0, 0.2)
     which = np.array([0])
     return len(list(predict.predictions(CheckContext(view, path, POLICY), which, t, which)))
@@ -205,3 +218,12 @@ def test_who_is_overtaking_us_is_not_taken_to_brake_and_who_only_goes_quicker_is
     assert hypotheses(4.1, 51.0) == 2, "past us: a leader"
     assert hypotheses(4.1, 45.0, sideways=0.4) == 3, "cuts in"
     assert hypotheses(0.2, 60.0) == 1, "as good as stands"
+
+
+def test_who_is_beside_us_still_overtakes_while_we_can_stop_out_of_their_way():
+    assert hypotheses(7.0, 53.0, y=3.5) == 1, "passes beside us"
+    assert hypotheses(7.0, 53.0, y=3.5, over_at_m=6.0) == 1, "we enter their way later, and can stop before"
+    assert hypotheses(7.0, 53.0, y=3.5, over_at_m=1.0) == 2, "we could not stop any more"
+    assert hypotheses(7.0, 53.0, y=3.5, over_at_m=6.0, ego_mps=5.9) == 2, "nor at this speed"
+    assert hypotheses(7.0, 56.0, y=3.5, over_at_m=6.0) == 2, "past our front: a leader"
+    assert hypotheses(3.5, 53.0, y=3.5, over_at_m=6.0) == 2, "not quicker than we are"

@@ -66,3 +66,13 @@ def test_behind_who_is_known_nobody_unseen_is_feared():
     lorry = thing("lorry", 20.0, LANE_M, speed=1.0, height=3.0)
     change = ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)
     assert codes(change, World(MULTI, [lorry], behind_m=26.0)) == set()
+
+
+@pytest.mark.parametrize("x", [47.0, 49.0, 51.0, 53.0])
+def test_a_lorry_that_is_passing_beside_us_ends_the_sight_behind_wherever_it_is(x):
+    """Its front is ahead of us already, its rear behind: a sight that ends at our middle ends at the lorry."""
+    lorry = thing("lorry", x, LANE_M, speed=9.0, length=9.0, height=3.0)
+    change = ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)
+    assert RejectCode.UNSEEN not in codes(change, World(MULTI, [lorry], behind_m=0.0))
+    gone = thing("lorry", x + 15.0, LANE_M, speed=9.0, length=9.0, height=3.0)
+    assert RejectCode.UNSEEN in codes(change, World(MULTI, [gone], behind_m=0.0))
