@@ -1,14 +1,18 @@
-"""Makes moments of a campaign, so that the student learns from its exact drives what a plan is worth."""
+"""Makes moments of a campaign, so that the student learns from its exact drives what a plan is worth.
+
+What was not driven is judged as at any other moment: by the guard, and at a glance.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from stucksolver.guard import Guard
 from stucksolver.reason.distilled.scene_text import write_scene
 from stucksolver_distill.grade import Grade
 from stucksolver_distill.labels import Label, best, by_standstill
-from stucksolver_distill.moments import SUFFIX, JudgedPlan, Moment, write_moments
+from stucksolver_distill.moments import SUFFIX, JudgedPlan, Moment, judge, write_moments
 from stucksolver_distill.standstill import Standstill
 from stucksolver_eval.scores.recovery import WITHIN_S
 
@@ -17,28 +21,36 @@ HARM_M = -30.0
 FILE = f"moments/campaign{SUFFIX}"
 
 
-def write_lessons(folder: Path, standstills: Path, labels: Sequence[Label]) -> None:
+def write_lessons(folder: Path, standstills: Path, labels: Sequence[Label], guard: Guard) -> None:
     """Write the moments of a campaign into its folder.
 
     Args:
         folder: The campaign's folder.
         standstills: Folder of its standstills.
         labels: Its exact drives.
+        guard: The guard that judges the other plans.
 
     Raises:
         OutputError: The file cannot be written.
     """
-    write_moments(folder / FILE, lessons(standstills, labels))
+    write_moments(folder / FILE, lessons(standstills, labels, guard))
 
 
-def lessons(standstills: Path, labels: Sequence[Label]) -> Iterator[Moment]:
-    """Yield a moment for each standstill, with the plans that were driven there and what they are worth."""
+def lessons(standstills: Path, labels: Sequence[Label], guard: Guard) -> Iterator[Moment]:
+    """Yield a moment for each standstill, with the plans that were driven there and what they are worth, and the other
+    candidates with the guard's verdict.
+    """
     for name, group in by_standstill(labels).items():
         path = standstills / f"{name}.json"
         still = Standstill.model_validate_json(path.read_text(encoding="utf-8"))
         waited = best(group, "wait")
         gone = None if waited is None or waited.grade is None else waited.grade.recovered_after_s
-        driven = {one.plan: one.grade for one in group if one.counts and one.plan is not None}
+        driven = {
+            one.plan: JudgedPlan(plan=one.plan, value_m=worth_m(one.grade))
+            for one in group
+            if one.counts and one.plan is not None and one.grade is not None
+        }
+        judged = {one.plan: one for one in judge(still.scene, still.surroundings, guard)}
         yield Moment(
             suite=still.suite,
             route_id=still.route_id,
@@ -51,7 +63,7 @@ def lessons(standstills: Path, labels: Sequence[Label]) -> Iterator[Moment]:
             gone_after_s=gone,
             # A label does not say for how long a drive without a recovery went on.
             watched_s=gone or 0.0,
-            plans=tuple(JudgedPlan(plan=plan, value_m=worth_m(g)) for plan, g in driven.items() if g is not None),
+            plans=tuple((judged | driven).values()),
         )
 
 
