@@ -141,7 +141,7 @@ def run_compare(options: argparse.Namespace) -> int:
     from stucksolver_eval.report import ReportError
     from stucksolver_eval.report.comparison import write_comparison
     from stucksolver_eval.report.tables import banners
-    from stucksolver_eval.results.store import Store, StoreError
+    from stucksolver_eval.results.store import StoreError
     from stucksolver_eval.routes import RouteFileError
     from stucksolver_eval.scores.compare import ComparisonError, comparison, comparison_text
     from stucksolver_eval.terminal import filled

@@ -47,7 +47,8 @@ def candidates(scene: Scene) -> tuple[RecoveryPlan, ...]:
     single = [(one,) for one in moving if _gets_on(one)]
     short = [one for one in offered(scene, PAIR_STEPS) if one.name in fitting and not one.stands_still]
     pairs = [(one, two) for one in short if one.prepares for two in short if _gets_on(two)]
-    returning = [pair for pair in there_and_back() if fitting.issuperset(one.name for one in pair)]
+    # A way back need not fit before the ego has left its lane.
+    returning = [(out, back) for out, back in there_and_back() if out.name in fitting and scene.offers(back.name)]
     return tuple(RecoveryPlan.model_validate({"behaviors": plan}) for plan in (*single, *pairs, *returning))
 
 

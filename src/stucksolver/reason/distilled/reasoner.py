@@ -27,8 +27,9 @@ from stucksolver.reason.distilled.prose import render
 from stucksolver.reason.distilled.scene_text import write_scene
 from stucksolver.reason.reasoner import ACCEPTED, PARSERS, Answer, ReasonerError, Request, Trace
 from stucksolver.reason.rules import RuleReasoner
-from stucksolver.reason.rules.analyse import MOVING_MPS, loops
-from stucksolver.scene import REQUESTS, GuidanceIntent, Scene
+from stucksolver.reason.rules.analyse import LIGHT_AHEAD_M, MOVING_MPS, blocker, loops, red_light_within
+from stucksolver.reason.rules.observe import goes_first
+from stucksolver.scene import REQUESTS, GuidanceIntent, ObjectKind, Scene
 
 DUTIES = frozenset({WaitReason.LIGHT, WaitReason.STOP_SIGN, WaitReason.PEOPLE, WaitReason.YIELD})
 """Where the rules of the road make the vehicle wait, it waits, however likely the wait is to end."""
@@ -46,6 +47,8 @@ class Choice:
             default the rules' plan comes first: on held-out data the others were worth less where it was accepted.
         unlikely: A plan that the guard accepts with a smaller probability is not asked about.
         tried: Number of plans about which the guard is asked.
+        instead: Where the rules ask a person for help, a plan that the guard accepts is proposed instead if it is worth
+            at least this (10 m): less would only move the place at which help is needed.
     """
 
     soon: float = 0.5
@@ -53,6 +56,7 @@ class Choice:
     margin: float = 10.0
     unlikely: float = 0.2
     tried: int = 8
+    instead: float = 2.5
 
 
 class DistilledReasoner:
@@ -144,9 +148,13 @@ class DistilledReasoner:
         self, request: Request, plans: tuple[RecoveryPlan, ...], numbers: Numbers, own: RecoveryPlan | None
     ) -> RecoveryPlan | None:
         """Return the best plan that the guard accepts; or else the rules' plan, for which a gap may open."""
+        ranked = self._ranked(request.scene, plans, numbers, own)
         if own is not None and any(isinstance(b, RequestAssistance) for b in own.behaviors):
-            return own
-        for plan in self._ranked(request.scene, plans, numbers, own)[: self._choice.tried]:
+            if request.check is None or held_by_law(request.scene):
+                return own
+            worth = dict(zip(plans, numbers.value, strict=True))
+            ranked = [plan for plan in ranked if plan != own and worth[plan] >= self._choice.instead]
+        for plan in ranked[: self._choice.tried]:
             if request.check is None or request.check(plan) == ACCEPTED:
                 return plan
         return own
@@ -172,6 +180,15 @@ class DistilledReasoner:
             again = not ours and tuple(b.name for b in plan.behaviors) in tried
             ranked.append((again, -score, number))
         return [plans[number] for _, _, number in sorted(ranked)]
+
+
+def held_by_law(scene: Scene) -> bool:
+    """True if the rules of the road keep the vehicle where it is, however long it has stood: a light, a closed gate, or
+    someone who goes first. The rules' reasoner asks for help there once the wait is too long.
+    """
+    lead = blocker(scene)
+    gated = lead is not None and lead.kind is ObjectKind.CROSSING_GATE
+    return gated or red_light_within(scene, LIGHT_AHEAD_M) is not None or goes_first(scene) is not None
 
 
 def _wanted(scene: Scene) -> bool:
