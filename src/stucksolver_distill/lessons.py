@@ -1,13 +1,15 @@
 """Makes moments of a campaign, so that the student learns from its exact drives what a plan is worth.
 
-What was not driven is judged as at any other moment: by the guard, and at a glance.
+What was not driven is judged as at any other moment: by the guard, and at a glance. A glance does not see that the driver
+stays in the lane into which a plan has led it, so no plan counts for more than the best driven one of its kind.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+from stucksolver.decision import RecoveryPlan
 from stucksolver.guard import Guard
 from stucksolver.reason.distilled.scene_text import write_scene
 from stucksolver_distill.grade import Grade
@@ -50,7 +52,7 @@ def lessons(standstills: Path, labels: Sequence[Label], guard: Guard) -> Iterato
             for one in group
             if one.counts and one.plan is not None and one.grade is not None
         }
-        judged = {one.plan: one for one in judge(still.scene, still.surroundings, guard)}
+        judged = [capped(one, driven.values()) for one in judge(still.scene, still.surroundings, guard)]
         yield Moment(
             suite=still.suite,
             route_id=still.route_id,
@@ -63,14 +65,29 @@ def lessons(standstills: Path, labels: Sequence[Label], guard: Guard) -> Iterato
             gone_after_s=gone,
             # A label does not say for how long a drive without a recovery went on.
             watched_s=gone or 0.0,
-            plans=tuple((judged | driven).values()),
+            plans=(*(one for one in judged if one.plan not in driven), *driven.values()),
         )
 
 
+def capped(one: JudgedPlan, driven: Iterable[JudgedPlan]) -> JudgedPlan:
+    """Return a plan that was not driven, worth at most what the best driven one of its kind is."""
+    kind = _kind(one.plan)
+    alike = [other.value_m for other in driven if other.value_m is not None and _kind(other.plan) == kind]
+    if one.value_m is None or not alike:
+        return one
+    return JudgedPlan(plan=one.plan, value_m=min(one.value_m, max(alike)))
+
+
+def _kind(plan: RecoveryPlan) -> tuple[str, ...]:
+    return tuple(behavior.name for behavior in plan.behaviors if not behavior.stands_still)
+
+
 def worth_m(grade: Grade) -> float:
-    """Return what a drive is worth, on the scale of a plan's value at a glance: a metre for each second gained (m)."""
+    """Return what a drive is worth, on the scale of a plan's value at a glance: a metre for each second gained (m), if
+    the route was driven to its end, and else that share of it.
+    """
     if grade.collisions + grade.infractions > 0:
         return HARM_M
     if grade.recovered_after_s is None:
         return 0.0
-    return round(max(WITHIN_S - grade.recovered_after_s, 0.0), 2)
+    return round(max(WITHIN_S - grade.recovered_after_s, 0.0) * grade.completion / 100.0, 2)

@@ -24,9 +24,10 @@ MOST_IDS = 3
 """Number of objects or waypoints that are tried for each parameter that names one."""
 CALLS = frozenset({"request_assistance"})
 """Behaviours that ask a person. In a search there is nobody to ask."""
-AWAY_M, AWAY_MPS = (15.0, 20.0), (0.8, 1.08, 1.8)
+AWAY_M, AWAY_MPS = (15.0, 20.0), (1.08, 1.8)
 """How far (m) and how fast (m/s) a short lane change goes before the way back. A search over a wider grid found that
-the guard accepts only short and slow ones where something blocks the other lane as well.
+the guard accepts only short and slow ones where something blocks the other lane as well. At 0.8 m/s a plan
+was given up between the lanes, since too little was seen behind.
 """
 BACK_M, BACK_MPS, REJOIN_MPS = 15.0, (1.5, 3.93), 4.0
 """The lane change back (m, m/s), and the speed of `rejoin_route` instead (m/s)."""
