@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from stucksolver.guard.context import CheckContext
+from stucksolver.guard.numerics import way_to_stop
 from stucksolver.guard.straight import StraightOn, straight_on
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.frenet import Array, Mask
@@ -175,6 +176,7 @@ def predictions(case: CheckContext, which: Array, t: Array, everyone: Array) -> 
     Each is (members, s, d): indices into `which`, arc lengths (instants, members) (m), and offsets (the same shape, or
     one row for all instants) (m). An object that does not move along the road needs no braking hypothesis. Nor does
     one that is overtaking: if it braked it would fall behind, which is seen before the commit point and ends the plan.
+    It still overtakes while it is beside the ego, as long as the ego could stop before it enters the object's path.
     """
     view, policy = case.view, case.policy.prediction
     vs, vd = view.vs[which], view.vd[which]
@@ -182,7 +184,10 @@ def predictions(case: CheckContext, which: Array, t: Array, everyone: Array) -> 
     yield everyone, steady[:, everyone], still[:, everyone]
     crosses = np.abs(vd) > policy.crossing_mps
     quicker = vs > view.ego.speed_mps + policy.overtaking_mps
-    overtaking = quicker & (view.s[which] <= view.ego_s) & (np.abs(vd) < policy.crossing_mps)
+    beside = quicker & (view.s[which] > view.ego_s) & (view.s[which] - view.along[which] <= view.ego_front_s)
+    passed = view.s[which] > view.ego_s
+    passed[beside] = [not _stops_before(case, int(i)) for i in which[beside]]
+    overtaking = quicker & ~passed & (np.abs(vd) < policy.crossing_mps)
     along = everyone[((np.abs(vs) > policy.crossing_mps) & ~overtaking)[everyone]]
     if len(along):
         speed = np.abs(vs[along])
@@ -192,3 +197,12 @@ def predictions(case: CheckContext, which: Array, t: Array, everyone: Array) -> 
     across = everyone[crosses[everyone]]
     if len(across):
         yield across, steady[:, across], still[:, across] + vd[across] * t[:, None]
+
+
+def _stops_before(case: CheckContext, i: int) -> bool:
+    """True if the ego, braking now, stops before its body reaches the path of an object beside it."""
+    view, path, ego = case.view, case.path, case.view.ego
+    room = np.abs(path.d - view.d[i]) - case.reach - view.across[i]
+    meets = np.flatnonzero(room < case.policy.entry.beside_m)
+    way_m = float(path.s[meets[0]] - path.s[0]) if len(meets) else np.inf
+    return way_m > way_to_stop(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)

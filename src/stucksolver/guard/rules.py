@@ -161,7 +161,7 @@ def seen_free(case: CheckContext) -> list[Reject]:
     closed = lane is not None and _closed(case, lane, seen)
     margin = backing.closed_margin_m if closed else backing.margin_m
     needed = case.path.end_s - case.view.ego_s + case.view.ego.length_m / 2 + margin
-    if seen >= needed:
+    if seen >= needed - (backing.look_m if case.running else 0.0):
         return []
     return [
         Reject(
@@ -177,7 +177,8 @@ def _closed(case: CheckContext, lane: Lane, seen_m: float) -> bool:
     nearer = view.s - view.along - view.ego_s
     if float(case.path.speed.max()) > policy.gentle_mps:
         return False
-    for i in np.flatnonzero(standing & (np.abs(nearer - seen_m) < policy.sight_ends_m)):
+    ends_m = policy.sight_ends_m + (policy.look_m if case.running else 0.0)
+    for i in np.flatnonzero(standing & (np.abs(nearer - seen_m) < ends_m)):
         right, _, left = lane.at(float(view.s[i]))
         beside = max(view.d[i] - view.across[i] - right, left - view.d[i] - view.across[i])
         apart_m = np.hypot(view.s - view.s[i], view.d - view.d[i]) - view.along[i]

@@ -102,11 +102,14 @@ class SeenSpace:
         by_lidar = within & self.cells[bins, np.where(within, cell, 0)]
         return np.asarray(by_lidar | ((distance >= OWN_M) & (distance <= self.far_m[bins])))
 
-    def seen_along(self, polyline: Floats, bridge_m: float = BRIDGE_M) -> float:
+    def seen_along(self, polyline: Floats, bridge_m: float = BRIDGE_M, known: Floats | None = None) -> float:
         """Return the metres of a line (k, 2; vehicle frame) that were seen from its beginning without a break.
 
         The part within `OWN_M` of the LiDAR is skipped, since the vehicle itself stands there, and so are breaks up to
         `bridge_m`. The end is the last place seen, so the result is never longer than the line.
+
+        `known` (n, 5) are bodies that somebody else keeps track of: x, y, yaw, half length and half width (m, rad;
+        vehicle frame). A break where one of them is, is skipped as well. What it hides beyond itself is not.
         """
         line = np.asarray(polyline, np.float64)[:, :2]
         if len(line) < 2:
@@ -115,7 +118,8 @@ class SeenSpace:
         at = np.append(np.arange(0.0, stations[-1], CELL_M / 2.0), stations[-1])
         x, y = np.interp(at, stations, line[:, 0]), np.interp(at, stations, line[:, 1])
         own = np.hypot(x - self.origin[0], y - self.origin[1]) < OWN_M
-        seen = at[self.seen(x, y) | own]
+        taken = np.zeros(len(at), np.bool_) if known is None else _within(known, x, y)
+        seen = at[self.seen(x, y) | own | taken]
         if not len(seen) or seen[0] > bridge_m:
             return 0.0
         breaks = np.flatnonzero(np.diff(seen) > bridge_m + CELL_M / 2.0)
@@ -140,6 +144,17 @@ class SeenSpace:
         claimed = np.where(inside, np.minimum(ahead[after - 1], ahead[after]), 0.0)
         far = np.minimum(claimed, self.blocked_m)
         return replace(self, far_m=np.maximum(self.far_m, far))
+
+
+def _within(bodies: Floats, x: Floats, y: Floats) -> NDArray[np.bool_]:
+    """(n,): True for the points in one of the bodies (m, 5), with `BODY_M` at either end and `FACE_M` at the sides.
+
+    That is how far the map leaves out what is around a return.
+    """
+    dx, dy = x[:, None] - bodies[:, 0], y[:, None] - bodies[:, 1]
+    cos, sin = np.cos(bodies[:, 2]), np.sin(bodies[:, 2])
+    along, across = np.abs(dx * cos + dy * sin), np.abs(dy * cos - dx * sin)
+    return np.asarray(((along < bodies[:, 3] + BODY_M) & (across < bodies[:, 4] + FACE_M)).any(axis=1))
 
 
 def _bins(azimuth: Floats) -> NDArray[np.int64]:

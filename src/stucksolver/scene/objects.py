@@ -87,6 +87,8 @@ class TrackedObject(Model):
     """Probability that the kind is right; None if perception does not give one."""
     position_sd_m: float | None = Field(default=None, ge=0)
     """Standard deviation of its position in the worst direction (m); None if perception is exact."""
+    across_sd_m: float | None = Field(default=None, ge=0)
+    """The same across its own axis (m); None: as in the worst direction."""
     hazard_lights: bool | None = None
     emergency_lights: bool | None = None
     brake_lights: bool | None = None

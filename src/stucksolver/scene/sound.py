@@ -62,7 +62,7 @@ def _is_sound(o: TrackedObject) -> bool:
     known = (o.stationary_s, o.moved_s_ago, o.seen_for_s)
     ages = all(age is None or 0.0 <= age <= OLDEST_S for age in known)
     sure = o.kind_confidence is None or 0.0 <= o.kind_confidence <= 1.0
-    sure &= o.position_sd_m is None or 0.0 <= o.position_sd_m <= LONGEST_M
+    sure &= all(sd is None or 0.0 <= sd <= LONGEST_M for sd in (o.position_sd_m, o.across_sd_m))
     return sizes and moves and ages and sure and _within(o.x_m, o.y_m, o.yaw_rad)
 
 

@@ -19,7 +19,7 @@ HEADS_MPS = 1.0
 MOVING_MPS = 0.1
 """Above this speed an object counts as moving."""
 SURE_SDS = 2.0
-"""Boxes grow on every side by this many standard deviations of their position: 95 % of a normal error."""
+"""Boxes grow on each side by this many standard deviations of their position: 95 % of a normal error."""
 
 
 class FrenetScene:
@@ -52,8 +52,8 @@ class FrenetScene:
         cos, sin = np.cos(heading[1:]), np.sin(heading[1:])
         vx, vy = everyone[1:, 3], everyone[1:, 4]
         self.vs, self.vd = vx * cos + vy * sin, vy * cos - vx * sin
-        grown = SURE_SDS * np.array([o.position_sd_m or 0.0 for o in surroundings.objects])
-        self.half_length, self.half_width = everyone[1:, 5] / 2 + grown, everyone[1:, 6] / 2 + grown
+        spread = np.array([_spread_m(o) for o in surroundings.objects]).reshape(-1, 2)
+        self.half_length, self.half_width = (everyone[1:, 5:7] / 2 + SURE_SDS * spread).T
         c, n = np.abs(np.cos(self.yaw)), np.abs(np.sin(self.yaw))
         self.along: Array = self.half_length * c + self.half_width * n
         self.across: Array = self.half_length * n + self.half_width * c
@@ -179,3 +179,9 @@ class FrenetScene:
         return (
             lane is not None and lane.strip.direction is LaneDirection.OPPOSITE and lane.strip.kind is LaneKind.DRIVING
         )
+
+
+def _spread_m(thing: TrackedObject) -> tuple[float, float]:
+    """Return the standard deviations of its position along and across its own axis (m)."""
+    worst = thing.position_sd_m or 0.0
+    return worst, worst if thing.across_sd_m is None else thing.across_sd_m

@@ -111,6 +111,10 @@ class BackingPolicy(Model):
     sight_ends_m: NonNegativeFloat = 1.1
     """A sight that ends within this distance of a vehicle ends at it: a little more than the sampling step of stacks.
     """
+    look_m: NonNegativeFloat = 0.6
+    """While it backs up, this much less sight is enough: sensors find its end a step nearer at one look than at the
+    one before.
+    """
     beside_m: NonNegativeFloat = 0.8
     """A vehicle fills the lane if it leaves less room than this on either side: no bicycle fits through, ..."""
     people_m: NonNegativeFloat = 3.0

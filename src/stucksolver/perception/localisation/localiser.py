@@ -110,9 +110,10 @@ class Localiser:
         if not self.ready:
             self._begin_by_sensors()
             return
-        # Samples describe their own moment: a step uses their mean, and half their difference may be wrong.
+        # A sample is the mean over the step that ends with it, as inertial sensors integrate. Half of its difference
+        # from the one before may be wrong: a simulator may report the step's last moment instead.
         self._doubt = (abs(self._inertial[0] - before[0]) / 2.0, abs(self._inertial[1] - before[1]) / 2.0)
-        self._advance(sample.time_s, tuple((a + b) / 2.0 for a, b in zip(before, self._inertial, strict=True)))
+        self._advance(sample.time_s, self._inertial)
         if self.stands:
             self._standstill(sample)
         if sample.compass_rad is not None and sample.time_s - self._compass_s >= COMPASS_EVERY_S - 1e-6:

@@ -9,9 +9,9 @@ import numpy as np
 
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.measurements import Floats
-from stucksolver.perception.tracking.groups import GROUP_OF_LABEL, GROUPS, Group
+from stucksolver.perception.tracking.groups import GROUP_OF_LABEL, GROUPS, WHEELED, Group
 from stucksolver.perception.tracking.motion import ALARM, SAMPLES, Motion
-from stucksolver.perception.tracking.noise import VELOCITY_LOOKS, Measured
+from stucksolver.perception.tracking.noise import VELOCITY_LOOKS, YAW_LOOKS, Measured
 from stucksolver.perception.tracking.prediction import STATE, transition
 from stucksolver.perception.tracking.track import KEPT, Track
 
@@ -27,6 +27,10 @@ SIZE_GAIN = 0.05
 COURSE_MPS = 1.5
 """Above this speed the course tells front from back."""
 COURSE_VOTE = 3.0
+SLIP_MPS = 0.3
+"""How fast the middle of a moving vehicle may slide across its own axis: in turns it does so by yaw rate times the
+distance to the rear axle.
+"""
 HEADING_VOTES = 10.0
 """At most this many votes are kept for a heading, so that an error can be corrected."""
 CERTAIN = 5.0
@@ -124,7 +128,7 @@ def predict(body: Body, time_s: float) -> None:
     from filterpy.kalman import predict as kalman_predict  # type: ignore[import-untyped]
 
     stands = body.motion is Motion.STANDING
-    f, q = transition(body.group, stands, time_s - body.time_s)
+    f, q = transition(body.group, stands, time_s - body.time_s, float(body.x[3]))
     x = body.x
     if stands:
         x = x.copy()
@@ -139,6 +143,7 @@ def update(body: Body, seen: Measured, i: int) -> None:
 
     z, noise = seen.z[i].copy(), seen.noise[i].copy()
     noise[4:, 4:] *= VELOCITY_LOOKS
+    noise[3, 3] *= YAW_LOOKS
     _regain(body, seen, i)
     z[3] = body.x[3] + _same_heading(body, float(z[3]), float(seen.score[i]))
     if body.motion is Motion.STANDING:
@@ -146,6 +151,8 @@ def update(body: Body, seen: Measured, i: int) -> None:
     body.x, body.p = kalman_update(body.x, body.p, z, noise, np.eye(STATE))
     if body.heading_votes < 0.0:
         body.x[3], body.heading_votes = wrapped(body.x[3] + math.pi), -body.heading_votes
+    if body.motion is not Motion.STANDING:
+        _along_its_axis(body)
     body.size = body.size + max(1.0 / (body.hits + 1), SIZE_GAIN) * (seen.size[i] - body.size)
     body.last_seen_s, body.hidden = seen.time_s, False
     _remember(body, seen, i)
@@ -154,6 +161,25 @@ def update(body: Body, seen: Measured, i: int) -> None:
 def wrapped(angle: float) -> float:
     """Return the same angle between -pi and pi (rad)."""
     return math.remainder(angle, math.tau)
+
+
+def _along_its_axis(body: Body) -> None:
+    """Apply the nonholonomic constraint: what has wheels moves along its axis, forwards or backwards.
+
+    Speed across the axis and yaw correct each other this way. Below `COURSE_MPS` the yaw says little about the course.
+    """
+    from filterpy.kalman import update as kalman_update
+
+    yaw, vx, vy = (float(v) for v in body.x[3:])
+    along = vx * math.cos(yaw) + vy * math.sin(yaw)
+    if not WHEELED[body.label] or abs(along) < COURSE_MPS:
+        return
+    sliding = vy * math.cos(yaw) - vx * math.sin(yaw)
+    h = np.zeros((1, STATE))
+    h[0, 3:] = -along, -math.sin(yaw), math.cos(yaw)
+    expected = h @ body.x - sliding  # the linearised measurement whose residual is that of zero sliding
+    noise = np.array([[SLIP_MPS**2]])
+    body.x, body.p = kalman_update(body.x, body.p, expected, noise, h)
 
 
 def _remember(body: Body, seen: Measured, i: int) -> None:

@@ -15,7 +15,9 @@ class Group:
 
     labels: tuple[str, ...]
     acceleration_mps2: float
-    """Standard deviation of the acceleration while moving (m/s²)."""
+    """Standard deviation of the acceleration along the body's axis while moving (m/s²)."""
+    across_mps2: float
+    """The same across that axis."""
     turn_rps: float
     """Standard deviation of the turn rate while moving (rad/s)."""
     reach_m: float
@@ -29,9 +31,11 @@ class Group:
 
 
 GROUPS = (
-    Group(("car", "truck"), 2.5, 0.5, 3.0, 4.0, 30.0, 65.0),
-    Group(("two_wheeler", "pedestrian", "animal"), 1.5, 1.5, 1.2, 3.0, 10.0, 45.0),
-    Group(("cone", "barrier", "debris"), 0.3, 0.2, 0.8, 3.0, 30.0, 35.0),
+    Group(("car", "truck"), 1.5, 0.8, 0.3, 3.0, 4.0, 30.0, 65.0),
+    Group(("two_wheeler", "pedestrian", "animal"), 1.5, 1.5, 1.5, 1.2, 3.0, 10.0, 45.0),
+    Group(("cone", "barrier", "debris"), 0.3, 0.3, 0.2, 0.8, 3.0, 30.0, 35.0),
 )
 GROUP_OF_LABEL = np.array([next(i for i, group in enumerate(GROUPS) if name in group.labels) for name in LABELS])
 """(labels,): index into `GROUPS`."""
+WHEELED = np.array([name in ("car", "truck", "two_wheeler") for name in LABELS])
+"""(labels,): True for what moves along its own axis only."""

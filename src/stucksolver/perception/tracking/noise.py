@@ -34,6 +34,8 @@ less at 25 m, and hardly anything at 45 m. Across the axis its error stays the s
 VELOCITY_LOOKS = 10.0
 """Number of looks that carry no more information than one: the velocity's error stays the same for a second."""
 YAW_RAD = 0.15
+YAW_LOOKS = 20.0
+"""The same for the yaw: the sides of a body that are seen change slowly."""
 TIMING_S = 0.01
 """Possible difference between the times of sweep and pose (s): a moving or turning ego displaces what it sees."""
 

@@ -5,6 +5,8 @@ The filter's prediction and the one for later moments (`Track.at`) use the same 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from stucksolver.perception.measurements import Floats
@@ -19,21 +21,23 @@ STANDING_DRIFT_MPS = 0.05
 """Drift of the ego's own pose, and with it of everything that stands (m per root of a second)."""
 
 
-def transition(group: Group, stands: bool, dt: float) -> tuple[Floats, Floats]:
+def transition(group: Group, stands: bool, dt: float, yaw_rad: float) -> tuple[Floats, Floats]:
     """Transition matrix and process noise, (6, 6) each, for a step of `dt` seconds.
 
     The noise is that of a continuous white-noise acceleration (Bar-Shalom, Li and Kirubarajan 2001, 6.2.2).
     """
-    power = (STANDING_ACCELERATION_MPS2 if stands else group.acceleration_mps2) ** 2
+    along, across = (STANDING_ACCELERATION_MPS2,) * 2 if stands else (group.acceleration_mps2, group.across_mps2)
+    cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
+    turned = np.array([[cos, -sin], [sin, cos]])
+    power = turned @ np.diag([along**2, across**2]) @ turned.T
     turn = STANDING_TURN_RPS if stands else group.turn_rps
     span = abs(dt)
     f = np.eye(STATE)
     q = np.zeros((STATE, STATE))
-    for place, speed in ((0, 4), (1, 5)):
-        f[place, speed] = dt
-        q[place, place] = power * span**3 / 3.0 + STANDING_DRIFT_MPS**2 * span
-        q[place, speed] = q[speed, place] = power * span**2 / 2.0
-        q[speed, speed] = power * span
+    f[:2, 4:] = dt * np.eye(2)
+    q[:2, :2] = power * span**3 / 3.0 + STANDING_DRIFT_MPS**2 * span * np.eye(2)
+    q[:2, 4:] = q[4:, :2] = power * span**2 / 2.0
+    q[4:, 4:] = power * span
     q[2, 2] = STANDING_DRIFT_MPS**2 * span
     q[3, 3] = turn**2 * span
     return f, q

@@ -56,7 +56,7 @@ class Track:
         passed_s = time_s - self.time_s
         if passed_s <= 0.0:
             return self
-        f, q = transition(GROUPS[GROUP_OF_LABEL[self.label]], self.standing_since_s is not None, passed_s)
+        f, q = transition(GROUPS[GROUP_OF_LABEL[self.label]], self.standing_since_s is not None, passed_s, self.yaw_rad)
         f, q = f[np.ix_(KEPT, KEPT)], q[np.ix_(KEPT, KEPT)]
         return replace(
             self,

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stucksolver.perception.frames import points_into_vehicle
+from stucksolver.perception.frames import into_vehicle, points_into_vehicle
 from stucksolver.perception.measurements import Floats
 from stucksolver.perception.percept import Percept
 from stucksolver.perception.visibility import AZIMUTHS, SeenSpace
@@ -63,6 +63,7 @@ class SensedSight:
         if percept is None:
             return ()
         found = []
+        known = _moving(percept)
         for lane in self._frame.lanes:
             if not may_stand_in(lane.strip) or not lane.start_m - 2.0 <= ego_s <= lane.end_m + 2.0:
                 continue
@@ -70,7 +71,7 @@ class SensedSight:
             behind = self._line(lane, np.arange(ego_s, max(lane.start_m, ego_s - RANGE_M), -STEP_M))
             fastest_mps = FASTEST_SHARE * (lane.strip.speed_limit_mps or UNKNOWN_LIMIT_MPS)
             seen_m = seen_ahead_m(percept, ahead, fastest_mps)
-            back_m = percept.seen.seen_along(points_into_vehicle(behind, percept.pose)) if len(behind) > 1 else 0.0
+            back_m = percept.seen.seen_along(points_into_vehicle(behind, percept.pose), known=known)
             now = _Seen(percept.pose.time_s, ego_s + seen_m, ego_s - back_m)
             end_s, start_s = self._remembered(lane.strip.id, now, fastest_mps)
             told = (round(max(end_s - ego_s, 0.0), 1), round(max(ego_s - start_s, 0.0), 1))
@@ -92,6 +93,17 @@ class SensedSight:
         """(k, 2): positions of the lane's centre in the local frame."""
         x, y, _ = self._frame.to_local(stations, np.interp(stations, lane.s, lane.centre))
         return np.stack([x, y], axis=1)
+
+
+def _moving(percept: Percept) -> Floats:
+    """(n, 5): moving vehicles as `SeenSpace.seen_along` takes them: the guard looks at each of them by itself."""
+    rows = [
+        (one.x_m, one.y_m, one.z_m, one.length_m, one.width_m, one.height_m, one.yaw_rad)
+        for one in percept.tracks
+        if one.standing_since_s is None and not one.hidden
+    ]
+    boxes = into_vehicle(np.array(rows).reshape(-1, 7), percept.pose)
+    return np.stack([boxes[:, 0], boxes[:, 1], boxes[:, 6], boxes[:, 3] / 2.0, boxes[:, 4] / 2.0], axis=1)
 
 
 def seen_ahead_m(percept: Percept, line: Floats, fastest_mps: float) -> float:

@@ -17,6 +17,7 @@ from stucksolver.scene.objects import ON_FOOT
 from stucksolver.stacks.carla_stack.contact import Footprint, Pushing
 from stucksolver.stacks.driver.perception import HAZARD_LAMPS, NearbyBodies
 from stucksolver.stacks.sensed.far_told import TRACK_LABELS, FarOnLanes
+from stucksolver.stacks.sensed.on_lanes import OnLanes
 
 if TYPE_CHECKING:
     from stucksolver.stacks.sensed.eyes import Eyes
@@ -50,12 +51,13 @@ class SensedBodies:
 
     def __init__(self, eyes: Eyes, range_m: float) -> None:
         self._eyes, self._range_m = eyes, range_m
-        self._far = FarOnLanes(eyes.vehicle.get_world().get_map())
+        carla_map = eyes.vehicle.get_world().get_map()
+        self._near, self._far = OnLanes(carla_map), FarOnLanes(carla_map)
 
     def read(self, ego_x: float, ego_y: float) -> NearbyBodies:
         """Return all tracks within range of a point of CARLA's world, predicted to this tick."""
         percept = self._eyes.percept
-        found = bodies(percept, self._eyes.now_s, self._far.told(percept))
+        found = bodies((*self._near.told(percept), *self._far.told(percept)), self._eyes.now_s)
         return found.part((np.abs(found.x - ego_x) < self._range_m) & (np.abs(found.y - ego_y) < self._range_m))
 
 
@@ -64,7 +66,8 @@ class SensedTracker:
 
     def __init__(self, eyes: Eyes) -> None:
         self._eyes = eyes
-        self._far = FarOnLanes(eyes.vehicle.get_world().get_map())
+        carla_map = eyes.vehicle.get_world().get_map()
+        self._near, self._far = OnLanes(carla_map), FarOnLanes(carla_map)
         self._pushing = Pushing()
         self._pushed: frozenset[int] = frozenset()
 
@@ -75,7 +78,7 @@ class SensedTracker:
 
     def watch(self, ego: Footprint, now_s: float) -> NearbyBodies:
         """Look around and note what the ego pushes."""
-        seen = bodies(self._eyes.percept, now_s)
+        seen = bodies(self._near.told(self._eyes.percept), now_s)
         self._pushed = self._pushing.look(ego, seen)
         return seen
 
@@ -86,17 +89,16 @@ class SensedTracker:
         if percept is None:
             return ()
         told = percept.attributes
-        tracks = (*percept.tracks, *self._far.told(percept))
+        tracks = (*self._near.told(percept), *self._far.told(percept))
         return tuple(_object(one, told.get(one.id), now_s, one.id in self._pushed) for one in tracks)
 
     def read_lights(self, now_s: float) -> None:
         """Do nothing: lamps come with each image."""
 
 
-def bodies(percept: Percept | None, now_s: float, far: Sequence[Track] = ()) -> NearbyBodies:
-    """Tracks at one moment as boxes in CARLA's world. `far`: those that only the camera tracks."""
-    tracks = () if percept is None else percept.tracks
-    moved = [track.at(now_s) for track in (*tracks, *far)]
+def bodies(tracks: Sequence[Track], now_s: float) -> NearbyBodies:
+    """Tracks at one moment as boxes in CARLA's world."""
+    moved = [track.at(now_s) for track in tracks]
     rows = [
         (
             one.x_m,
@@ -133,6 +135,12 @@ def _position_sd_m(track: Track) -> float:
     return float(np.sqrt(max(np.linalg.eigvalsh(track.covariance[:2, :2])[-1], 0.0)))
 
 
+def _across_sd_m(track: Track) -> float:
+    """Return the standard deviation across the track's own axis (m)."""
+    side = np.array([-np.sin(track.yaw_rad), np.cos(track.yaw_rad)])
+    return float(np.sqrt(max(side @ track.covariance[:2, :2] @ side, 0.0)))
+
+
 def kind_of_track(track: Track, told: Attributes | None) -> tuple[ObjectKind, float]:
     """Return what a track is, with a confidence. The LiDAR's class applies if the camera gives nothing finer.
 
@@ -167,6 +175,7 @@ def _object(track: Track, told: Attributes | None, now_s: float, pushed: bool) -
         pushed=pushed,
         kind_confidence=sure,
         position_sd_m=_position_sd_m(here),
+        across_sd_m=_across_sd_m(here),
         hazard_lights=None if told is None else told.hazard_lights,
         emergency_lights=None if told is None else told.emergency_lights,
         brake_lights=None if told is None else told.brake_lights,
