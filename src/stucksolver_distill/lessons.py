@@ -13,7 +13,7 @@ from stucksolver.decision import RecoveryPlan
 from stucksolver.guard import Guard
 from stucksolver.reason.distilled.scene_text import write_scene
 from stucksolver_distill.grade import Grade
-from stucksolver_distill.labels import Label, best, by_standstill
+from stucksolver_distill.labels import Label, by_standstill
 from stucksolver_distill.moments import SUFFIX, JudgedPlan, Moment, judge, write_moments
 from stucksolver_distill.standstill import Standstill
 from stucksolver_eval.scores.recovery import WITHIN_S
@@ -45,8 +45,6 @@ def lessons(standstills: Path, labels: Sequence[Label], guard: Guard) -> Iterato
     for name, group in by_standstill(labels).items():
         path = standstills / f"{name}.json"
         still = Standstill.model_validate_json(path.read_text(encoding="utf-8"))
-        waited = best(group, "wait")
-        gone = None if waited is None or waited.grade is None else waited.grade.recovered_after_s
         driven = {
             one.plan: JudgedPlan(plan=one.plan, value_m=worth_m(one.grade))
             for one in group
@@ -62,9 +60,10 @@ def lessons(standstills: Path, labels: Sequence[Label], guard: Guard) -> Iterato
             standstill=0,
             at_s=still.at_s,
             scene=write_scene(still.scene),
-            gone_after_s=gone,
-            # A label does not say for how long a drive without a recovery went on.
-            watched_s=gone or 0.0,
+            # A label does not say for how long a drive without a recovery went on. To know only of the waits that ended
+            # would teach that waits end.
+            gone_after_s=None,
+            watched_s=0.0,
             plans=(*(one for one in judged if one.plan not in driven), *driven.values()),
         )
 
