@@ -1,7 +1,7 @@
 """Makes moments of a campaign, so that the student learns from its exact drives what a plan is worth.
 
-What was not driven is judged as at any other moment: by the guard, and at a glance. A glance does not see that the driver
-stays in the lane into which a plan has led it, so no plan counts for more than the best driven one of its kind.
+What was not driven is judged as at any other moment: by the guard, and at a glance. A glance does not see that the
+driver stays in the lane into which a plan has led it, so no plan counts for more than the best driven one of its kind.
 """
 
 from __future__ import annotations
