@@ -269,6 +269,22 @@ def test_without_such_a_plan_the_call_stands(choice, check):
     assert plan is not None and plan.behaviors[0].name == "request_assistance"
 
 
+def test_it_does_not_try_to_get_past_something_in_its_own_lane():
+    one = scene(thing("a", 62.0), stopped_for_s=70.0)
+    asked: list[RecoveryPlan] = []
+    DistilledReasoner(choice=Choice(unlikely=0.0, tried=1000)).decide(Request(one, lambda p: asked.append(p) or "no"))
+    ways = {tuple(b.name for b in plan.behaviors) for plan in asked}
+    assert ("borrow_oncoming_lane",) in ways
+    assert not ways & {("keep_lane",), ("back_up", "keep_lane")}
+
+
+def test_where_nothing_is_in_the_way_and_the_rules_have_no_plan_it_has_none():
+    one = scene(stopped_for_s=5.0)
+    assert RuleReasoner().decide(Request(one)).decision.plan is None
+    restless = Choice(soon=2.0, unlikely=0.0)
+    assert DistilledReasoner(choice=restless).decide(Request(one, lambda plan: ACCEPTED)).decision.plan is None
+
+
 def test_where_a_light_holds_the_vehicle_the_call_stands():
     one = scene(controls=(red_light(10.0),), stopped_for_s=200.0)
     assert RuleReasoner().decide(Request(one)).decision.plan is not None

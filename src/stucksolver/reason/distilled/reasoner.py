@@ -34,6 +34,9 @@ from stucksolver.scene import REQUESTS, GuidanceIntent, ObjectKind, Scene
 DUTIES = frozenset({WaitReason.LIGHT, WaitReason.STOP_SIGN, WaitReason.PEOPLE, WaitReason.YIELD})
 """Where the rules of the road make the vehicle wait, it waits, however likely the wait is to end."""
 
+IN_LANE = frozenset({"back_up", "creep", "follow_vehicle", "keep_lane"})
+"""Behaviours that keep to the lane: plans of only these do not get past what stands in it."""
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -110,7 +113,8 @@ class DistilledReasoner:
         within = ends_within(numbers.hazard)
         ends = round(float(within[2]), 2), round(float(within[4]), 2)
         wait = self._wait(scene, numbers, ends[0], said.analysis.wait)
-        plan = None if wait is not None or not _wanted(scene) else self._plan(request, plans, numbers, own)
+        idle = wait is not None or not _wanted(scene) or _unheld(scene, said)
+        plan = None if idle else self._plan(request, plans, numbers, own)
         if wait is None and plan is None and _wanted(scene):
             wait = said.analysis.wait or WaitReason.NO_SAFE_WAY
         stuck = plan is not None or wait is WaitReason.NO_SAFE_WAY
@@ -169,10 +173,12 @@ class DistilledReasoner:
         shares = np.exp(numbers.prior.astype(np.float64) - float(numbers.prior.max()))
         fits = shares / shares.max()
         tried = {attempt.behaviors for attempt in scene.attempts}
+        blocked = blocker(scene) is not None and scene.guidance is None
         ranked = []
         for number, plan in enumerate(plans):
             ours = plan == own
-            if accepted[number] < self._choice.unlikely and not ours:
+            stays = blocked and IN_LANE.issuperset(b.name for b in plan.behaviors)
+            if (accepted[number] < self._choice.unlikely or stays) and not ours:
                 continue
             # A passenger's words choose the plan; without words what it is worth does.
             worth = fits[number] if scene.guidance is not None else float(numbers.value[number])
@@ -196,6 +202,12 @@ def _wanted(scene: Scene) -> bool:
     if scene.guidance is not None:
         return _asked(scene) in REQUESTS
     return (scene.ego.speed_mps < MOVING_MPS or loops(scene)) and not scene.ego.at_destination
+
+
+def _unheld(scene: Scene, said: Decision) -> bool:
+    """True if the rules find nothing that holds the vehicle, nor anything to do, so there is nothing to get past."""
+    nothing = said.plan is None and said.analysis.wait is None
+    return nothing and scene.guidance is None and not loops(scene)
 
 
 def _asked(scene: Scene) -> GuidanceIntent:
