@@ -57,7 +57,7 @@ class Choice:
     soon: float = 0.5
     longest_s: float = 60.0
     margin: float = 10.0
-    unlikely: float = 0.2
+    unlikely: float = 0.5
     tried: int = 8
     instead: float = 2.5
 
