@@ -128,7 +128,9 @@ def test_nobody_is_told_to_be_where_the_lidar_sees_everything() -> None:
 def test_both_drivers_and_the_solver_are_told() -> None:
     percept = seen_from(far_tracks=(far(100.0, ONCOMING_D, rate=-12.0, rate_sd=2.0),))
     world = SimpleNamespace(get_map=lambda: MAP)
-    eyes: Any = SimpleNamespace(percept=percept, now_s=1.5, vehicle=SimpleNamespace(get_world=lambda: world))
+    eyes: Any = SimpleNamespace(
+        percept=percept, now_s=1.5, vehicle=SimpleNamespace(get_world=lambda: world, get_speed_limit=lambda: 50.0)
+    )
     body = bodies(FarOnLanes(MAP).told(percept), 1.5)
     ego: Any = SimpleNamespace(x=0.0, y=0.0, yaw=0.0, half_length=2.4, half_width=1.0, speed=0.0)
     tracker = SensedTracker(eyes)

@@ -47,6 +47,10 @@ SAME_M = 6.0
 SAME_ASIDE_M = 2.0
 """A LiDAR track within these standard deviations or metres in range, and this far aside, is the same vehicle."""
 CONFIRMING_HITS = 2
+CONFIRMING_SHARE = 1.0 / 3.0
+"""A vehicle that was found in fewer of the images since its first one is not reported: false ones come in twos. Where
+it was found, sight still ends.
+"""
 LOST_S = 2.0
 """A track ends when it has not been detected for this long. Long, since a missed vehicle keeps coming."""
 LEAST_TOWARDS, MOST_ODDS = 0.02, 4.0
@@ -103,6 +107,8 @@ class _Body:
     scores: float = 0.0
     odds: float = 0.0
     hits: int = 0
+    looks: int = 1
+    """Images since the first detection, with it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +152,7 @@ class FarTracker:
         seen = self._seen(found, pose)
         for body in self._bodies:
             _predict(body, seen.time_s, seen.at)
+            body.looks += 1
         explained = _same(seen.bearing, seen.range_m, seen.sd_m, lidar, seen.at, seen.time_s)
         self._with_own = {lidar[k].id for k in explained.values()}
         left = [j for j in range(len(seen.range_m)) if j not in explained]
@@ -169,7 +176,7 @@ class FarTracker:
         rest = [body for body in self._bodies if body.last_seen_s != body.time_s]
         self._bodies = _left_over(shown, without_own, time_s) + _left_over(rest, lidar, time_s)
         # A vehicle that was detected once may be false.
-        return tuple(_told(body, time_s) for body in self._bodies if body.hits >= CONFIRMING_HITS)
+        return tuple(_told(body, time_s) for body in self._bodies if _is_confirmed(body))
 
     def _seen(self, found: FarDetections, pose: PoseEstimate) -> _Seen:
         part = found.part(np.isin(found.label, LABELS))
@@ -196,6 +203,10 @@ class FarTracker:
         near = (abs(along) < GATE) | (abs(place - range_m) < SAME_SDS * seen.sd_m[left])
         cost = along**2 + across**2
         return {i: left[j] for i, j in _pairs(np.where(near & (abs(across) < GATE), cost, np.inf))}
+
+
+def _is_confirmed(body: _Body) -> bool:
+    return body.hits >= CONFIRMING_HITS and body.hits >= CONFIRMING_SHARE * body.looks
 
 
 def _left_over(bodies: list[_Body], lidar: Sequence[Track], time_s: float) -> list[_Body]:

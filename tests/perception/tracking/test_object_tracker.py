@@ -96,7 +96,8 @@ def test_a_moving_car_is_remembered_for_less_long_than_a_standing_one():
                 break
         lasted.append(k * STEP_S)
     assert lasted[0] > 14.0
-    assert 3.0 < lasted[1] < 6.0
+    # Once nobody knows where it is, it is no longer an object.
+    assert 1.0 < lasted[1] < 3.5
 
 
 def test_a_heading_that_flips_now_and_then_stays_and_motion_mends_a_wrong_one():

@@ -32,6 +32,10 @@ UNCONFIRMED_S = 0.35
 """An object seen only once is dropped after this time."""
 SURE_HIT = 0.95
 """No single detection counts for more than this."""
+NOWHERE_M = 2.5
+"""A hidden object whose place is known no better than this (standard deviation) is forgotten: it may be anywhere that
+is not seen, and what is not seen does not count as free anyway.
+"""
 STRENGTH_GAIN = 0.2
 """Gain of the running mean of scores: about the last five looks."""
 HEADROOM = 2.0
@@ -67,6 +71,8 @@ def ended(body: Body, now_s: float, confirmed: bool) -> bool:
     """Return True if a body is to be dropped."""
     unseen_s = now_s - body.last_seen_s
     if body.odds < GONE or (not confirmed and unseen_s > UNCONFIRMED_S):
+        return True
+    if body.hidden and float(np.linalg.eigvalsh(body.p[:2, :2])[-1]) > NOWHERE_M**2:
         return True
     standing = body.motion is Motion.STANDING
     return unseen_s > (body.group.remembered_standing_s if standing else body.group.remembered_moving_s)

@@ -4,8 +4,9 @@ A camera range is off by a tenth, and its rate is measured only after a second o
 likeliest one but the one that is worse for a user of the lane:
 
 * The position is on the centre of its lane, two standard deviations of the range nearer than measured.
-* In a lane that leads towards us it comes, with the measured speed and two standard deviations more. Before a rate is
-  measured, this is the speed of the fastest traffic. It is reported otherwise only if it surely drives away from us.
+* In a lane that leads towards us it comes, with the measured speed and two standard deviations more. Before the rate is
+  known, this is no more than the fastest traffic of the road drives, as for what is not seen (`sight.FASTEST_SHARE`).
+  It is reported otherwise only if it surely drives away from us.
 * In a lane that leads away from us it is reported once its rate is known well enough. Before that nothing is claimed,
   but sight ends there. It comes towards us only if the rate leaves no doubt.
 * In a junction lanes overlap: there the visible side, front or rear, decides.
@@ -24,6 +25,7 @@ from stucksolver.perception.far_tracking import FarTrack
 from stucksolver.perception.percept import Percept
 from stucksolver.perception.tracking import Track
 from stucksolver.stacks.carla_stack.frames import to_local, to_world, yaw_to_local
+from stucksolver.stacks.sensed.sight import FASTEST_SHARE
 
 SURE_SDS = 2.0
 SURELY_MPS = 1.0
@@ -52,22 +54,30 @@ TRACK_LABELS = (0, 2)
 class FarOnLanes:
     """The far vehicles of one map. `told` caches its last answer, since it is called several times per percept."""
 
-    def __init__(self, carla_map: carla.Map) -> None:
-        self._map = carla_map
+    def __init__(self, carla_map: carla.Map, vehicle: Any = None) -> None:
+        """`vehicle` has the speed limit of the road (`get_speed_limit`, km/h); without it, `FASTEST_MPS` is assumed."""
+        self._map, self._vehicle = carla_map, vehicle
         self._last: tuple[Percept | None, tuple[Track, ...]] = (None, ())
 
     def told(self, percept: Percept | None) -> tuple[Track, ...]:
         """Return them as tracks like those of the LiDAR, at the time of the percept."""
         if percept is not self._last[0]:
             found = () if percept is None else percept.far_tracks
-            tracks = (as_told(one, self._map, percept.pose.z_m if percept else 0.0) for one in found)
+            limit = 0.0 if self._vehicle is None else FASTEST_SHARE * self._vehicle.get_speed_limit() / 3.6
+            height_m = percept.pose.z_m if percept else 0.0
+            tracks = (as_told(one, self._map, height_m, limit or FASTEST_MPS) for one in found)
             self._last = (percept, tuple(track for track in tracks if track is not None))
         return self._last[1]
 
 
-def as_told(far: FarTrack, carla_map: Any, height_m: float) -> Track | None:
-    """Return one of them on its lane; None if nothing is claimed. `height_m` is that of the ego's position, local
-    frame.
+def as_told(far: FarTrack, carla_map: Any, height_m: float, fastest_mps: float = FASTEST_MPS) -> Track | None:
+    """Return one of them on its lane; None if nothing is claimed.
+
+    Args:
+        far: The vehicle.
+        carla_map: The map.
+        height_m: Height of the ego's position, local frame.
+        fastest_mps: Speed of the fastest traffic, assumed before the rate is known.
     """
     if far.range_m < NEAREST_M:
         return None
@@ -79,7 +89,7 @@ def as_told(far: FarTrack, carla_map: Any, height_m: float) -> Track | None:
     along = math.cos(yaw - far.bearing_rad)
     if beside > waypoint.lane_width / 2.0 + BESIDE_M or abs(along) < ALONG_COS:
         return None
-    rate = _rate_told(far, far.towards > 0.5 if waypoint.is_junction else along < 0.0)
+    rate = _rate_told(far, far.towards > 0.5 if waypoint.is_junction else along < 0.0, fastest_mps)
     if rate is None:
         return None
     nearer_m = min(SURE_SDS * far.range_sd_m, far.range_m - NEAREST_M)
@@ -89,12 +99,14 @@ def as_told(far: FarTrack, carla_map: Any, height_m: float) -> Track | None:
     return _track(far, x, y, height_m, away, rate)
 
 
-def _rate_told(far: FarTrack, comes: bool) -> float | None:
+def _rate_told(far: FarTrack, comes: bool, fastest_mps: float) -> float | None:
     """Return the reported velocity over ground away from the ego; None if nothing is claimed."""
     least, most = far.rate_mps - SURE_SDS * far.rate_sd_mps, far.rate_mps + SURE_SDS * far.rate_sd_mps
     goes_away = least > SURELY_MPS and far.hits >= MEASURED_HITS
     if (comes and not goes_away) or most < -SURELY_MPS:
-        return max(min(least, 0.0), -FASTEST_MPS)
+        # A measured rate counts also if it is above what the road allows.
+        usual_mps = fastest_mps if far.rate_sd_mps > KNOWN_SD_MPS else FASTEST_MPS
+        return max(min(least, 0.0), -max(usual_mps, -far.rate_mps))
     return max(far.rate_mps, 0.0) if far.rate_sd_mps < KNOWN_SD_MPS else None
 
 

@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 import carla
+import numpy as np
 
 from stucksolver.perception.percept import Percept
 from stucksolver.perception.tracking import Track
@@ -26,6 +27,8 @@ ACROSS_FARTHER = 0.006
 """... and what each metre of distance adds (m/s): the errors of moving cars in recordings of seven drives, with some
 reserve.
 """
+SETTLED_MPS = 1.0
+"""Until the tracker knows a new track's speed across the lane this well, its own standard deviation is used."""
 SLOW_MPS = 1.5
 """A slower vehicle may be manoeuvring."""
 
@@ -58,7 +61,14 @@ def on_lane(track: Track, carla_map: Any, ego: Any) -> Track:
     along, across = track.vx_mps * cos + track.vy_mps * sin, track.vy_mps * cos - track.vx_mps * sin
     beside = abs((track.y_m - y) * cos - (track.x_m - x) * sin)
     away = math.hypot(track.x_m - ego.x_m, track.y_m - ego.y_m)
-    if beside > waypoint.lane_width / 2.0 or abs(across) > SURE_SDS * (ACROSS_MPS + ACROSS_FARTHER * away):
+    if beside > waypoint.lane_width / 2.0 or abs(across) > SURE_SDS * _across_sd_mps(track, yaw, away):
         return track
     turned = yaw if along >= 0.0 else math.remainder(yaw + math.pi, math.tau)
     return replace(track, yaw_rad=turned, vx_mps=along * cos, vy_mps=along * sin)
+
+
+def _across_sd_mps(track: Track, yaw_rad: float, away_m: float) -> float:
+    """Return the standard deviation of a track's speed across a lane of this direction (m/s)."""
+    side = np.array([-math.sin(yaw_rad), math.cos(yaw_rad)])
+    filtered = math.sqrt(max(float(side @ track.covariance[3:, 3:] @ side), 0.0))
+    return filtered if filtered > SETTLED_MPS else ACROSS_MPS + ACROSS_FARTHER * away_m

@@ -52,7 +52,7 @@ class SensedBodies:
     def __init__(self, eyes: Eyes, range_m: float) -> None:
         self._eyes, self._range_m = eyes, range_m
         carla_map = eyes.vehicle.get_world().get_map()
-        self._near, self._far = OnLanes(carla_map), FarOnLanes(carla_map)
+        self._near, self._far = OnLanes(carla_map), FarOnLanes(carla_map, eyes.vehicle)
 
     def read(self, ego_x: float, ego_y: float) -> NearbyBodies:
         """Return all tracks within range of a point of CARLA's world, predicted to this tick."""
@@ -67,7 +67,7 @@ class SensedTracker:
     def __init__(self, eyes: Eyes) -> None:
         self._eyes = eyes
         carla_map = eyes.vehicle.get_world().get_map()
-        self._near, self._far = OnLanes(carla_map), FarOnLanes(carla_map)
+        self._near, self._far = OnLanes(carla_map), FarOnLanes(carla_map, eyes.vehicle)
         self._pushing = Pushing()
         self._pushed: frozenset[int] = frozenset()
 
