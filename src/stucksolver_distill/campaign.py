@@ -132,7 +132,8 @@ def collect(spec: CampaignSpec, say: Say) -> LabelFile:
         work = _Campaign(spec, labels, say, searchers)
         run_steps([work.reference(route) for route in spec.routes], spec.jobs)
     say(f"{work.standstills} standstills on {len(spec.routes)} routes, {work.drives} exact drives in this run")
-    write_lessons(spec.out, spec.out / STANDSTILLS, labels.labels)
+    guard = Guard(find_ladder(spec.drives.ladder or "evaluation").guard_policy())
+    write_lessons(spec.out, spec.out / STANDSTILLS, labels.labels, guard)
     write_text(spec.out / BOOK, book_of(labels.labels).model_dump_json(indent=1) + "\n")
     return labels
 

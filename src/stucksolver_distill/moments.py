@@ -17,7 +17,7 @@ from stucksolver.reason.distilled.scene_text import write_scene
 from stucksolver.reason.reasoner import Request
 from stucksolver.reason.rules import RuleReasoner
 from stucksolver.record import AskedQuestion
-from stucksolver.scene import Surroundings
+from stucksolver.scene import Scene, Surroundings
 from stucksolver.scene.model import Model
 from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine.execution import Execution
@@ -108,7 +108,7 @@ def moments_of(suite: str, outcome: RouteOutcome, asked: Sequence[AskedQuestion]
                 scene=write_scene(question.scene),
                 gone_after_s=gone_after(track, at_s),
                 watched_s=round(max(float(track[-1, 0]) - at_s, 0.0), 2),
-                plans=() if seen is None else tuple(judge(question, seen, guard)),
+                plans=() if seen is None else tuple(judge(question.scene, seen, guard)),
             )
         )
     return found
@@ -135,13 +135,13 @@ def gone_after(track: np.ndarray[tuple[int, ...], np.dtype[np.float64]], at_s: f
     return round(max(float(started_s) - at_s, 0.0), 2)
 
 
-def judge(question: AskedQuestion, seen: Surroundings, guard: Guard) -> Iterator[JudgedPlan]:
+def judge(scene: Scene, seen: Surroundings, guard: Guard) -> Iterator[JudgedPlan]:
     """Yield the candidate plans of a scene, with the guard's verdict in these surroundings."""
     view, glance = FrenetScene(seen), Glance(seen)
-    # The drive only waits, so its own answers have no plans.
-    own = RuleReasoner().decide(Request(question.scene)).decision.plan
-    for plan in dict.fromkeys((*candidates(question.scene), *(() if own is None else (own,)))):
-        accepted = Execution(plan, guard, guided=False).start(view, question.scene.time_s).accepted
+    # In a drive that only waits the answers have no plans, so the rules are asked here.
+    own = RuleReasoner().decide(Request(scene)).decision.plan
+    for plan in dict.fromkeys((*candidates(scene), *(() if own is None else (own,)))):
+        accepted = Execution(plan, guard, guided=False).start(view, scene.time_s).accepted
         trail = _trail(plan, seen, guard) if accepted else None
         yield JudgedPlan(plan=plan, value_m=None if trail is None else round(glance.value(trail), 2))
 

@@ -57,6 +57,7 @@ def test_variants_of_one_situation_are_held_out_together():
         groups = {held_out(moment(scenario=name + more), ()) in ("train", "tune") for more in ("", "TwoWays")}
         assert len(groups) == 1
     assert held_out(moment(town="motorway"), ("motorway",)) == "maps"
+    assert held_out(moment(), (f"{moment().suite}/{moment().route_id}",)) == "routes"
 
 
 def test_moments_survive_their_file(tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import shutil
 
 import pytest
@@ -22,6 +23,7 @@ from stucksolver.reason.distilled.candidates import candidates
 from stucksolver.reason.distilled.chain import MOST_TOKENS, Chain, ChainError, read_chain, write_chain
 from stucksolver.reason.distilled.features import MOST, WIDTHS, encode, encode_plans
 from stucksolver.reason.distilled.network import CARD, DATA, WEIGHTS, read_card
+from stucksolver.reason.distilled.reasoner import held_by_law
 from stucksolver.reason.distilled.scene_text import FIELDS, ROWS, VERSION, SceneTextError, read_scene, write_scene
 from stucksolver.reason.distilled.vocabulary import vocabulary
 from stucksolver.reason.llm.answer import parse_answer
@@ -31,7 +33,7 @@ from stucksolver.reason.make import make_reasoner
 from stucksolver.reason.reasoner import ACCEPTED
 from stucksolver.reason.registry import ReasonerNameError
 from stucksolver.record import Recorder, replay
-from stucksolver.scene import Guidance, LineKind, ObjectKind, PastAttempt, Scene
+from stucksolver.scene import CandidateWaypoint, Guidance, LineKind, ObjectKind, PastAttempt, Scene
 from stucksolver.serve.completions import answer_of
 from stucksolver.solver import StuckSolver
 
@@ -221,6 +223,90 @@ def test_it_never_waits_for_long_on_its_own_authority(student):
     soon, late = (scene(thing("a", 62.0), stopped_for_s=s) for s in (20.0, 61.0))
     assert impatient.decide(Request(soon)).decision.analysis.wait not in (None, WaitReason.NO_SAFE_WAY)
     assert impatient.decide(Request(late)).decision.plan is not None
+
+
+# ---- where the rules ask for help
+
+CAR_AND_ROCK = (thing("car", 62.0), thing("rock", 82.0, 3.5, kind=ObjectKind.DEBRIS))
+EAGER = Choice(unlikely=0.0, instead=-100.0)
+
+
+def for_help(*more, **update) -> Scene:
+    one = scene(*CAR_AND_ROCK, *more, stopped_for_s=121.0, **update)
+    plan = RuleReasoner().decide(Request(one)).decision.plan
+    assert plan is not None and plan.behaviors[0].name == "request_assistance"
+    return one
+
+
+def test_among_its_plans_are_short_changes_of_lane_with_the_way_back():
+    pairs = {tuple(b.name for b in plan.behaviors) for plan in candidates(for_help())}
+    assert {("change_lane", "change_lane"), ("change_lane", "rejoin_route")} <= pairs
+
+
+def test_a_plan_that_the_guard_accepts_comes_before_a_call_for_help():
+    asked: list[RecoveryPlan] = []
+
+    def accept(plan: RecoveryPlan) -> str:
+        asked.append(plan)
+        return ACCEPTED
+
+    plan = DistilledReasoner(choice=EAGER).decide(Request(for_help(), accept)).decision.plan
+    assert [plan] == asked
+    assert plan is not None and not any(b.name == "request_assistance" for b in plan.behaviors)
+
+
+@pytest.mark.parametrize(
+    ("choice", "check"),
+    [
+        (EAGER, lambda plan: "collision: no"),
+        (EAGER, None),
+        (Choice(unlikely=0.0, instead=100.0), lambda plan: ACCEPTED),
+    ],
+    ids=["all are refused", "nobody can be asked", "none is worth it"],
+)
+def test_without_such_a_plan_the_call_stands(choice, check):
+    plan = DistilledReasoner(choice=choice).decide(Request(for_help(), check)).decision.plan
+    assert plan is not None and plan.behaviors[0].name == "request_assistance"
+
+
+def test_it_does_not_try_to_get_past_something_in_its_own_lane():
+    one = scene(thing("a", 62.0), stopped_for_s=70.0)
+    asked: list[RecoveryPlan] = []
+    DistilledReasoner(choice=Choice(unlikely=0.0, tried=1000)).decide(Request(one, lambda p: asked.append(p) or "no"))
+    ways = {tuple(b.name for b in plan.behaviors) for plan in asked}
+    assert ("borrow_oncoming_lane",) in ways
+    assert not ways & {("keep_lane",), ("back_up", "keep_lane")}
+
+
+def test_where_nothing_is_in_the_way_and_the_rules_have_no_plan_it_has_none():
+    one = scene(stopped_for_s=5.0)
+    assert RuleReasoner().decide(Request(one)).decision.plan is None
+    restless = Choice(soon=2.0, unlikely=0.0)
+    assert DistilledReasoner(choice=restless).decide(Request(one, lambda plan: ACCEPTED)).decision.plan is None
+
+
+def test_where_a_light_holds_the_vehicle_the_call_stands():
+    one = scene(controls=(red_light(10.0),), stopped_for_s=200.0)
+    assert RuleReasoner().decide(Request(one)).decision.plan is not None
+    plan = DistilledReasoner(choice=EAGER).decide(Request(one, lambda plan: ACCEPTED)).decision.plan
+    assert plan is not None and plan.behaviors[0].name == "request_assistance"
+
+
+@pytest.mark.parametrize(
+    ("more", "controls", "held"),
+    [
+        ((), (), False),
+        ((), (red_light(10.0),), True),
+        ((), (red_light(10.0, applies=False),), False),
+        ((thing("gate", 56.0, kind=ObjectKind.CROSSING_GATE),), (), True),
+        ((thing("across", 60.0, 15.0, yaw=-math.pi / 2, sideways=-6.0),), (), True),
+    ],
+)
+def test_lights_gates_and_who_goes_first_hold_it_however_long_it_has_stood(more, controls, held):
+    one = scene(*CAR_AND_ROCK, *more, controls=controls, stopped_for_s=500.0)
+    lane = one.ego.lane_id
+    route = tuple(CandidateWaypoint(id=f"w{s}", lane_id=lane, x_m=s, y_m=0.0, distance_m=s) for s in (10.0, 30.0))
+    assert held_by_law(one.model_copy(update={"waypoints": route})) is held
 
 
 def test_at_the_destination_it_waits(student):

@@ -17,12 +17,14 @@ from starlette.testclient import TestClient
 from worlds import World, straight_road, thing
 
 from stucksolver.cli.serve_model import _bound
+from stucksolver.decision import RecoveryPlan
 from stucksolver.reason import Request
-from stucksolver.reason.distilled import DistilledReasoner
+from stucksolver.reason.distilled import Choice, DistilledReasoner
 from stucksolver.reason.distilled.scene_text import write_scene
 from stucksolver.reason.llm.prompt import user_text
 from stucksolver.reason.llm.read_text import read_prompt
 from stucksolver.reason.make import make_reasoner, preflight
+from stucksolver.reason.reasoner import ACCEPTED
 from stucksolver.scene import Guidance, LineKind
 from stucksolver.serve import app as server
 from stucksolver.serve.completions import MODEL, Student
@@ -178,3 +180,71 @@ def test_missing_weights_end_the_command_with_the_remedy(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert done.returncode == 2
     assert re.search(r"error: .*no student is there; train it again", done.stderr)
+
+
+# ---- the guard, as the client offers it
+
+
+def abandoned():
+    """So long that the student no longer expects the wait to end."""
+    one = stuck()
+    return one.model_copy(update={"ego": one.ego.model_copy(update={"stopped_for_s": 70.0})})
+
+
+def test_it_asks_the_guard_about_the_plan_that_it_proposes(student):
+    asked: list[RecoveryPlan] = []
+
+    def accept(plan: RecoveryPlan) -> str:
+        asked.append(plan)
+        return ACCEPTED
+
+    with running(student) as url:
+        answer = make_reasoner(f"openai:{MODEL}@{url}#call=strict").decide(Request(abandoned(), accept))
+    assert asked == [answer.decision.plan]
+    assert len(answer.trace.answers) == 2
+
+
+def test_what_the_guard_refuses_is_not_proposed_while_there_is_another_plan():
+    student = Student(DistilledReasoner(choice=Choice(unlikely=0.0)), find_reader())
+    asked: list[RecoveryPlan] = []
+
+    def refuse(plan: RecoveryPlan) -> str:
+        asked.append(plan)
+        return "collision: no"
+
+    with running(student) as url:
+        answer = make_reasoner(f"openai:{MODEL}@{url}#call=strict").decide(Request(abandoned(), refuse))
+    # Our client lets a model ask twice.
+    assert len(set(asked)) == 2
+    assert answer.decision.plan is not None and answer.decision.plan not in asked
+
+
+def test_a_client_that_always_offers_the_check_is_answered_in_the_end(client):
+    tools = [{"type": "function", "function": {"name": name}} for name in ("decide", "check_plan")]
+    messages = [{"role": "user", "content": user_text(abandoned())}]
+    for _ in range(Choice().tried + 1):
+        reply = client.post(PATH, json={"model": MODEL, "messages": messages, "tools": tools}).json()["choices"][0]
+        (call,) = reply["message"]["tool_calls"]
+        if call["function"]["name"] == "decide":
+            break
+        told = {"role": "tool", "tool_call_id": call["id"], "content": "sight: no"}
+        messages += [reply["message"], told]
+    assert call["function"]["name"] == "decide"
+    assert len(messages) >= 3
+
+
+def test_who_must_decide_does_not_ask(client):
+    tools = [{"type": "function", "function": {"name": name}} for name in ("decide", "check_plan")]
+    sent = body(user_text(abandoned()), tools=tools, tool_choice=tools[0])
+    (call,) = client.post(PATH, json=sent).json()["choices"][0]["message"]["tool_calls"]
+    assert call["function"]["name"] == "decide"
+
+
+def test_a_call_of_the_check_without_a_plan_is_an_error(client):
+    made = {"id": "x", "type": "function", "function": {"name": "check_plan", "arguments": "{}"}}
+    sent = body(user_text(abandoned()))
+    sent["messages"] += [
+        {"role": "assistant", "content": None, "tool_calls": [made]},
+        {"role": "tool", "tool_call_id": "x", "content": "accepted"},
+    ]
+    assert "check_plan holds no plan" in wrong(client.post(PATH, json=sent))["message"]

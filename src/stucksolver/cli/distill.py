@@ -89,7 +89,10 @@ def _add_data(parser: argparse.ArgumentParser) -> None:
         "--data", type=Path, nargs="+", required=True, metavar="DIR", help="folders that `collect --waits` filled"
     )
     parser.add_argument(
-        "--hold-out", default="motorway", metavar="TOWN,TOWN", help="maps that are not trained on, only scored"
+        "--hold-out",
+        default="motorway",
+        metavar="NAME,NAME",
+        help="maps, and routes as SUITE/ID, that are not trained on, only scored",
     )
 
 
@@ -182,7 +185,7 @@ def _train(options: argparse.Namespace) -> int:
     asked = Asked(
         data=tuple(options.data),
         out=options.out,
-        maps=_names(options.hold_out),
+        apart=_names(options.hold_out),
         minutes=options.minutes,
         steps=options.steps,
         seed=options.seed,

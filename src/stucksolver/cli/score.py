@@ -72,15 +72,13 @@ def show_scores(
     from stucksolver_eval.report.tables import banners, summary_text
     from stucksolver_eval.results.store import Store, StoreError
     from stucksolver_eval.routes import RouteFileError
-    from stucksolver_eval.scores.summary import summarize
 
     try:
         pair = _pair(folders, alone)
         summaries = []
         for folder in folders:
-            store = Store(folder)
-            summaries.append(summarize(store, pair if pair is not None and folder != pair.folder else None))
-            write_evaluation(store, summaries[-1])
+            summaries.append(_summarized(folder, pair))
+            write_evaluation(Store(folder), summaries[-1])
         if plots is not None:
             write_plots(summaries, plots)
     except (StoreError, RouteFileError, OutputError, ReportError, RecordError, OSError) as error:
@@ -106,6 +104,14 @@ def _pair(folders: list[Path], alone: Path | None) -> Store | None:
     if alone is not None:
         return Store(alone)
     return next((s for s in map(Store, folders) if s.manifest().recovery == "none"), None)
+
+
+def _summarized(folder: Path, alone: Store | None) -> Summary:
+    """Return the figures of one evaluation, paired with the driver alone unless it is that itself."""
+    from stucksolver_eval.results.store import Store
+    from stucksolver_eval.scores.summary import summarize
+
+    return summarize(Store(folder), None if alone is None or folder == alone.folder else alone)
 
 
 def show_sweep(summaries: dict[str, Summary], out: Path, *, as_json: bool = False) -> int:
@@ -135,15 +141,15 @@ def run_compare(options: argparse.Namespace) -> int:
     from stucksolver_eval.report import ReportError
     from stucksolver_eval.report.comparison import write_comparison
     from stucksolver_eval.report.tables import banners
-    from stucksolver_eval.results.store import Store, StoreError
+    from stucksolver_eval.results.store import StoreError
     from stucksolver_eval.routes import RouteFileError
     from stucksolver_eval.scores.compare import ComparisonError, comparison, comparison_text
-    from stucksolver_eval.scores.summary import summarize
     from stucksolver_eval.terminal import filled
 
     try:
-        first = summarize(Store(options.first))
-        others = [summarize(Store(one), Store(options.first)) for one in options.others]
+        # Only the driver alone shows where waiting would have been enough: A may be another reasoner.
+        alone = _pair([options.first, *options.others], None)
+        first, *others = [_summarized(one, alone) for one in (options.first, *options.others)]
         compared = [comparison(first, one) for one in others]
         if options.json:
             print_json([_figures(one) for one in compared])

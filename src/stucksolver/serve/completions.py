@@ -1,5 +1,8 @@
 """Answers chat completions: finds the scene in the messages, asks the student, and writes its decision as a call.
 
+If the client offers the function `check_plan`, the student calls it for the plans that it would propose, one a turn,
+before it decides. Nothing is kept between requests: the verdicts are in the messages.
+
 Every error is one of OpenAI's form, with a message that says what is wrong and what to do.
 """
 
@@ -9,16 +12,19 @@ import json
 import time
 import uuid
 from dataclasses import dataclass
+from types import NoneType
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from stucksolver.decision import Decision
+from stucksolver.decision import Decision, RecoveryPlan
+from stucksolver.decision.behaviors import Behavior
 from stucksolver.reason.distilled import DistilledReasoner
 from stucksolver.reason.distilled.scene_text import HEAD, SceneTextError, read_scene
+from stucksolver.reason.llm.answer import AnswerError, parse_plan
 from stucksolver.reason.llm.read_text import PromptError, read_prompt
-from stucksolver.reason.llm.schema import DECIDE, MOST_CONTROLS, MOST_PARTICIPANTS, MOST_TEXT
-from stucksolver.reason.reasoner import ReasonerError, Request
+from stucksolver.reason.llm.schema import CHECK_PLAN, DECIDE, MOST_CONTROLS, MOST_PARTICIPANTS, MOST_TEXT
+from stucksolver.reason.reasoner import ACCEPTED, PlanCheck, ReasonerError, Request
 from stucksolver.scene import Guidance, Scene
 from stucksolver.words import WordsReader, situation_of
 
@@ -56,11 +62,27 @@ class Part(_Tolerant):
     text: str = ""
 
 
+class FunctionCalled(_Tolerant):
+    """A function and its arguments, as JSON."""
+
+    name: str
+    arguments: str = ""
+
+
+class ToolCalled(_Tolerant):
+    """A call that we made before."""
+
+    id: str
+    function: FunctionCalled
+
+
 class Turn(_Tolerant):
     """One message."""
 
     role: Literal["system", "developer", "user", "assistant", "tool", "function"]
     content: str | list[Part] | None = None
+    tool_calls: list[ToolCalled] | None = None
+    tool_call_id: str | None = None
 
     @property
     def text(self) -> str:
@@ -140,7 +162,9 @@ class Student:
             raise RequestError(f"offer a function named {DECIDE!r}: {function!r} is not known", field="tools")
         scene = self._understood(_scene(asked))
         try:
-            decision = self.reasoner.decide(Request(scene)).decision
+            decision = self.reasoner.decide(Request(scene, guard_of(asked, scene))).decision
+        except Unasked as question:
+            return _completion(asked, CHECK_PLAN, {"behaviors": question.plan.model_dump(mode="json")["behaviors"]})
         except ReasonerError as error:
             raise RequestError(str(error), field="messages") from error
         return _completion(asked, DECIDE, answer_of(decision))
@@ -152,6 +176,52 @@ class Student:
         reading = self.reader.read(words.text, situation_of(scene))
         told = Guidance(text=words.text, time_s=words.time_s, reading=reading)
         return scene.model_copy(update={"guidance": told})
+
+
+class Unasked(Exception):
+    """The guard's verdict on a plan is wanted before the student decides."""
+
+    def __init__(self, plan: RecoveryPlan) -> None:
+        super().__init__("a plan whose verdict is not known yet")
+        self.plan = plan
+
+
+def guard_of(asked: Completion, scene: Scene) -> PlanCheck | None:
+    """Return the guard as the client has told and offers it: the verdicts in the messages, and the function
+    `check_plan`. None if there is neither.
+
+    The check raises `Unasked` while a plan has no verdict and one can be asked for. When the function is no longer
+    offered, a plan without a verdict counts as accepted: whoever asks us has a guard that checks it.
+    """
+    told = verdicts(asked, scene)
+    offered = isinstance(asked.tool_choice, (str, NoneType)) and any(
+        tool.function.name == CHECK_PLAN for tool in asked.tools
+    )
+    if not told and not offered:
+        return None
+
+    def check(plan: RecoveryPlan) -> str:
+        said = told.get(plan.behaviors)
+        if said is None and offered:
+            raise Unasked(plan)
+        return ACCEPTED if said is None else said
+
+    return check
+
+
+def verdicts(asked: Completion, scene: Scene) -> dict[tuple[Behavior, ...], str]:
+    """Return what the guard said to the plans about which it was asked in these messages."""
+    calls = {call.id: call.function for turn in asked.messages for call in turn.tool_calls or ()}
+    found: dict[tuple[Behavior, ...], str] = {}
+    for turn in asked.messages:
+        call = calls.get(turn.tool_call_id or "")
+        if turn.role != "tool" or call is None or call.name != CHECK_PLAN:
+            continue
+        try:
+            found[parse_plan(call.arguments, scene).behaviors] = turn.text
+        except AnswerError as error:
+            raise RequestError(f"a call of {CHECK_PLAN} holds no plan: {error}", field="messages") from error
+    return found
 
 
 def _parsed(body: bytes) -> Completion:

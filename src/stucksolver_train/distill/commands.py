@@ -19,7 +19,7 @@ from stucksolver_train.distill.report import draw_calibration, report
 from stucksolver_train.distill.scores import answered, scores, temperature_of, with_choices
 
 SCORES, PLOT = "student_scores.json", "calibration.svg"
-HELD_OUT = ("tune", "types", "maps")
+HELD_OUT = ("tune", "types", "maps", "routes")
 Say = Callable[[str], None]
 
 
@@ -30,13 +30,13 @@ class Asked:
     Attributes:
         data: Folders that `stucksolver distill collect --waits` filled.
         out: Folder for the weights, their card and the scores.
-        maps: Maps that are held out as a whole.
+        apart: Maps, and routes as `SUITE/ID`, that are held out as a whole.
         minutes, steps, seed: As in `stucksolver_train.distill.train.Settings`.
     """
 
     data: tuple[Path, ...]
     out: Path
-    maps: tuple[str, ...] = ("motorway",)
+    apart: tuple[str, ...] = ("motorway",)
     minutes: float = 5.0
     steps: int | None = None
     seed: int = 1
@@ -53,7 +53,7 @@ def train(asked: Asked, say: Say) -> Path:
     from stucksolver_train.distill.train import Settings, fit
 
     words = vocabulary()
-    groups = _groups(asked.data, asked.maps, asked.seed)
+    groups = _groups(asked.data, asked.apart, asked.seed)
     say(", ".join(f"{name} {len(found)}" for name, found in groups.items()) + " examples")
     taught = groups.get("train", [])
     settings = Settings(minutes=asked.minutes, steps=asked.steps, seed=asked.seed)
@@ -73,9 +73,9 @@ def _rewritten(card: Card, folder: Path, **changes: Any) -> Card:
     return changed
 
 
-def score(data: Sequence[Path], weights: Path, out: Path, maps: Sequence[str], say: Say) -> dict[str, Any]:
+def score(data: Sequence[Path], weights: Path, out: Path, apart: Sequence[str], say: Say) -> dict[str, Any]:
     """Score the weights of a folder on moments, and write the figures to another one. Raises `ValueError`."""
-    return evaluate(weights, out, _groups(data, maps, 1), say)
+    return evaluate(weights, out, _groups(data, apart, 1), say)
 
 
 def evaluate(weights: Path, out: Path, groups: dict[str, list[Example]], say: Say) -> dict[str, Any]:
@@ -104,9 +104,9 @@ def copy_to(weights: Path, out: Path) -> Path:
     return out / WEIGHTS
 
 
-def _groups(data: Sequence[Path], maps: Sequence[str], seed: int) -> dict[str, list[Example]]:
+def _groups(data: Sequence[Path], apart: Sequence[str], seed: int) -> dict[str, list[Example]]:
     found: dict[str, list[Example]] = {}
-    for one in examples(files_in(data), vocabulary(), maps, seed):
+    for one in examples(files_in(data), vocabulary(), apart, seed):
         found.setdefault(one.group, []).append(one)
     if not found:
         raise ValueError("there are no moments in these folders: run `stucksolver distill collect --waits` first")
@@ -119,12 +119,12 @@ def _trained(asked: Asked, groups: dict[str, list[Example]]) -> dict[str, Any]:
     command += ["--steps", str(asked.steps)] if asked.steps else ["--minutes", f"{asked.minutes:g}"]
     moments = [one.moment for one in groups.get("train", ()) if one.hold >= 0]
     return {
-        "command": shlex.join([*command, "--hold-out", ",".join(asked.maps), "--out", "OUT"]),
+        "command": shlex.join([*command, "--hold-out", ",".join(asked.apart), "--out", "OUT"]),
         "moments": len(moments),
         "standstills": len({(m.suite, m.route_id, m.seed, m.standstill) for m in moments}),
         "drives": dict(sorted(Counter(s for s, *_ in {(m.suite, m.route_id, m.seed) for m in moments}).items())),
         "held_out_types": sorted({one.moment.scenario for one in groups.get("types", ())}),
-        "held_out_maps": sorted(asked.maps),
+        "held_out_maps_and_routes": sorted(asked.apart),
     }
 
 

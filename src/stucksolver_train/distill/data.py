@@ -81,18 +81,20 @@ class Example:
     rules_hold: int
 
 
-def held_out(moment: Moment, maps: Sequence[str], share: int = 5) -> str:
-    """Return to which group a moment belongs: `train`, `tune` (for the temperature only), `types` or `maps`.
+def held_out(moment: Moment, apart: Sequence[str], share: int = 5) -> str:
+    """Return to which group a moment belongs: `train`, `tune` (for the temperature only), `types`, `maps` or `routes`.
 
     Variants of one situation (`…TwoWays`, `…V2`) stay together.
 
     Args:
         moment: The moment.
-        maps: Maps that are held out as a whole.
+        apart: Maps, and routes as `SUITE/ID`, that are held out as a whole.
         share: One of so many families of scenario types is held out.
     """
-    if moment.town in maps:
+    if moment.town in apart:
         return "maps"
+    if f"{moment.suite}/{moment.route_id}" in apart:
+        return "routes"
     family = moment.scenario.removesuffix("TwoWays").removesuffix("V2")
     if _number(family) % share == 0:
         return "types"
@@ -108,7 +110,7 @@ def files_in(folders: Iterable[Path]) -> list[Path]:
     return sorted(path for folder in folders for path in folder.rglob("*.jsonl.gz"))
 
 
-def examples(paths: Iterable[Path], words: Vocabulary, maps: Sequence[str], seed: int) -> Iterator[Example]:
+def examples(paths: Iterable[Path], words: Vocabulary, apart: Sequence[str], seed: int) -> Iterator[Example]:
     """Yield the examples of files of moments.
 
     Raises:
@@ -120,7 +122,7 @@ def examples(paths: Iterable[Path], words: Vocabulary, maps: Sequence[str], seed
             if moment.at_s < BEGUN_S and moment.answer is None:
                 continue
             scene = read_scene(moment.scene)
-            group = held_out(moment, maps)
+            group = held_out(moment, apart)
             yield example(moment, scene, group, words)
             if group == "train" and rng.random() < BLURRED:
                 yield example(moment, read_prompt(user_text(scene)), group, words)

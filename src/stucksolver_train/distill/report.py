@@ -11,6 +11,7 @@ GROUPS = {
     "tune": "same types and maps, other drives",
     "types": "held-out scenario types",
     "maps": "held-out maps",
+    "routes": "held-out routes",
 }
 
 

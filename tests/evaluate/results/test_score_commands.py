@@ -9,7 +9,7 @@ import pytest
 from stores import ROUTES, begun, keep, record
 
 from stucksolver.cli import main
-from stucksolver_eval.results.outcome import Reliability
+from stucksolver_eval.results.outcome import ImmobilizationEpisode, InterventionRecord, Reliability
 
 
 def evaluation(folder: Path, recovery: str, completion: float) -> Path:
@@ -95,6 +95,35 @@ def test_several_runs_are_compared_with_the_first(tmp_path: Path, capsys: pytest
     assert main(["compare", *map(str, runs)]) == 0
     told = capsys.readouterr().out
     assert "20.00 [20.00, 20.00]" in told and "60.00 [60.00, 60.00]" in told
+
+
+def test_only_the_driver_alone_shows_that_waiting_was_enough(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from stores import outcome
+
+    plan = InterventionRecord(
+        start_s=20.0, end_s=25.0, place_m=50.0, rung="rules", behaviors=("nudge",), moves=True, finished=True
+    )
+    left = ImmobilizationEpisode(onset_s=10.0, place_m=50.0, recovered_after_s=20.0, ended_s=30.0)
+    runs = {}
+    for name in ("none", "rules", "distilled"):
+        store = begun(tmp_path / name, recovery=name)
+        plans = () if name == "none" else (plan,)
+        for of in ROUTES:
+            keep(store, of, 1, record(of))
+            store.write_outcome(of, outcome(of, interventions=plans, spells=(left,)))
+        runs[name] = str(store.folder)
+
+    def false(*names: str) -> list[str]:
+        capsys.readouterr()
+        assert main(["compare", *(runs[name] for name in names)]) == 0
+        told = capsys.readouterr().out
+        return [line.split()[1:] for line in told.splitlines() if line.startswith("False")]
+
+    assert false("rules", "distilled") == [["0", "0"]]
+    assert false("none", "distilled") == [["0", "2"]]
+    assert false("none", "rules", "distilled") == [["0", "2"], ["0", "2"]]
 
 
 @pytest.mark.parametrize("command", [["score", "{}"], ["compare", "{}", "{}"]])

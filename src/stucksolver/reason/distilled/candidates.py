@@ -6,6 +6,7 @@ The grid is made from the schemas in the scene, which come from the registry: a 
 from __future__ import annotations
 
 import itertools
+from functools import cache
 from typing import Any
 
 from pydantic import ValidationError
@@ -23,12 +24,19 @@ MOST_IDS = 3
 """Number of objects or waypoints that are tried for each parameter that names one."""
 CALLS = frozenset({"request_assistance"})
 """Behaviours that ask a person. In a search there is nobody to ask."""
+AWAY_M, AWAY_MPS = (15.0, 20.0), (1.08, 1.8)
+"""How far (m) and how fast (m/s) a short lane change goes before the way back. A search over a wider grid found that
+the guard accepts only short and slow ones where something blocks the other lane as well. At 0.8 m/s a plan
+was given up between the lanes, since too little was seen behind.
+"""
+BACK_M, BACK_MPS, REJOIN_MPS = 15.0, (1.5, 3.93), 4.0
+"""The lane change back (m, m/s), and the speed of `rejoin_route` instead (m/s)."""
 Values = tuple[Any, ...]
 
 
 def candidates(scene: Scene) -> tuple[RecoveryPlan, ...]:
     """Return the plans among which the student chooses: each behaviour that moves the vehicle on, alone and after each
-    of those that prepare another one.
+    of those that prepare another one, and short changes of lane with the way back.
 
     Waiting is not among them, since it is a choice of its own.
 
@@ -40,7 +48,27 @@ def candidates(scene: Scene) -> tuple[RecoveryPlan, ...]:
     single = [(one,) for one in moving if _gets_on(one)]
     short = [one for one in offered(scene, PAIR_STEPS) if one.name in fitting and not one.stands_still]
     pairs = [(one, two) for one in short if one.prepares for two in short if _gets_on(two)]
-    return tuple(RecoveryPlan.model_validate({"behaviors": plan}) for plan in (*single, *pairs))
+    # A way back need not fit before the ego has left its lane.
+    returning = [(out, back) for out, back in there_and_back() if out.name in fitting and scene.offers(back.name)]
+    return tuple(RecoveryPlan.model_validate({"behaviors": plan}) for plan in (*single, *pairs, *returning))
+
+
+@cache
+def there_and_back() -> tuple[tuple[Behavior, Behavior], ...]:
+    """Return short changes of lane, each with a way back: past something that leaves the other lane free for little
+    more than the ego's length.
+    """
+    found: list[tuple[Behavior, Behavior]] = []
+    for side, other in (("left", "right"), ("right", "left")):
+        ways_back = [_lane_change(other, BACK_M, speed) for speed in BACK_MPS]
+        ways_back.append(parse_behavior({"name": "rejoin_route", "speed_mps": REJOIN_MPS}))
+        for distance, speed in itertools.product(AWAY_M, AWAY_MPS):
+            found += [(_lane_change(side, distance, speed), back) for back in ways_back]
+    return tuple(found)
+
+
+def _lane_change(side: str, distance_m: float, speed_mps: float) -> Behavior:
+    return parse_behavior({"name": "change_lane", "side": side, "distance_m": distance_m, "speed_mps": speed_mps})
 
 
 def leads_on(plan: RecoveryPlan) -> bool:

@@ -27,11 +27,15 @@ from stucksolver.reason.distilled.prose import render
 from stucksolver.reason.distilled.scene_text import write_scene
 from stucksolver.reason.reasoner import ACCEPTED, PARSERS, Answer, ReasonerError, Request, Trace
 from stucksolver.reason.rules import RuleReasoner
-from stucksolver.reason.rules.analyse import MOVING_MPS, loops
-from stucksolver.scene import REQUESTS, GuidanceIntent, Scene
+from stucksolver.reason.rules.analyse import LIGHT_AHEAD_M, MOVING_MPS, blocker, loops, red_light_within
+from stucksolver.reason.rules.observe import goes_first
+from stucksolver.scene import REQUESTS, GuidanceIntent, ObjectKind, Scene
 
 DUTIES = frozenset({WaitReason.LIGHT, WaitReason.STOP_SIGN, WaitReason.PEOPLE, WaitReason.YIELD})
 """Where the rules of the road make the vehicle wait, it waits, however likely the wait is to end."""
+
+IN_LANE = frozenset({"back_up", "creep", "follow_vehicle", "keep_lane"})
+"""Behaviours that keep to the lane: plans of only these do not get past what stands in it."""
 
 
 @dataclass(frozen=True)
@@ -46,13 +50,16 @@ class Choice:
             default the rules' plan comes first: on held-out data the others were worth less where it was accepted.
         unlikely: A plan that the guard accepts with a smaller probability is not asked about.
         tried: Number of plans about which the guard is asked.
+        instead: Where the rules ask a person for help, a plan that the guard accepts is proposed instead if it is worth
+            at least this (10 m): less would only move the place at which help is needed.
     """
 
     soon: float = 0.5
     longest_s: float = 60.0
     margin: float = 10.0
-    unlikely: float = 0.2
+    unlikely: float = 0.5
     tried: int = 8
+    instead: float = 2.5
 
 
 class DistilledReasoner:
@@ -106,7 +113,8 @@ class DistilledReasoner:
         within = ends_within(numbers.hazard)
         ends = round(float(within[2]), 2), round(float(within[4]), 2)
         wait = self._wait(scene, numbers, ends[0], said.analysis.wait)
-        plan = None if wait is not None or not _wanted(scene) else self._plan(request, plans, numbers, own)
+        idle = wait is not None or not _wanted(scene) or _unheld(scene, said)
+        plan = None if idle else self._plan(request, plans, numbers, own)
         if wait is None and plan is None and _wanted(scene):
             wait = said.analysis.wait or WaitReason.NO_SAFE_WAY
         stuck = plan is not None or wait is WaitReason.NO_SAFE_WAY
@@ -144,9 +152,13 @@ class DistilledReasoner:
         self, request: Request, plans: tuple[RecoveryPlan, ...], numbers: Numbers, own: RecoveryPlan | None
     ) -> RecoveryPlan | None:
         """Return the best plan that the guard accepts; or else the rules' plan, for which a gap may open."""
+        ranked = self._ranked(request.scene, plans, numbers, own)
         if own is not None and any(isinstance(b, RequestAssistance) for b in own.behaviors):
-            return own
-        for plan in self._ranked(request.scene, plans, numbers, own)[: self._choice.tried]:
+            if request.check is None or held_by_law(request.scene):
+                return own
+            worth = dict(zip(plans, numbers.value, strict=True))
+            ranked = [plan for plan in ranked if plan != own and worth[plan] >= self._choice.instead]
+        for plan in ranked[: self._choice.tried]:
             if request.check is None or request.check(plan) == ACCEPTED:
                 return plan
         return own
@@ -161,10 +173,12 @@ class DistilledReasoner:
         shares = np.exp(numbers.prior.astype(np.float64) - float(numbers.prior.max()))
         fits = shares / shares.max()
         tried = {attempt.behaviors for attempt in scene.attempts}
+        blocked = blocker(scene) is not None and scene.guidance is None
         ranked = []
         for number, plan in enumerate(plans):
             ours = plan == own
-            if accepted[number] < self._choice.unlikely and not ours:
+            stays = blocked and IN_LANE.issuperset(b.name for b in plan.behaviors)
+            if (accepted[number] < self._choice.unlikely or stays) and not ours:
                 continue
             # A passenger's words choose the plan; without words what it is worth does.
             worth = fits[number] if scene.guidance is not None else float(numbers.value[number])
@@ -174,11 +188,26 @@ class DistilledReasoner:
         return [plans[number] for _, _, number in sorted(ranked)]
 
 
+def held_by_law(scene: Scene) -> bool:
+    """True if the rules of the road keep the vehicle where it is, however long it has stood: a light, a closed gate, or
+    someone who goes first. The rules' reasoner asks for help there once the wait is too long.
+    """
+    lead = blocker(scene)
+    gated = lead is not None and lead.kind is ObjectKind.CROSSING_GATE
+    return gated or red_light_within(scene, LIGHT_AHEAD_M) is not None or goes_first(scene) is not None
+
+
 def _wanted(scene: Scene) -> bool:
     """True if something may be done: the passenger asks for it, or the vehicle does not get on."""
     if scene.guidance is not None:
         return _asked(scene) in REQUESTS
     return (scene.ego.speed_mps < MOVING_MPS or loops(scene)) and not scene.ego.at_destination
+
+
+def _unheld(scene: Scene, said: Decision) -> bool:
+    """True if the rules find nothing that holds the vehicle, nor anything to do, so there is nothing to get past."""
+    nothing = said.plan is None and said.analysis.wait is None
+    return nothing and scene.guidance is None and not loops(scene)
 
 
 def _asked(scene: Scene) -> GuidanceIntent:
