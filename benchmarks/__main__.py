@@ -12,6 +12,7 @@ NAMES = (
     "driver_ticks",
     "query_overhead",
     "distilled_latency",
+    "distilled_edge",
     "perception_stages",
     "passenger_clients",
     "carlette_ticks",

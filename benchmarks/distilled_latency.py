@@ -28,7 +28,7 @@ MOVED_M = 0.25
 
 def run(smoke: bool) -> dict[str, float]:
     """Return the figures: see this module's docstring."""
-    asked = list(_questions(20 if smoke else 200))
+    asked = list(questions(20 if smoke else 200))
     rules, student = _times(RuleReasoner(), asked), _times(DistilledReasoner(), asked)
     figures: dict[str, float] = {}
     for name, number in (("p50", 49), ("p95", 94)):
@@ -48,7 +48,8 @@ def _times(reasoner: Reasoner, asked: list[Request]) -> list[float]:
     return times
 
 
-def _questions(count: int) -> Iterator[Request]:
+def questions(count: int) -> Iterator[Request]:
+    """Yield questions about a car parked in the lane, among 30 objects, each with a check of plans by the guard."""
     guard = Guard(find_ladder("evaluation").guard_policy())
     first = parked_car()
     for number in range(count):

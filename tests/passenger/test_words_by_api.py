@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -38,7 +39,13 @@ class InItsSituation:
         self._situations = {one["text"]: one["situation"] for one in said}
 
     def read(self, text, situation):
-        return READER.read(text, self._situations.get(text, situation))
+        return alone_read(text, self._situations.get(text, situation))
+
+
+@cache
+def alone_read(text, situation):
+    """The shipped reader gives the same reading for the same words again, so each is read once."""
+    return READER.read(text, situation)
 
 
 class Riding(Serving):
@@ -71,7 +78,7 @@ def test_the_blind_sentences_are_understood_through_the_api_as_by_the_reader_alo
         riding.drive()
         lines = riding.get("/api/vehicles/car-1").json()["lines"]
         line = next(line for line in reversed(lines) if line["text"] == one["text"].strip())
-        reading = READER.read(one["text"], one["situation"])
+        reading = alone_read(one["text"], one["situation"])
         assert line["understood"] == reading.told, one["text"]
         alone += reading.likely.value == one["intent"]
         right += _likely(line["understood"]) == one["intent"]

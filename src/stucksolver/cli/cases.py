@@ -1,4 +1,4 @@
-"""`stucksolver cases`: runs the three cases of Bao and Li 2025 (arXiv:2510.26023) and draws a figure of each."""
+"""`stucksolver cases`: runs the cases of Bao and Li 2025 (arXiv:2510.26023), and draws a figure of each."""
 
 from __future__ import annotations
 

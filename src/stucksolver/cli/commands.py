@@ -48,7 +48,7 @@ COMMANDS = {
     "ladder": Command("print a shipped ladder as a starting point, or check your own", "ladder"),
     "prompt": Command("show what would be sent to a language model for a scene", "prompt"),
     "words": Command("interpret passengers' words: JSON lines of situation and text in, readings out", "read_words"),
-    "cases": Command("run the three cases of Bao and Li 2025 with a reasoner, and draw them", "cases", drives=True),
+    "cases": Command("run the cases of Bao and Li 2025 with a reasoner, and draw them", "cases", drives=True),
     "memory": Command("list, show, export or delete what is remembered of earlier drives", "memory"),
     "perception": Command("record drives, train perception on them, and score it", "perception"),
     "distill": Command("collect what the student learns from, train it, score it and export it", "distill"),

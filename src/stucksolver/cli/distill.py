@@ -20,6 +20,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     _add_collect(add("collect", "drive standstills of a suite, or read records, and keep what can be learnt", _collect))
     _add_train(add("train", "train the student on what was collected, and score it on what was held out", _train))
     _add_eval(add("eval", "score the student on what was collected", _eval))
+    _add_wordings(add("wordings", "score the student's plans after a passenger's sentences", _wordings))
     _add_export(add("export", "check trained weights and copy what is needed to drive with them", _export))
 
 
@@ -75,6 +76,19 @@ def _add_eval(parser: argparse.ArgumentParser) -> None:
     _add_data(parser)
     parser.add_argument("--weights", type=Path, metavar="DIR", help="folder of the weights (default: those shipped)")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the scores")
+
+
+def _add_wordings(parser: argparse.ArgumentParser) -> None:
+    _add_data(parser)
+    parser.add_argument("--weights", type=Path, metavar="DIR", help="folder of the weights (default: those shipped)")
+    parser.add_argument(
+        "--sentences",
+        type=Path,
+        nargs="+",
+        required=True,
+        metavar="FILE",
+        help='JSON lines with "text", "situation", "intent" and "side", such as results/words/blind-1.jsonl',
+    )
 
 
 def _add_export(parser: argparse.ArgumentParser) -> None:
@@ -205,6 +219,27 @@ def _eval(options: argparse.Namespace) -> int:
         score(options.data, options.weights or DATA, options.out, _names(options.hold_out), print)
     except (OSError, ValueError) as error:
         raise UsageError(str(error)) from error
+    return 0
+
+
+def _wordings(options: argparse.Namespace) -> int:
+    from stucksolver.reason.distilled import DistilledReasoner
+    from stucksolver.reason.distilled.network import DATA
+    from stucksolver.words import NoReader, find_reader
+    from stucksolver_train.distill.wordings import places_in, sentences_in, wording_scores, wording_table
+
+    reader = find_reader()
+    if isinstance(reader, NoReader):
+        raise UsageError(reader.why)
+    try:
+        places = places_in(options.data, _names(options.hold_out))
+        student = DistilledReasoner(options.weights or DATA)
+        found = wording_scores(sentences_in(options.sentences), places, student, reader)
+    except (OSError, ValueError) as error:
+        raise UsageError(str(error)) from error
+    if not found:
+        raise UsageError("the guard accepted no plan of a kind that is asked for, at any moment that is held out")
+    print(wording_table(found))
     return 0
 
 

@@ -13,6 +13,7 @@ from stucksolver.decision.decision import (
 from stucksolver.decision.directive import CONTINUE, Continue, Directive, Execute, PathPoint, Replan, SafeStop
 from stucksolver.decision.lease import Lease
 from stucksolver.decision.release import asks_for, releases
+from stucksolver.decision.said import as_said, decided_as_said
 from stucksolver.scene.reading import GuidanceIntent
 
 __all__ = [
@@ -37,6 +38,8 @@ __all__ = [
     "SafeStop",
     "WaitLimits",
     "WaitReason",
+    "as_said",
     "asks_for",
+    "decided_as_said",
     "releases",
 ]

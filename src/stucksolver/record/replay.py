@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from stucksolver.decision import decided_as_said
 from stucksolver.guard import Guard, Verdict
 from stucksolver.ladder import Ladder
 from stucksolver.reason import Answer, ReasonerError, Request, RuleReasoner, parse_trace
@@ -207,6 +208,7 @@ class _Again:
         except ReasonerError as error:
             self._differs(number, "decision", recorded.rationale, f"no answer: {error}")
             return
+        derived = decided_as_said(derived, scene)
         if not _same(recorded.model_dump(mode="json"), derived.model_dump(mode="json")):
             self._differs(number, "decision", recorded.rationale, derived.rationale)
 

@@ -11,7 +11,7 @@ from stucksolver.scene.objects import (
     ObjectKind,
     TrackedObject,
 )
-from stucksolver.scene.reading import REQUESTS, Claim, GuidanceIntent, Reading, Side
+from stucksolver.scene.reading import REQUESTS, Claim, GuidanceIntent, Limits, Reading, Side
 from stucksolver.scene.road import (
     LaneDirection,
     LaneKind,
@@ -68,6 +68,7 @@ __all__ = [
     "LaneSight",
     "LaneStrip",
     "LightState",
+    "Limits",
     "LineKind",
     "ObjectKind",
     "PastAttempt",

@@ -1,8 +1,9 @@
 """How a passenger's words were understood: an intent from a closed list, a side, the claims, and the confidence."""
 
 from enum import Enum
+from typing import Any
 
-from pydantic import Field
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from stucksolver.scene.model import Model
 
@@ -75,6 +76,26 @@ class Claim(str, Enum):
     NO_HURRY = "no_hurry"
 
 
+class Limits(Model):
+    """How far, how fast and how long, as the words said it; None where they did not.
+
+    They only choose parameters within a behaviour's bounds, and never raise a speed.
+    """
+
+    distance_m: float | None = Field(default=None, gt=0.0)
+    speed_mps: float | None = Field(default=None, gt=0.0)
+    """Upper limit of the speed."""
+    wait_s: float | None = Field(default=None, gt=0.0)
+
+    @property
+    def told(self) -> str:
+        """The amounts in words: `3 m, at most 10 km/h, for 30 s`."""
+        far = None if self.distance_m is None else f"{self.distance_m:.3g} m"
+        fast = None if self.speed_mps is None else f"at most {3.6 * self.speed_mps:.0f} km/h"
+        long = None if self.wait_s is None else f"for {self.wait_s:.0f} s"
+        return ", ".join(filter(None, (far, fast, long)))
+
+
 class Reading(Model):
     """A passenger's words as the vehicle understood them.
 
@@ -92,6 +113,15 @@ class Reading(Model):
     likely: GuidanceIntent
     reader: str
     """Name and version of the reader."""
+    limits: Limits | None = None
+    """Left out of the JSON form if nothing was said."""
+
+    @model_serializer(mode="wrap")
+    def _short(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        data: dict[str, Any] = handler(self)
+        if self.limits is None:
+            data.pop("limits", None)
+        return data
 
     @property
     def told(self) -> str:
@@ -103,4 +133,5 @@ class Reading(Model):
         if self.intent is GuidanceIntent.NONE:
             return f"nothing to do with the driving ({sure})"
         side = f" on the {self.side.value}" if self.side is not None else ""
-        return f"{intent}{side} ({sure})"
+        limits = "" if self.limits is None else f", {self.limits.told}"
+        return f"{intent}{side} ({sure}){limits}"

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver.scene.reading import Claim, GuidanceIntent, Reading
+from stucksolver.scene.reading import REQUESTS, Claim, GuidanceIntent, Reading
 from stucksolver.words.agreeing import agrees
+from stucksolver.words.amounts import Amounts, read_amounts
 from stucksolver.words.caution import without_call_for_care
 from stucksolver.words.fields import MOVES, Doubt, Numbers, read_fields
 from stucksolver.words.halting import halts, puts_off
@@ -25,6 +26,8 @@ from stucksolver.words.pieces import encoded
 DATA = Path(__file__).with_name("data")
 THREADS = 1
 """A second thread would wait in a busy loop and slow everything down if the cores have other work."""
+LAWFUL_MPS = 50 / 3.6
+"""Up to this speed nothing is unlawful for its number alone (m/s): the usual limit in towns."""
 
 
 class ReaderError(RuntimeError):
@@ -67,6 +70,18 @@ class NetworkReader:
         Raises:
             ReaderError: The weights cannot be loaded.
         """
+        amounts = read_amounts(text)
+        reading = self._read(text, situation)
+        if amounts.rest not in ("", text) and (
+            reading.intent is GuidanceIntent.UNCLEAR or _slow_enough(reading, amounts)
+        ):
+            # "Overtake them at 20 km/h" asks for the same as "overtake them", of which the network is surer.
+            shorter = self._read(amounts.rest, situation)
+            reading = shorter if shorter.intent in REQUESTS else reading
+        limited = reading.intent in REQUESTS or reading.intent is GuidanceIntent.WAIT
+        return reading.model_copy(update={"limits": amounts.limits}) if limited else reading
+
+    def _read(self, text: str, situation: str) -> Reading:
         if not text.strip():
             text = "..."
         request = without_call_for_care(text)
@@ -104,6 +119,12 @@ class NetworkReader:
     @property
     def _parts(self) -> tuple[Any, Any, Any, Any]:
         return _loaded(self._folder, self._threads)
+
+
+def _slow_enough(reading: Reading, amounts: Amounts) -> bool:
+    """True if words with a low speed were found unlawful: the network takes some numbers with km/h for speeding."""
+    speed_mps = None if amounts.limits is None else amounts.limits.speed_mps
+    return reading.intent is GuidanceIntent.UNLAWFUL and speed_mps is not None and speed_mps <= LAWFUL_MPS
 
 
 @lru_cache(maxsize=2)

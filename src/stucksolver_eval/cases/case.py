@@ -1,4 +1,4 @@
-"""The three cases: which scenario type, where on the map, and what a passenger says."""
+"""The cases: which scenario type, where on the map, and what a passenger says."""
 
 from __future__ import annotations
 
@@ -82,5 +82,12 @@ CASES = (
         "SlowCyclists",
         _several_lanes(260, False),
         words=(9.0, "please overtake them"),
+    ),
+    Case(
+        "paper_bag",
+        "A disabled car, and a paper bag in the lane beside it",
+        "DisabledCarAndPaperBag",
+        _several_lanes(170, True),
+        drive_s=80.0,
     ),
 )

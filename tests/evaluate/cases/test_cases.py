@@ -1,4 +1,4 @@
-"""The paper's cases, from the scene through a model's prompt and answer to the drive."""
+"""The paper's three cases, from the scene through a model's prompt and answer to the drive."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ DRIVE_S = {"pedestrians": 37.0, "open_door": 25.0, "cyclists": 28.0}
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     with ChatServer() as server:
-        cases = tuple(replace(case, drive_s=DRIVE_S[case.name]) for case in CASES)
+        cases = tuple(replace(case, drive_s=DRIVE_S[case.name]) for case in CASES if case.name in DRIVE_S)
         return run_cases(cases, f"openai:reader@{server.url}", tmp_path_factory.mktemp("cases"))
 
 

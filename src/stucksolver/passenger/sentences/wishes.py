@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver.scene import Claim, GuidanceIntent, Reading
+from stucksolver.scene import REQUESTS, Claim, GuidanceIntent, Reading
 
 SEE = "Let me see whether that is possible."
 INTENTS: dict[GuidanceIntent, str] = {
@@ -53,4 +53,7 @@ def acknowledged(reading: Reading) -> str:
     if reading.intent is GuidanceIntent.NONE and reading.claims and not reading.negated:
         return CLAIMS[reading.claims[0]]
     side = "" if reading.side is None else f" on the {reading.side.value}"
-    return INTENTS[reading.intent].format(side=side)
+    said = INTENTS[reading.intent].format(side=side)
+    if reading.limits is None or reading.intent not in REQUESTS:
+        return said
+    return said.replace(f". {SEE}", f" ({reading.limits.told}). {SEE}")

@@ -16,6 +16,9 @@ from stucksolver.solver.machine.turn import Turn
 from stucksolver.solver.questions import Question, QuestionKind, Reply
 from stucksolver.words.fields import STAYS
 
+LEAST_WAIT_S = 5.0
+"""Whoever asks to wait gets at least this long (s): "three seconds" is seldom meant so."""
+
 
 def to_be_answered(state: State) -> Question | None:
     """Return the open question that the passenger's yes or no answers. "What shall I do?" is answered by a request."""
@@ -106,13 +109,16 @@ def _take(turn: Turn, words: Guidance) -> None:
 def _hold_back(turn: Turn, reading: Reading) -> None:
     """The words ask to stay: a running plan ends by its safe abort, and nothing begins for now.
 
-    A refusal holds until other words are said or the intervention ends; a plain "wait" holds until it expires.
+    A refusal holds until other words are said or the intervention ends; a "wait" holds for the time that was named, or
+    else until it expires.
     """
     running = turn.state.activity
     if isinstance(running, Executing):
         turn.set(activity=replace(running, execution=running.execution.withdrawn(), withdrawn=True))
     refuses = reading.negated or reading.intent in (GuidanceIntent.NO, GuidanceIntent.FOLLOW)
-    until = math.inf if refuses else turn.now_s + turn.setup.ladder.words.expire_s
+    named_s = None if reading.limits is None else reading.limits.wait_s
+    wait_s = turn.setup.ladder.words.expire_s if named_s is None else max(named_s, LEAST_WAIT_S)
+    until = math.inf if refuses else turn.now_s + wait_s
     turn.set(escalation=replace(turn.state.escalation, quiet_until_s=until))
     end_words(turn, "the plan is given up" if isinstance(running, Executing) else "nothing is begun")
 

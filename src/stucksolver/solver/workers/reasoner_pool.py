@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
-from stucksolver.decision import Decision, WaitReason
+from stucksolver.decision import Decision, WaitReason, decided_as_said
 from stucksolver.ladder import Waits
 from stucksolver.reason import Answer, Reasoner, ReasonerError, Request, RuleReasoner
 from stucksolver.reason.reasoner import PlanCheck
@@ -53,4 +54,4 @@ class ReasonerPool:
             raise ReasonerError(f"{reasoner.name} answered with a {type(answer).__name__}, not an Answer")
         if not isinstance(answer.decision, Decision):
             raise ReasonerError(f"{reasoner.name} answered with a {type(answer.decision).__name__}, not a Decision")
-        return answer
+        return replace(answer, decision=decided_as_said(answer.decision, scene))

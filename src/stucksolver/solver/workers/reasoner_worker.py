@@ -7,7 +7,7 @@ import threading
 import time
 from concurrent.futures import Future
 
-from stucksolver.decision import RecoveryPlan, releases
+from stucksolver.decision import RecoveryPlan, as_said, releases
 from stucksolver.guard import Guard
 from stucksolver.reason import Answer, Cancellable, ReasonerError
 from stucksolver.reason.reasoner import PlanCheck
@@ -100,7 +100,8 @@ class ReasonerWorker:
 
         def check(plan: RecoveryPlan) -> str:
             guided = releases(query.reading, plan)
-            return second_opinion(plan, FrenetScene(seen), query.asked_s, guard=self._guard, guided=guided)
+            wanted = as_said(plan, query.reading)
+            return second_opinion(wanted, FrenetScene(seen), query.asked_s, guard=self._guard, guided=guided)
 
         return check
 
