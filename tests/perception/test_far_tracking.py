@@ -9,7 +9,15 @@ import pytest
 
 from stucksolver.perception.camera.far import FarDetections
 from stucksolver.perception.camera.far_range import RangeModel
-from stucksolver.perception.far_tracking import FIRST_ID, LOST_S, NEAREST_M, RATE_SD_MPS, FarTrack, FarTracker
+from stucksolver.perception.far_tracking import (
+    FIRST_ID,
+    HANDED_HITS,
+    LOST_S,
+    NEAREST_M,
+    RATE_SD_MPS,
+    FarTrack,
+    FarTracker,
+)
 from stucksolver.perception.measurements import PoseEstimate
 from stucksolver.perception.rig import load_rig
 from stucksolver.perception.tracking import Track
@@ -46,10 +54,10 @@ def picture(
     )
 
 
-def lidar(x: float, y: float, time_s: float, number: int = 7) -> Track:
+def lidar(x: float, y: float, time_s: float, number: int = 7, hits: int = HANDED_HITS) -> Track:
     places = {"x_m": x, "y_m": y, "z_m": 0.8, "yaw_rad": 0.0, "vx_mps": 0.0, "vy_mps": 0.0}
     sizes = {"length_m": 4.5, "width_m": 1.9, "height_m": 1.6}
-    seen = {"first_seen_s": 0.0, "last_seen_s": time_s, "hits": 5, "hidden": False}
+    seen = {"first_seen_s": 0.0, "last_seen_s": time_s, "hits": hits, "hidden": False}
     rest = {"covariance": np.eye(5), "standing_since_s": None, "moved_at_s": None}
     return Track(number, time_s, 0, 0.9, 0.9, **places, **sizes, **seen, **rest)
 
@@ -125,6 +133,21 @@ def test_a_track_ends_when_the_lidar_finds_the_vehicle_even_between_pictures() -
     assert len(told) == 1
     assert tracker.tracks(2.1, (lidar(58.0, 3.0, 2.1),)) == ()
     assert tracker.tracks(2.1, ()) == ()
+
+
+def test_a_track_stays_until_the_lidar_has_followed_its_vehicle_for_a_second() -> None:
+    """At the edge of its grid the LiDAR takes a car at 20 m/s for one at 10 m/s."""
+    tracker, (track,) = followed(lambda t: 80.0 - 10.0 * t, 2.0)
+    new = (lidar(58.0, 3.0, 2.1, hits=HANDED_HITS - 1),)
+    assert [one.id for one in tracker.tracks(2.1, new)] == [track.id]
+
+
+def test_what_was_found_in_few_of_the_pictures_is_not_reported() -> None:
+    tracker = FarTracker(CAMERA, MODEL)
+    for k in range(7):
+        ranges = (120.0,) if k in (0, 1) else ()
+        tracker.update(picture(k * PICTURE_S, *ranges), pose(k * PICTURE_S), ())
+        assert bool(tracker.tracks(k * PICTURE_S, ())) == (1 <= k <= 5)
 
 
 def test_a_track_ends_when_the_lidar_takes_its_detection() -> None:
