@@ -71,7 +71,10 @@ def _ends(case: CheckContext, lane: Lane, end_s: float, way: int) -> bool:
     right, _, left = lane.at(end_s)
     near = view.s - way * view.along
     # A vehicle beside the ego is passing the end of the sight: part of it is still ahead, part behind.
-    blocks = (np.abs(near - end_s) <= policy.sampled_m) | (np.abs(view.s - end_s) <= view.along)
+    passing = (np.abs(view.s - end_s) <= view.along) & (
+        np.abs(view.s - view.ego_s) <= view.along + view.ego.length_m / 2
+    )
+    blocks = (np.abs(near - end_s) <= policy.sampled_m) | passing
     stands_in = (view.d + view.across > right + policy.in_lane_m) & (view.d - view.across < left - policy.in_lane_m)
     return bool((stands_in & blocks).any())
 
