@@ -57,7 +57,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--reuse",
         type=Path,
         metavar="DIR",
-        help="copy the results of routes without guidance from DIR, an evaluation of the same arm without guidance",
+        help="copy results from DIR, an evaluation of the same arm without guidance or --reasoner: routes on which "
+        "neither makes a difference",
     )
     parser.add_argument("--replays", choices=REPLAYS, default="failed", help="routes whose replay is kept")
     parser.add_argument(

@@ -116,17 +116,19 @@ class Store:
         """Write the outcome of a route atomically."""
         write_text(self._path("outcomes", route, outcome.seed), outcome.model_dump_json() + "\n")
 
-    def take(self, other: Store, route: Route, seed: int) -> None:
-        """Copy all files of a route that is done in another store, the outcome last."""
+    def take(self, other: Store, route: Route, seed: int, arm: str) -> None:
+        """Copy all files of a route that is done in another store. The outcome is last, and names `arm`."""
         for part in _FILES:
             theirs, ours = (store._path(part, route, seed) for store in (other, self))
             try:
                 if theirs.is_dir():
                     shutil.copytree(theirs, ours, dirs_exist_ok=True)
-                elif theirs.exists():
+                elif part != "outcomes" and theirs.exists():
                     write_bytes(ours, theirs.read_bytes())
             except OSError as error:
                 raise cannot_write(ours, error) from error
+        if found := other.outcome(route, seed):
+            self.write_outcome(route, found.model_copy(update={"arm": arm}))
 
     def outcome(self, route: Route, seed: int) -> RouteOutcome | None:
         """Return the outcome of a route; None if it was not driven."""

@@ -16,7 +16,7 @@ from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.files import require_writable
 from stucksolver_eval.guidance import Script, read_script
 from stucksolver_eval.results.manifest import Manifest, file_digest, suite_digest
-from stucksolver_eval.results.store import Store, StoreError
+from stucksolver_eval.results.store import DONE, Store, StoreError
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.job import Replays, RouteJob
 from stucksolver_eval.runner.pool import News, run_tasks
@@ -43,7 +43,9 @@ class EvaluationSpec:
     record: bool = False
     resume: bool = False
     reuse: Path | None = None
-    """An evaluation of the same arm without guidance; results of routes on which nobody speaks are copied from it."""
+    """An evaluation of the same arm without guidance, without the reasoner of the rung `model`, or without both.
+    Results of routes on which neither made a difference are copied from it.
+    """
     host: str | None = None
     port: int = 2000
     cluster: str | None = None
@@ -75,7 +77,7 @@ def evaluate(spec: EvaluationSpec) -> Store:
     store.begin(manifest, routes, spec.resume)
     require_writable(spec.out)
     if alike is not None:
-        _take(store, alike, routes, script)
+        _take(store, alike, routes, script, spec.arm)
     tasks = [
         Task(_job(spec, store, route, seed, script), spec.out)
         for seed in spec.seeds
@@ -90,18 +92,30 @@ def evaluate(spec: EvaluationSpec) -> Store:
 def _alike(folder: Path, manifest: Manifest) -> Store:
     """Return the evaluation to copy routes from. Raises `StoreError` if its arm differs or it has guidance itself."""
     store = Store(folder)
-    differs = manifest.model_copy(update={"guidance_digest": ""}).differs_from(store.manifest())
-    if differs:
+    theirs = store.manifest()
+    ours = manifest.model_copy(update={"guidance_digest": ""})
+    # In a ladder of the user's, other rungs may lie between `model` and the request for help, see `_take`.
+    if not theirs.reasoner and not manifest.ladder_digest:
+        ours = ours.model_copy(update={"reasoner": "", "prompt": theirs.prompt})
+    if differs := ours.differs_from(theirs):
         raise StoreError(f"no result in {folder} can be reused: {differs}; omit --reuse")
     return store
 
 
-def _take(store: Store, alike: Store, routes: tuple[Route, ...], script: Script) -> None:
-    """Copy the routes on which nobody speaks: runs are repeatable, so these would be the same."""
+def _take(store: Store, alike: Store, routes: tuple[Route, ...], script: Script, arm: ArmSpec) -> None:
+    """Copy the routes that would be the same, since runs are repeatable.
+
+    Nobody speaks on these. If the other evaluation has no reasoner for the rung `model`, help was never requested
+    either: that is the next rung after `model`.
+    """
+    fewer = store.manifest().reasoner != alike.manifest().reasoner
     for route in routes:
         for seed in store.seeds():
-            if not script.lines(route.id) and not store.is_done(route, seed) and alike.is_done(route, seed):
-                store.take(alike, route, seed)
+            if script.lines(route.id) or store.is_done(route, seed):
+                continue
+            found = alike.outcome(route, seed)
+            if found is not None and found.state in DONE and not (fewer and found.asked_s is not None):
+                store.take(alike, route, seed, arm.name)
 
 
 def _run(spec: EvaluationSpec, tasks: list[Task]) -> Iterator[News]:

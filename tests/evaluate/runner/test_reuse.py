@@ -1,0 +1,83 @@
+"""Which routes of another evaluation are taken over, without driving anything."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from stucksolver_eval.arms.spec import ArmSpec
+from stucksolver_eval.guidance import Line, Script
+from stucksolver_eval.results.manifest import Manifest
+from stucksolver_eval.results.outcome import RouteOutcome
+from stucksolver_eval.results.store import Store, StoreError
+from stucksolver_eval.routes import Route
+from stucksolver_eval.runner.evaluate import EvaluationSpec, _alike, _take, manifest_of
+from stucksolver_eval.runner.suite import load_routes
+
+ROUTES = load_routes("dev", ("1000", "1021", "1042"))
+QUIET, ASKED, CRASHED = ROUTES
+RULES = ArmSpec(recovery="rules")
+BOTH = ArmSpec(recovery="rules", reasoner="distilled")
+
+
+def asks(folder: Path, arm: ArmSpec, **more: object) -> Manifest:
+    return manifest_of(EvaluationSpec(suite="dev", out=folder, arm=arm, **more), ROUTES)  # type: ignore[arg-type]
+
+
+def driven(folder: Path, arm: ArmSpec = RULES) -> Store:
+    """One route without a request for help, one with, and one that crashed."""
+    store = Store(folder)
+    store.begin(asks(folder, arm), ROUTES, resume=False)
+    for route, asked_s, state in ((QUIET, None, "driven"), (ASKED, 31.0, "driven"), (CRASHED, None, "crashed")):
+        store.write_outcome(
+            route,
+            RouteOutcome(
+                route_id=route.id,
+                scenario="Accident",
+                town=route.town,
+                seed=1,
+                arm=arm.name,
+                state=state,  # type: ignore[arg-type]
+                asked_s=asked_s,
+            ),
+        )
+    return store
+
+
+def taken(other: Path, out: Path, arm: ArmSpec, script: Script | None = None) -> list[str]:
+    manifest = asks(out, arm)
+    store, alike = Store(out), _alike(other, manifest)
+    store.begin(manifest, ROUTES, resume=False)
+    _take(store, alike, ROUTES, script or Script(routes={}), arm)
+    found: list[Route] = [route for route in ROUTES if store.is_done(route, 1)]
+    outcomes = [store.outcome(route, 1) for route in found]
+    assert all(o is not None and o.arm == arm.name for o in outcomes)
+    return [route.id for route in found]
+
+
+def test_a_model_after_the_rules_changes_only_routes_on_which_help_was_requested(tmp_path: Path) -> None:
+    driven(tmp_path / "rules")
+    assert taken(tmp_path / "rules", tmp_path / "both", BOTH) == [QUIET.id]
+
+
+def test_the_same_arm_is_taken_whole(tmp_path: Path) -> None:
+    driven(tmp_path / "rules")
+    assert taken(tmp_path / "rules", tmp_path / "again", RULES) == [QUIET.id, ASKED.id]
+
+
+def test_routes_with_words_are_driven(tmp_path: Path) -> None:
+    driven(tmp_path / "both", BOTH)
+    line = Line.model_validate({"when": {"time_s": 1.0}, "say": ["go on"], "kind": "helpful"})
+    script = Script(routes={QUIET.id: (line,)})
+    assert taken(tmp_path / "both", tmp_path / "guided", BOTH, script) == [ASKED.id]
+
+
+def test_another_reasoner_or_a_ladder_of_the_users_is_not_the_same_arm(tmp_path: Path) -> None:
+    driven(tmp_path / "both", BOTH)
+    with pytest.raises(StoreError, match="its reasoner is 'distilled', not ''"):
+        taken(tmp_path / "both", tmp_path / "rules", RULES)
+    driven(tmp_path / "plain")
+    ladder = Path(__file__).parents[3] / "src/stucksolver/ladder/default.toml"
+    with pytest.raises(StoreError, match="the ladder differs"):
+        taken(tmp_path / "plain", tmp_path / "mine", ArmSpec(recovery="rules", reasoner="distilled", ladder=ladder))
