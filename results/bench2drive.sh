@@ -1,9 +1,10 @@
 #!/bin/sh
 # Runs Bench2Drive's unmodified evaluator with the entry of stucksolver_bridge. Resumes after an interruption.
 #
-#   results/bench2drive.sh alone|timers|rules|guided|blind SEED OUT
+#   results/bench2drive.sh alone|timers|rules|guided|model|model-guided|blind|sensors-alone|sensors-rules SEED OUT
 #
-# `guided` copies the routes on which nobody says anything from `rules`, if that has been driven.
+# `model` asks the distilled model after the rules. `guided` copies the routes on which nobody says anything from `rules`,
+# if that has been driven, and `model-guided` from `model`. `sensors-*` drive with our own planner.
 #
 # Each route is a separate run, so that a route that hangs affects no other. Environment:
 #
@@ -34,13 +35,23 @@ blind) config='"recovery": "none", "obstacles": false' ;;
 timers) config='"recovery": "timers"' ;;
 rules) config='"recovery": "rules"' ;;
 guided) config="\"recovery\": \"rules\", \"guidance\": \"$here/bench2drive-guidance.json\"" ;;
+model) config='"recovery": "rules", "reasoner": "distilled"' ;;
+model-guided)
+    config="\"recovery\": \"rules\", \"reasoner\": \"distilled\", \"guidance\": \"$here/bench2drive-guidance.json\""
+    ;;
+sensors-alone) config='"recovery": "none"' ;;
+sensors-rules) config='"recovery": "rules"' ;;
 *)
     echo "unknown arm $arm" >&2
     exit 2
     ;;
 esac
+case $arm in
+sensors-*) config="$config, \"perception\": \"sensors\", \"driver\": \"planner\"" ;;
 # Nothing uses the camera and the LiDAR here, and they would take most of the time.
-echo "{$config, \"sensors\": false, \"python\": \"$SOLVER\", \"events\": \"$out/events\", \"record\": \"$out/record\"}" >"$out/config"
+*) config="$config, \"sensors\": false" ;;
+esac
+echo "{$config, \"python\": \"$SOLVER\", \"events\": \"$out/events\", \"record\": \"$out/record\"}" >"$out/config"
 
 code=$BENCH2DRIVE/leaderboard:$BENCH2DRIVE/scenario_runner
 export CARLA_ROOT IS_BENCH2DRIVE=True SAVE_PATH="$out/metrics" PYTHONPATH="$CARLA_AGENTS:$code"
@@ -53,12 +64,17 @@ for route in $ROUTES; do
     grep -s '"status": "\(Completed\|Failed\|Perfect\)' "$file" | grep -qv crashed && continue
     rm -f "$file"
     # If nobody speaks, guidance changes nothing: the run without it is used for both.
-    same=$out/../rules-$seed/records/$route.json
-    if [ "$arm" = guided ] && ! grep -q "\"$route\"" "$here/bench2drive-guidance.json" && [ -s "$same" ]; then
+    case $arm in
+    guided) silent=rules ;;
+    model-guided) silent=model ;;
+    *) silent= ;;
+    esac
+    same=$out/../$silent-$seed/records/$route.json
+    if [ -n "$silent" ] && ! grep -q "\"$route\"" "$here/bench2drive-guidance.json" && [ -s "$same" ]; then
         cp "$same" "$file"
         continue
     fi
-    timeout 1200 "$EVALUATOR" leaderboard/leaderboard/leaderboard_evaluator.py \
+    timeout 3600 "$EVALUATOR" leaderboard/leaderboard/leaderboard_evaluator.py \
         --routes "leaderboard/data/${ROUTES_FILE:-bench2drive220}.xml" --routes-subset "$route" --repetitions 1 --track SENSORS \
         --checkpoint "$file" --agent "$entry" --agent-config "$out/config" \
         --port "$port" --gpu-rank "${GPU_RANK:-0}" --traffic-manager-port $((port + 6000)) --traffic-manager-seed "$seed" \

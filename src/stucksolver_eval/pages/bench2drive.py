@@ -22,7 +22,7 @@ from typing import NamedTuple
 from stucksolver_eval.pages import RESULTS
 
 KEPT = RESULTS / "bench2drive"
-ARMS = ("alone", "blind", "timers", "rules", "guided")
+ARMS = ("alone", "blind", "timers", "rules", "guided", "model", "model-guided", "sensors-alone", "sensors-rules")
 OUTCOMES = {"Agent crashed": "crashed", "TickRuntime": "stood", "Agent timed out": "slow", "Agent got blocked": "stood"}
 """Short names of the reasons for which a route failed; the evaluator gives up after 4,000 ticks, or 200 s."""
 
