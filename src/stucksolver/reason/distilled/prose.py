@@ -79,7 +79,7 @@ def _steps(chain: Chain, scene: Scene, reason: str) -> list[tuple[str, bool, str
     motion = f"{abs(ego.speed_mps):.1f} m/s, stopped for {ego.stopped_for_s:.1f} s"
     left = ego.distance_to_destination_m
     to_go = "the destination is beyond the known road" if left is None else f"{left:.0f} m to go"
-    ends = f"the wait ends by itself within 10 s with {chain.ends[0]:.0%}, within 40 s with {chain.ends[1]:.0%}"
+    ends = f"probability that it goes on by itself: {chain.ends[0]:.0%} within 10 s, {chain.ends[1]:.0%} within 40 s"
     return [
         ("S2.2", chain.wait is WaitReason.AT_DESTINATION, to_go),
         ("S2.3", moving, motion),
@@ -89,7 +89,7 @@ def _steps(chain: Chain, scene: Scene, reason: str) -> list[tuple[str, bool, str
 
 
 def _reason(chain: Chain, scene: Scene) -> str:
-    soon, late = chain.ends
+    soon, _ = chain.ends
     if chain.asked is not None:
         return f"the passenger asks for: {chain.asked.value.replace('_', ' ')}"
     if chain.wait is WaitReason.AT_DESTINATION:
@@ -97,11 +97,11 @@ def _reason(chain: Chain, scene: Scene) -> str:
     if chain.wait is WaitReason.NO_SAFE_WAY:
         return "no plan is likely to be safe now"
     if chain.wait is not None:
-        return f"{chain.wait.value.replace('_', ' ')}: with {soon:.0%} this ends by itself within 10 s"
+        return f"{chain.wait.value.replace('_', ' ')}; {soon:.0%} likely to end by itself within 10 s"
     if not chain.immobilized:
         return "it is moving"
     cause = "unknown" if chain.cause is None else chain.cause.value.replace("_", " ")
-    return f"{cause}; with {1.0 - late:.0%} this does not end by itself within 40 s"
+    return f"{cause}; {1.0 - soon:.0%} likely to last longer than 10 s"
 
 
 def _rationale(chain: Chain, reason: str) -> str:
