@@ -20,11 +20,13 @@ from stucksolver.perception.far_tracking import FarTracker
 from stucksolver.perception.far_view import FarLook, FarView, blockers_of
 from stucksolver.perception.frames import into_vehicle
 from stucksolver.perception.lidar.detector import LidarDetector
+from stucksolver.perception.lidar.residual import with_unexplained
 from stucksolver.perception.lidar.sweeps import RECENT_S, SweepBuffer
 from stucksolver.perception.measurements import CameraFrame, Floats, PoseEstimate
 from stucksolver.perception.percept import Look, Percept
 from stucksolver.perception.rig import SHIPPED, Rig, RigError, load_rig
 from stucksolver.perception.tracking import ObjectTracker, Track
+from stucksolver.perception.tracking.groups import WHEELED
 from stucksolver.perception.visibility import SeenSpace
 from stucksolver.scene.surroundings import LightState
 
@@ -84,8 +86,11 @@ class Perceiver:
             points = self._buffer.gather(look.pose)
         with self._timed("lidar"):
             detections = self._detector.detect(points, look.pose.time_s)
+        turn = points[points[:, 4] <= RECENT_S]
         with self._timed("visibility"):
-            seen = SeenSpace.from_points(points[points[:, 4] <= RECENT_S], self._rig.lidar)
+            seen = SeenSpace.from_points(turn, self._rig.lidar)
+        with self._timed("residual"):
+            detections = with_unexplained(detections, turn, self._rig.lidar, self._vehicles(look.pose))
         with self._timed("tracking"):
             tracks = self._tracker.update(detections, look.pose, seen)
         lights = self._pictured(look, tracks)
@@ -104,6 +109,11 @@ class Perceiver:
             far_view=self._view if newest is not None else None,
             stages_ms=dict(self._stages_ms),
         )
+
+    def _vehicles(self, pose: PoseEstimate) -> Floats:
+        """(n, 7): boxes of the vehicles that are tracked, in the vehicle frame."""
+        tracks = [track for track in self._tracker.predict(pose.time_s) if WHEELED[track.label]]
+        return into_vehicle(np.array([_box(track) for track in tracks]).reshape(-1, 7), pose)
 
     def _pictured(self, look: Look, tracks: tuple[Track, ...]) -> Mapping[int, LightState]:
         """Look at the new image, if there is one, and return the known states of the lights."""

@@ -1,0 +1,107 @@
+"""Obstacles close ahead that the detector did not name: returns that stand on the ground and in none of its boxes.
+
+A network finds what it was trained on. People who stand close together, say, may be nothing at all to it. But rays came
+back from them, and near the vehicle there are many of these. So what stands up in front of the vehicle counts as an
+obstacle, whatever it is; the tracker asks for it in two looks, as for any weak detection.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.perception.ground import ground_heights
+from stucksolver.perception.labels import LABELS
+from stucksolver.perception.measurements import Detections, Floats
+from stucksolver.perception.rig import LidarRig
+
+AHEAD_M = 16.0
+"""Obstacles are looked for up to this distance ahead of the reference point: a stop from 40 km/h. Further away a small
+obstacle has few returns, and the ground's height is less certain."""
+NOSE_M = 2.6
+"""Returns from nearer come from the vehicle itself."""
+ASIDE_M = 3.0
+"""To either side of the vehicle's axis."""
+LOW_M, HIGH_M = 0.35, 2.0
+"""Height above ground: lower returns may be kerbs, and what begins higher lets the vehicle pass below."""
+CELL_M = 0.3
+FEWEST = 6
+"""Returns of an obstacle: a person at 16 m has about 25 of the shipped LiDAR."""
+MARGIN_M = 0.4
+"""Boxes are this much smaller than what they stand for: mirrors, loads, the error of the box."""
+EXPLAINS = 0.2
+"""Score from which a detection explains the returns around it."""
+SCORE = 0.5
+"""Two of these confirm a track (`tracker.CONFIRMING_SCORE`)."""
+PERSON_WIDE_M, PERSON_TALL_M = 1.0, 1.1
+"""An obstacle no wider and no lower counts as a person: the most careful reading of it. Others are barriers."""
+LEAST_M = 0.4
+
+PEDESTRIAN, BARRIER = LABELS.index("pedestrian"), LABELS.index("barrier")
+
+
+def with_unexplained(detections: Detections, points: NDArray[np.floating], lidar: LidarRig, known: Floats) -> Detections:
+    """Return the detections, and after them an obstacle for each cluster of returns close ahead that is in no box.
+
+    Args:
+        detections: Of the network, in the vehicle frame.
+        points: (n, 3 or more): x, y, z (m) of one full turn in the vehicle frame, at the same time.
+        lidar: Where the LiDAR is mounted.
+        known: (k, 7): x, y, z, length, width, height, yaw (m, rad) of vehicles that are tracked, in the vehicle frame.
+            If the network misses one of them for a look, its returns are not another obstacle.
+    """
+    from scipy import ndimage  # type: ignore[import-untyped]
+
+    standing = _standing(points, lidar)
+    sure = detections.score >= EXPLAINS
+    boxes = np.column_stack([detections.center, detections.size, detections.yaw])[sure]
+    left = standing[~_inside(np.vstack([boxes, np.reshape(known, (-1, 7))]), standing)]
+    if len(left) < FEWEST:
+        return detections
+    cells = np.floor((left[:, :2] - (NOSE_M, -ASIDE_M)) / CELL_M).astype(np.int64)
+    taken = np.zeros(cells.max(axis=0) + 1, np.bool_)
+    taken[cells[:, 0], cells[:, 1]] = True
+    groups, count = ndimage.label(taken, np.ones((3, 3)))
+    group = groups[cells[:, 0], cells[:, 1]]
+    found = [left[group == n] for n in range(1, count + 1)]
+    return _joined(detections, [one for one in found if len(one) >= FEWEST])
+
+
+def _standing(points: NDArray[np.floating], lidar: LidarRig) -> Floats:
+    """(m, 3): x, y and height above ground of the returns that stand up close ahead."""
+    x, y, z = (np.asarray(points[:, axis], np.float64) for axis in range(3))
+    near = (x > NOSE_M) & (x < AHEAD_M + 4.0) & (np.abs(y) < 2 * AHEAD_M)
+    x, y, z = x[near], y[near], z[near]
+    dx, dy = x - lidar.mount.x_m, y - lidar.mount.y_m
+    above = z - ground_heights(np.arctan2(dy, dx), np.hypot(dx, dy), z)
+    within = (x < AHEAD_M) & (np.abs(y) < ASIDE_M) & (above > LOW_M) & (above < HIGH_M)
+    return np.column_stack([x, y, above])[within]
+
+
+def _inside(boxes: Floats, places: Floats) -> NDArray[np.bool_]:
+    """(m,): True for the places in one of the boxes, which are enlarged by `MARGIN_M`."""
+    dx, dy = places[:, None, 0] - boxes[:, 0], places[:, None, 1] - boxes[:, 1]
+    cos, sin = np.cos(boxes[:, 6]), np.sin(boxes[:, 6])
+    along, across = np.abs(dx * cos + dy * sin), np.abs(dy * cos - dx * sin)
+    return np.asarray(((along < boxes[:, 3] / 2 + MARGIN_M) & (across < boxes[:, 4] / 2 + MARGIN_M)).any(axis=1))
+
+
+def _joined(detections: Detections, found: list[Floats]) -> Detections:
+    if not found:
+        return detections
+    low, high = (np.array([f(one, axis=0) for one in found]) for f in (np.min, np.max))
+    top = high[:, 2]
+    size = np.column_stack([np.maximum(high[:, :2] - low[:, :2], LEAST_M), top])
+    person = (size[:, :2].max(axis=1) <= PERSON_WIDE_M) & (top >= PERSON_TALL_M)
+    # Only the near side of a body returns rays, so its middle is not known better than that.
+    center = np.column_stack([(low[:, :2] + high[:, :2]) / 2, top / 2])
+    n = len(found)
+    return Detections(
+        detections.time_s,
+        np.concatenate([detections.label, np.where(person, PEDESTRIAN, BARRIER)]),
+        np.concatenate([detections.score, np.full(n, SCORE)]),
+        np.concatenate([detections.center, center]),
+        np.concatenate([detections.size, size]),
+        np.concatenate([detections.yaw, np.zeros(n)]),
+        np.concatenate([detections.velocity, np.zeros((n, 2))]),
+    )
