@@ -104,5 +104,15 @@ def test_kerbs_signs_overhead_and_what_is_aside_or_behind_are_none():
     assert added(turn((-6.0, 0.0, *PERSON))) == []
 
 
+@pytest.mark.parametrize("bend", [-0.2, -0.16, 0.16, 0.2])
+@pytest.mark.parametrize("begins_m", [3.0, 6.0, 10.0])
+def test_a_road_that_begins_to_rise_or_fall_is_no_obstacle_and_a_person_on_it_is_one(bend, begins_m):
+    """Steeper than any road that `ground_heights` expects."""
+    for ones in ((), ((12.0, 0.5, *PERSON),)):
+        points = turn(*ones)
+        points[:, 2] += bend * np.maximum(0.0, points[:, 0] - begins_m)
+        assert [one[0] for one in added(points)] == ["pedestrian"] * len(ones)
+
+
 def test_no_points_and_no_detections_are_fine():
     assert added(np.zeros((0, 5), np.float32)) == []

@@ -25,6 +25,12 @@ ASIDE_M = 3.0
 LOW_M, HIGH_M = 0.35, 2.0
 """Height above ground: lower returns may be kerbs, and what begins higher lets the vehicle pass below."""
 CELL_M = 0.3
+AROUND = 5
+"""The ground is the lowest return in this many cells by as many. At 16 m, rings of the shipped LiDAR are 1.1 m apart on
+the ground. A road that rises by 20 % rises by less than `LOW_M` within them.
+"""
+UNEVEN_M = 1.0
+"""How much lower than `ground_heights` says the ground may be here, where the road's slope changes."""
 FEWEST = 6
 """Returns of an obstacle: a person at 16 m has about 25 of the shipped LiDAR."""
 MARGIN_M = 0.4
@@ -40,7 +46,9 @@ LEAST_M = 0.4
 PEDESTRIAN, BARRIER = LABELS.index("pedestrian"), LABELS.index("barrier")
 
 
-def with_unexplained(detections: Detections, points: NDArray[np.floating], lidar: LidarRig, known: Floats) -> Detections:
+def with_unexplained(
+    detections: Detections, points: NDArray[np.floating], lidar: LidarRig, known: Floats
+) -> Detections:
     """Return the detections, and after them an obstacle for each cluster of returns close ahead that is in no box.
 
     Args:
@@ -73,9 +81,23 @@ def _standing(points: NDArray[np.floating], lidar: LidarRig) -> Floats:
     near = (x > NOSE_M) & (x < AHEAD_M + 4.0) & (np.abs(y) < 2 * AHEAD_M)
     x, y, z = x[near], y[near], z[near]
     dx, dy = x - lidar.mount.x_m, y - lidar.mount.y_m
-    above = z - ground_heights(np.arctan2(dy, dx), np.hypot(dx, dy), z)
-    within = (x < AHEAD_M) & (np.abs(y) < ASIDE_M) & (above > LOW_M) & (above < HIGH_M)
-    return np.column_stack([x, y, above])[within]
+    # Where nothing of the ground is seen below a sign, the lowest return is the sign's own.
+    low_enough = z - ground_heights(np.arctan2(dy, dx), np.hypot(dx, dy), z) < HIGH_M + UNEVEN_M
+    within = low_enough & (x < AHEAD_M) & (np.abs(y) < ASIDE_M)
+    x, y, z = x[within], y[within], z[within]
+    above = z - _lowest_around(x, y, z)
+    return np.column_stack([x, y, above])[(above > LOW_M) & (above < HIGH_M)]
+
+
+def _lowest_around(x: Floats, y: Floats, z: Floats) -> Floats:
+    """(m,): height of the lowest return in the cells around each."""
+    from scipy import ndimage  # type: ignore[import-untyped]
+
+    cells = np.floor(np.column_stack([x - NOSE_M, y + ASIDE_M]) / CELL_M).astype(np.int64)
+    lowest = np.full((round((AHEAD_M - NOSE_M) / CELL_M) + 1, round(2 * ASIDE_M / CELL_M) + 1), np.inf)
+    np.minimum.at(lowest, (cells[:, 0], cells[:, 1]), z)
+    found: Floats = ndimage.minimum_filter(lowest, AROUND, mode="nearest")[cells[:, 0], cells[:, 1]]
+    return found
 
 
 def _inside(boxes: Floats, places: Floats) -> NDArray[np.bool_]:
