@@ -114,5 +114,15 @@ def test_a_road_that_begins_to_rise_or_fall_is_no_obstacle_and_a_person_on_it_is
         assert [one[0] for one in added(points)] == ["pedestrian"] * len(ones)
 
 
+@pytest.mark.parametrize("deep_m", [0.37, 0.8, 2.0])
+@pytest.mark.parametrize("edge_m", [-2.0, -1.2, 1.6])
+def test_an_embankment_does_not_make_the_road_stand_up(deep_m, edge_m):
+    for ones in ((), ((8.0, 0.0, *PERSON),)):
+        points = turn(*ones)
+        beside = (points[:, 1] < edge_m) if edge_m < 0 else (points[:, 1] > edge_m)
+        points[beside, 2] -= deep_m
+        assert [one[0] for one in added(points)] == ["pedestrian"] * len(ones)
+
+
 def test_no_points_and_no_detections_are_fine():
     assert added(np.zeros((0, 5), np.float32)) == []

@@ -29,6 +29,12 @@ AROUND = 5
 """The ground is the lowest return in this many cells by as many. At 16 m, rings of the shipped LiDAR are 1.1 m apart on
 the ground. A road that rises by 20 % rises by less than `LOW_M` within them.
 """
+ROAD_M, LOWER_M = 1.0, 0.15
+"""The road in front is the strip this wide to either side of the vehicle's axis. Beside it the ground may be lower by
+this much; from an embankment's foot, the road's edge would stand up.
+"""
+UPRIGHT_M, RAISED_M = 0.25, 0.7
+"""An obstacle is this tall, or its lowest return is this high: a bar. A lower flat surface is a road."""
 UNEVEN_M = 1.0
 """How much lower than `ground_heights` says the ground may be here, where the road's slope changes."""
 FEWEST = 6
@@ -72,7 +78,11 @@ def with_unexplained(
     groups, count = ndimage.label(taken, np.ones((3, 3)))
     group = groups[cells[:, 0], cells[:, 1]]
     found = [left[group == n] for n in range(1, count + 1)]
-    return _joined(detections, [one for one in found if len(one) >= FEWEST])
+    return _joined(detections, [one for one in found if len(one) >= FEWEST and _stands(one[:, 2])])
+
+
+def _stands(above: Floats) -> bool:
+    return float(np.ptp(above)) >= UPRIGHT_M or float(above.min()) >= RAISED_M
 
 
 def _standing(points: NDArray[np.floating], lidar: LidarRig) -> Floats:
@@ -90,14 +100,17 @@ def _standing(points: NDArray[np.floating], lidar: LidarRig) -> Floats:
 
 
 def _lowest_around(x: Floats, y: Floats, z: Floats) -> Floats:
-    """(m,): height of the lowest return in the cells around each."""
+    """(m,): height of the lowest return in the cells around each, but not much lower than the road in front."""
     from scipy import ndimage  # type: ignore[import-untyped]
 
     cells = np.floor(np.column_stack([x - NOSE_M, y + ASIDE_M]) / CELL_M).astype(np.int64)
     lowest = np.full((round((AHEAD_M - NOSE_M) / CELL_M) + 1, round(2 * ASIDE_M / CELL_M) + 1), np.inf)
     np.minimum.at(lowest, (cells[:, 0], cells[:, 1]), z)
-    found: Floats = ndimage.minimum_filter(lowest, AROUND, mode="nearest")[cells[:, 0], cells[:, 1]]
-    return found
+    around = ndimage.minimum_filter(lowest, AROUND, mode="nearest")
+    middle = np.abs((np.arange(lowest.shape[1]) + 0.5) * CELL_M - ASIDE_M) < ROAD_M
+    road = ndimage.minimum_filter(lowest, (AROUND, 1), mode="nearest")[:, middle].min(axis=1)
+    floor = np.where(np.isfinite(road), road - LOWER_M, -np.inf)
+    return np.asarray(np.maximum(around, floor[:, None])[cells[:, 0], cells[:, 1]])
 
 
 def _inside(boxes: Floats, places: Floats) -> NDArray[np.bool_]:
