@@ -198,12 +198,15 @@ def is_false(intervention: InterventionRecord, o: RouteOutcome, pair: RouteOutco
 
 
 def did_right(o: RouteOutcome) -> bool:
-    """True if the stated action was taken: to wait, no moving plan; to ask, a call for help; otherwise progress."""
+    """True if the stated action was taken: to wait, no moving plan; to ask, a call for help; otherwise progress.
+
+    Where to ask is right because no way of its own is known, a plan that recovers the vehicle is right as well.
+    """
     moved = any(i.moves for i in o.interventions)
     if o.expected == "wait":
         return not moved
     if o.expected == "ask":
-        return o.asked_s is not None
+        return o.asked_s is not None or any(i.moves and recovers(i, o) for i in o.interventions)
     return bool(o.track) and o.track[-1][1] >= o.length_m - END_M
 
 
