@@ -30,6 +30,12 @@ REACH_M = 350.0
 """Nothing is placed farther along the route: half a minute's drive, and as far as the sensors see."""
 BESIDE_PER_M, IN_LANE_PER_M, LOW_PER_M = 0.28, 0.015, 0.06
 """Objects per metre of route: beside the hero's lane, in it, and low ones on the road."""
+GROUP_EVERY_M, GROUP_SIZES, GROUP_APART_M = 30.0, (2, 7), (0.45, 0.8)
+"""Groups of people: their average distance, how many they are, and how far apart they stand. A network that only knows
+single people takes six of them for a car.
+"""
+GROUP_REACH_M, GROUP_STANDS = 1.8, 0.6
+"""Radius of the room that a group needs, and the share of groups that stand still."""
 HELD_UP_S, HELD_UP_MPS = 2.5, 0.7
 """If the hero is slower than this for so long, what blocks it is removed, so that it reaches other objects."""
 CLEARED_M, CLEARED_WIDE_M = 25.0, 2.5
@@ -97,6 +103,14 @@ class _Walker:
 
 
 @dataclass
+class _Group:
+    """People who walk together."""
+
+    members: list[ScenarioActor]
+    next_s: float = 0.0
+
+
+@dataclass
 class _Signal:
     light: Any
     next_s: float = 0.0
@@ -113,6 +127,7 @@ class Crowd:
         self._end_m = min(setting.route.length_m, REACH_M)
         self._taken: list[tuple[float, float, float]] = []
         self._walkers: list[_Walker] = []
+        self._groups: list[_Group] = []
         self._lamped: list[_Walker] = []
         self._cars: dict[int, Car] = {}
         self._held_up_since_s: float | None = None
@@ -132,7 +147,11 @@ class Crowd:
         for walker in self._walkers:
             if time_s >= walker.next_s:
                 walker.next_s = time_s + self._random.uniform(0.5, 2.0) * TURN_EVERY_S
-                self._stroll(walker.member)
+                self._stroll([walker.member])
+        for group in self._groups:
+            if time_s >= group.next_s:
+                group.next_s = time_s + self._random.uniform(0.5, 2.0) * TURN_EVERY_S
+                self._stroll(group.members)
         for vehicle in self._lamped:
             if time_s >= vehicle.next_s:
                 vehicle.next_s = time_s + self._random.uniform(0.5, 2.0) * TURN_EVERY_S
@@ -170,6 +189,8 @@ class Crowd:
     def _remove(self, member: ScenarioActor) -> None:
         self._walkers = [one for one in self._walkers if one.member is not member]
         self._lamped = [one for one in self._lamped if one.member is not member]
+        for group in self._groups:
+            group.members = [one for one in group.members if one is not member]
         car = self._cars.pop(member.id, None)
         if car is None:
             self._cast.remove([member])
@@ -179,6 +200,8 @@ class Crowd:
     def _scatter(self) -> None:
         """Place everything that stands or walks at random along the route."""
         along_m = max(self._end_m - FIRST_M, 0.0)
+        for _ in range(round(along_m / GROUP_EVERY_M)):
+            self._gather()
         for kind in self._deck(_SHARES, round(along_m * BESIDE_PER_M)):
             self._put(
                 kind, lambda here: self._random.choice((-1, 1)) * self._random.uniform(0.9, 3.2) * here.lane_width
@@ -214,6 +237,37 @@ class Crowd:
                 self._taken.append((place.location.x, place.location.y, reach_m))
                 self._settle(member, kind)
                 return
+
+    def _gather(self) -> None:
+        """Spawn a group of people beside the road or in a lane; give up after some tries."""
+        random, names = self._random, self._kinds.get(ObjectKind.PEDESTRIAN)
+        if not names or self._end_m <= FIRST_M:
+            return
+        for _ in range(_TRIES):
+            here = self._setting.route.at(random.uniform(FIRST_M, self._end_m))
+            aside = random.choice((-1, 1)) * random.uniform(0.3, 1.6) * here.lane_width
+            centre = self._spot(here, aside, ObjectKind.PEDESTRIAN)
+            if self._is_free(centre.location, GROUP_REACH_M) and not (
+                self._flows and self._is_in_lane(centre.location, GROUP_REACH_M)
+            ):
+                break
+        else:
+            return
+        members = []
+        for right_m, ahead_m in places_of_a_group(random):
+            yaw = math.radians(centre.rotation.yaw)
+            x = centre.location.x + ahead_m * math.cos(yaw) - right_m * math.sin(yaw)
+            y = centre.location.y + ahead_m * math.sin(yaw) + right_m * math.cos(yaw)
+            at = self._grounded(carla.Location(x, y, centre.location.z))
+            facing = carla.Rotation(yaw=random.uniform(-180.0, 180.0))
+            member = self._cast.spawn(
+                random.choice(names), carla.Transform(at, facing), role="crowd", lift_m=WALKER_LIFT_M
+            )
+            if member is not None:
+                members.append(member)
+        self._taken.append((centre.location.x, centre.location.y, GROUP_REACH_M))
+        if random.random() >= GROUP_STANDS:
+            self._groups.append(_Group(members))
 
     def _spot(self, here: carla.Waypoint, right_m: float, kind: ObjectKind) -> carla.Transform:
         """Return a pose next to a waypoint: vehicles mostly along the road, everything else with a random heading."""
@@ -295,13 +349,18 @@ class Crowd:
         lanes = [here, here.get_left_lane(), here.get_right_lane()]
         return self._random.choice([one for one in lanes if one and one.lane_type == carla.LaneType.Driving] or [here])
 
-    def _stroll(self, member: ScenarioActor) -> None:
+    def _stroll(self, members: list[ScenarioActor]) -> None:
+        """Let them walk in one new direction, at one speed."""
+        if not members:
+            return
         way = self._random.uniform(0.0, math.tau)
         if self._flows:
             # Along the road, so that nobody walks into a lane.
-            road = self._setting.map.get_waypoint(member.actor.get_location()).transform.rotation.yaw
+            road = self._setting.map.get_waypoint(members[0].actor.get_location()).transform.rotation.yaw
             way = math.radians(road) + self._random.choice((0.0, math.pi))
-        self._cast.walk(member, math.cos(way), math.sin(way), self._random.choice(WALK_MPS))
+        speed_mps = self._random.choice(WALK_MPS)
+        for member in members:
+            self._cast.walk(member, math.cos(way), math.sin(way), speed_mps)
 
     def _light_up(self, member: ScenarioActor) -> None:
         if member.actor.attributes.get("has_lights") != "true":
@@ -340,6 +399,23 @@ _REACH_M = {
     ObjectKind.SCHOOL_BUS: 4.5,
 }
 """Radius of the room that an object needs; smaller than half its length, because vehicles stand in rows."""
+
+
+def places_of_a_group(chance: Random) -> list[tuple[float, float]]:
+    """Return where the people of a group stand (m): in one or two rows, each a little out of line. No two are nearer
+    than the least of `GROUP_APART_M`.
+    """
+    count, rows = chance.randint(*GROUP_SIZES), chance.choice((1, 1, 2, 2, 3))
+    least_m, most_m = GROUP_APART_M
+    step_m = chance.uniform(least_m + 0.1, most_m)
+    columns = -(-count // rows)
+    jitter_m = (step_m - least_m) / 2.0
+    places = []
+    for number in range(count):
+        column, row = number % columns, number // columns
+        right_m = (column - (columns - 1) / 2.0) * step_m + chance.uniform(-jitter_m, jitter_m)
+        places.append((right_m, (row - (rows - 1) / 2.0) * step_m))
+    return places
 
 
 def deal(shares: Shares, count: int, chance: Random) -> list[ObjectKind]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+from math import dist, hypot
 from random import Random
 from types import SimpleNamespace
 
@@ -9,7 +11,14 @@ import carla
 
 from stucksolver.scene import ObjectKind
 from stucksolver_eval.perception.towns import FARTHEST_M, NEAREST_M, _route
-from stucksolver_eval.recording.crowd import _SHARES, deal
+from stucksolver_eval.recording.crowd import (
+    _SHARES,
+    GROUP_APART_M,
+    GROUP_REACH_M,
+    GROUP_SIZES,
+    deal,
+    places_of_a_group,
+)
 
 
 def test_every_kind_is_dealt_as_often_as_its_share_says_give_or_take_one() -> None:
@@ -31,3 +40,15 @@ def test_a_random_route_is_neither_short_nor_long_and_the_same_for_the_same_seed
         start, end = route.waypoints
         assert NEAREST_M < abs(start.x_m - end.x_m) < FARTHEST_M
         assert route == _route("Town01", spots, seed, Random(seed))
+
+
+def test_people_in_a_group_stand_close_together_but_not_in_one_another() -> None:
+    sizes = set()
+    for seed in range(200):
+        places = places_of_a_group(Random(seed))
+        sizes.add(len(places))
+        assert min(dist(a, b) for a, b in combinations(places, 2)) >= GROUP_APART_M[0] - 1e-9
+        for one in places:
+            assert min(dist(one, other) for other in places if other is not one) <= 2 * GROUP_APART_M[1]
+        assert max(hypot(*one) for one in places) <= GROUP_REACH_M + GROUP_APART_M[1]
+    assert sizes == set(range(GROUP_SIZES[0], GROUP_SIZES[1] + 1))
