@@ -56,3 +56,19 @@ def test_a_velocity_that_lags_in_every_look_makes_no_track_lag():
         t = k * STEP_S
         (track,) = tracker.update(detections(t, [(5.0 + 15.0 * t, 3.0)], rng, (7.0, 0.0)), pose(t)) or (None,)
     assert math.isclose(track.vx_mps, 15.0, abs_tol=1.0)
+
+
+def missed(label, size, looks):
+    """Found in ten looks, then missed in some while rays pass over its place: how many tracks are told of."""
+    rng, tracker = np.random.default_rng(5), ObjectTracker()
+    for k in range(10):
+        tracker.update(detections(k * STEP_S, [(12.0, 1.0)], rng, label=label, size=size, score=0.7), pose(k * STEP_S))
+    for k in range(10, 10 + looks):
+        told = tracker.update(nothing(k * STEP_S), pose(k * STEP_S), everywhere(True))
+    return len(told)
+
+
+def test_rays_that_pass_over_a_bag_do_not_show_that_it_is_gone():
+    bag, walker = (7, (0.5, 0.5, 0.3)), (PEDESTRIAN, (0.5, 0.5, 1.8))
+    assert (missed(*bag, looks=8), missed(*walker, looks=8)) == (1, 0)
+    assert missed(*bag, looks=25) == 0, "it is not found for too long"

@@ -44,6 +44,8 @@ never becomes certain.
 """
 NEARER_M = 0.5
 """What hides an object is at least this much nearer than its front."""
+LOW_M = 0.5
+"""The rays that show a place to be free may pass above something lower (`visibility.HEIGHT_M`)."""
 OCCLUSION_MARGIN = 0.8
 """Share of an object's width that must be covered by a nearer one for it to count as hidden."""
 
@@ -85,7 +87,7 @@ def undetectable(
 
     A body cannot be detected outside the LiDAR's cone or range, or if something nearer hides it: a tall return in
     `space`, or without `space` one of `others`. A body whose centre is in seen space would have blocked the rays that
-    passed there; without `space` every place counts as free.
+    passed there, unless it is low; without `space` every place counts as free.
     """
     x, y, size = _in_sensor(bodies, pose, lidar)
     distance = np.hypot(x, y)
@@ -97,7 +99,7 @@ def undetectable(
     free: NDArray[np.bool_] = np.ones(len(bodies), np.bool_)
     if space is not None:
         mount, count = lidar.mount, len(space.blocked_m)
-        free = space.seen(x + mount.x_m, y + mount.y_m)
+        free = space.seen(x + mount.x_m, y + mount.y_m) & (size[:, 2] >= LOW_M)
         bins = ((np.arctan2(y, x) + math.pi) / math.tau * count).astype(np.int64) % count
         front = distance - np.hypot(size[:, 0], size[:, 1]) / 2 - NEARER_M
         return hidden | (~free & (space.blocked_m[bins] < front)), free
