@@ -79,6 +79,29 @@ def test_the_way_over_a_bag_in_the_lane_beside_is_proven_and_driven_to_its_end()
     assert world.x > 90.0 and abs(world.y) < 0.5
 
 
+def stranded(lead_x=52.0, **more):
+    """In the left lane, where a pass of a disabled car was given up before a bag."""
+    usual = {"kind": K.BAG, "height": 0.1, "seen_for_s": 2.0, "kind_confidence": 0.95}
+    lead = thing("lead", lead_x, hazard=True)
+    return World(MULTI, [lead, thing("it", 66.0, LANE_M, **{**usual, **more})], y=LANE_M)
+
+
+@pytest.mark.parametrize("lead_x", [52.0, 60.0])
+def test_in_the_lane_beside_before_a_bag_it_drives_over_it_and_returns(lead_x):
+    over, back = behaviors_of(decide(stranded(lead_x)))
+    assert (over.name, over.object_id, back.name, back.side) == ("drive_over", "it", "change_lane", "right")
+    world = stranded(lead_x)
+    seen = drive(world, 40.0)
+    assert "the plan is done" in seen.texts(EventKind.FINISHED)
+    assert world.x > 80.0 and abs(world.y) < 0.5
+
+
+@pytest.mark.parametrize("more", [{"height": 0.4}, {"kind": K.DEBRIS}], ids=str)
+def test_in_the_lane_beside_before_what_is_not_soft_it_does_not(more):
+    decision = decide(stranded(**more))
+    assert decision.plan is None or "drive_over" not in names(decision)
+
+
 def test_a_rock_in_the_lane_beside_is_nothing_to_wait_for():
     decision = decide(beyond_the_lead(kind=K.DEBRIS))
     assert (decision.plan, decision.analysis.wait) == (None, WaitReason.NO_SAFE_WAY)

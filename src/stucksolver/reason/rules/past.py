@@ -49,6 +49,8 @@ LIVING_M = 2.5
 BEFORE_OVER_M, BEYOND_OVER_M = 6.0, 2.0
 """The ego is in its lane this far before an object that it drives over, and its rear is this far past it after (m)."""
 
+STANDS_MPS, OVER_WITHIN_M = 0.2, 20.0
+"""The ego stands if it is no faster (m/s). What is further ahead in the lane beside is left for later (m)."""
 
 Why = tuple[WaitReason | None, str]
 Way = tuple[RecoveryPlan | None, Why]
@@ -180,7 +182,7 @@ def _go_on_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: floa
     """Return a plan for an ego that is half-way past: go on in the adjacent lane until there is room to return."""
     ahead = in_lane_beside(scene, lane, target, speed)
     if ahead:
-        return None, _why_not_beside(ahead)
+        return over_and_back(scene) or (None, _why_not_beside(ahead))
     way, _ = way_to_pass_m(scene, target, speed)
     on = KeepLane(distance_m=round(min(max(way, 5.0), 150.0), 1), speed_mps=speed)
     who = ", ".join(f"{o.kind.value} {o.id}" for o in target.objects)
@@ -188,6 +190,25 @@ def _go_on_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: floa
         return RecoveryPlan(behaviors=(on,)), (None, f"go on past {who} in the adjacent lane")
     back = ChangeLane(side="right" if lane.relation is LaneRelation.LEFT else "left", distance_m=25.0, speed_mps=speed)
     return RecoveryPlan(behaviors=(on, back)), (None, f"go on past {who} in the adjacent lane, then return")
+
+
+def over_and_back(scene: Scene) -> Way | None:
+    """Return a plan for an ego that stands in the lane beside the route's, before something soft there: a pass was
+    given up. It drives over that, and changes back. None if it stands elsewhere, or before something else.
+    """
+    lane = _lane_beside_the_route(scene)
+    if lane is None or scene.ego.speed_mps > STANDS_MPS or not scene.offers("change_lane"):
+        return None
+    near = [o for o in scene.objects if o.lane_id == lane.id and 0.0 < (o.gap_m or 0.0) < OVER_WITHIN_M]
+    ahead = sorted(near, key=lambda o: o.gap_m or 0.0)
+    if not ahead or not all(may_be_driven_over(scene, o) for o in ahead):
+        return None
+    back = ChangeLane(
+        side="right" if lane.relation is LaneRelation.LEFT else "left", distance_m=25.0, speed_mps=SLOW_MPS
+    )
+    over = tuple(DriveOver(object_id=o.id) for o in ahead)
+    what = ", ".join(f"{o.kind.value} {o.id}" for o in ahead)
+    return RecoveryPlan(behaviors=(*over, back)), (None, f"drive over {what} in the adjacent lane, then return")
 
 
 def _return_was_refused(scene: Scene) -> bool:
