@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from given_up import GivesUp, askew
 from worlds import LANE_M, World, drive, straight_road, stubborn, thing
 
-from stucksolver.decision import CONTINUE, Execute
+from stucksolver.decision import CONTINUE, Execute, RecoveryPlan
+from stucksolver.decision.behaviors import RequestAssistance
 from stucksolver.guard import Guard
+from stucksolver.reason import RuleReasoner
 from stucksolver.scene import LineKind
 from stucksolver.solver import EventKind
 
@@ -60,6 +64,33 @@ def test_given_up_askew_the_vehicle_is_held_until_the_way_back_is_free():
     assert max(places) - min(places) < 0.01
     assert seen.directives[-1] == CONTINUE
     assert seen.nearest_m > 0.3
+
+
+class ThenAsks:
+    """The rules, and once the plan has been given up, calls for help of five seconds."""
+
+    name = "then asks"
+
+    def __init__(self, guard):
+        self._guard, self._rules = guard, RuleReasoner()
+
+    def decide(self, request):
+        answer = self._rules.decide(request)
+        if not self._guard.gave_up:
+            return answer
+        call = RecoveryPlan(behaviors=(RequestAssistance(reason="stuck", duration_s=5.0),))
+        return replace(answer, decision=answer.decision.model_copy(update={"plan": call}))
+
+
+def test_a_call_for_help_that_ends_does_not_let_the_stack_drive_from_where_a_plan_was_given_up():
+    guard = GivesUp(askew)
+    world = World(MULTI, [thing("lead", 60.0)])
+    seen = drive(world, 40.0, guard=guard, ladder=stubborn(), reasoner=ThenAsks(guard))
+    aborted = next(e for e in seen.events if e.kind is EventKind.ABORTED)
+    finished = [e for e in seen.events if e.kind is EventKind.FINISHED]
+    assert finished and all("it stands" in e.text for e in finished)
+    begun = round(aborted.time_s / world.dt) + 2
+    assert CONTINUE not in seen.directives[begun:]
 
 
 def test_given_up_for_the_traffic_right_after_its_start_it_waits_for_the_next_gap():

@@ -186,7 +186,9 @@ def perform(turn: Turn) -> Directive:
         turn.set(activity=replace(running, execution=execution))
         return result
     turn.set(activity=Monitoring())
-    stays = not result.finished and not _clear_to_hand_back(turn)
+    # A plan that only stood leaves the vehicle where an earlier one was given up.
+    stood = all(b.stands_still for b in running.execution.plan.behaviors)
+    stays = (stood or not result.finished) and not _clear_to_hand_back(turn)
     turn.set(posture=Holding() if stays else Driving())
     kind = EventKind.FINISHED if result.finished else EventKind.ABORTED
     turn.tell(kind, result.text + (STANDS_THERE if stays else ""))
@@ -233,7 +235,7 @@ def _given_up(turn: Turn, running: Executing, result: ExecutionOutcome, last: Ve
 
 
 def stay(turn: Turn) -> Directive:
-    """A plan was given up: stand until the stack can drive on from here or another plan begins."""
+    """A plan was given up here: stand until the stack can drive on from here or another plan begins."""
     if not turn.status.at_destination and not _clear_to_hand_back(turn):
         return STAND
     turn.set(posture=Driving())
