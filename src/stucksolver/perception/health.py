@@ -50,6 +50,10 @@ class SensorHealth:
         self._note("LiDAR", why)
         return None if why else sweep
 
+    def fixes(self, doubted: bool) -> None:
+        """Note whether the satellite fixes contradict each other."""
+        self._note("GNSS", "the GNSS fixes contradict each other" if doubted else "")
+
     def picture(self, frame: CameraFrame, moves: bool) -> CameraFrame | None:
         """Return the image, or None if it is not plausible. `moves`: True if the vehicle moves."""
         why = self._why_not_picture(frame, moves)

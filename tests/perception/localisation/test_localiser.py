@@ -72,6 +72,27 @@ def test_fixes_ten_metres_off_are_refused_and_counted():
     assert worst < 1.0
 
 
+@pytest.mark.parametrize("spread_m", [4.0, 8.0, 20.0])
+def test_fixes_that_contradict_each_other_are_not_used(spread_m):
+    """All of them jump, so most are off by more than the gate allows, and some are within it by chance."""
+    rng, worst, doubted = np.random.default_rng(7), 0.0, []
+    for t, truth, localiser in drive(7, town, 40.0, spoilt=lambda t: rng.normal(0.0, spread_m) if t > 9.0 else 0.0):
+        doubted.append((t, localiser.doubts_fixes))
+        if t > 9.0:
+            worst = max(worst, float(np.hypot(*error(truth, localiser.estimate(t))[:2])))
+    assert not any(doubts for t, doubts in doubted if t < 9.0)
+    assert all(doubts for t, doubts in doubted if t > 11.0)
+    assert worst < 3.0
+
+
+def test_fixes_are_used_again_when_they_agree():
+    rng = np.random.default_rng(8)
+    for t, truth, localiser in drive(8, town, 40.0, spoilt=lambda t: rng.normal(0.0, 8.0) if 9.0 < t < 25.0 else 0.0):  # noqa: B007
+        pass
+    assert not localiser.doubts_fixes
+    assert np.hypot(*error(truth, localiser.estimate(t))[:2]) < 0.8
+
+
 def test_a_lost_filter_finds_back_when_all_fixes_disagree_with_it():
     wrong = PoseEstimate(0.0, 50.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.diag([0.1, 0.1, 0.01, 0.01]))
     localiser = Localiser(RIG, wrong)

@@ -36,6 +36,13 @@ GATE_1 = 15.14
 """The same with 1 degree of freedom."""
 REFUSED_IN_A_ROW = 20
 """After this many consecutive refused fixes the filter is wrong, not the fixes: it widens its covariance."""
+RECENT_FIXES = 20
+"""Fixes are compared with each other over this many, one second."""
+SCATTER, AGREE = 2.5, 1.6
+"""If they scatter by more than the first many times their stated noise, they are wrong, not the filter, and none is used
+until they scatter by less than the second: the vehicle goes on by its wheels and gyro, which are off by a metre after
+some hundred. A wrong filter sees fixes that are all off by the same.
+"""
 STANDING_LOOKS = 10
 """Number of wheel speeds that decide that the vehicle stands,"""
 STANDING_SIGMAS = 3.0
@@ -80,6 +87,10 @@ class Localiser:
         self._wheels: deque[float] = deque(maxlen=STANDING_LOOKS)
         self._felt: deque[float] = deque(maxlen=STANDING_LOOKS)
         self._refused_in_a_row = 0
+        self._offs: deque[Floats] = deque(maxlen=RECENT_FIXES)
+        """How far the last fixes were from the predicted positions."""
+        self.doubts_fixes = False
+        """True if the fixes contradict each other, so that none is used."""
         self.refused_fixes = 0
         """Number of fixes too far from the vehicle's possible positions."""
         if start is not None:
@@ -138,6 +149,11 @@ class Localiser:
         r = np.eye(2) * self._rig.gnss_noise_m**2
         z = np.array([fix.x_m, fix.y_m])
         off = z - ekf.x[:2]
+        self._compare(off)
+        if self.doubts_fixes:
+            self.refused_fixes += 1
+            self._refused_in_a_row = 0
+            return
         if float(off @ np.linalg.solve(ekf.P[:2, :2] + r, off)) > GATE_2:
             self._refuse()
             return
@@ -222,6 +238,16 @@ class Localiser:
             return
         z = np.array([float(ekf.x[what]) + off])
         ekf.update(z, lambda _: h, lambda x: x[what : what + 1], R=np.array([[sigma**2]]))
+
+    def _compare(self, off: Floats) -> None:
+        """Compare a fix with those before it. `off`: how far it is from the predicted position (m)."""
+        self._offs.append(off)
+        if len(self._offs) < RECENT_FIXES:
+            return
+        offs = np.array(self._offs)
+        # The median ignores single jumps; 1.48 makes it a standard deviation (Rousseeuw and Croux 1993).
+        scatter = float(1.4826 * np.median(np.abs(offs - np.median(offs, axis=0)), axis=0).max())
+        self.doubts_fixes = scatter > (AGREE if self.doubts_fixes else SCATTER) * self._rig.gnss_noise_m
 
     def _refuse(self) -> None:
         self.refused_fixes += 1

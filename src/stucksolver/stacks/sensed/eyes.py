@@ -138,6 +138,7 @@ class Eyes:
         self._localiser.wheel(measured.wheels)
         if measured.fix is not None:
             self._localiser.gnss(measured.fix)
+        self.health.fixes(self._localiser.doubts_fixes)
         if not self._localiser.ready:
             raise SensorError("IMU and GNSS gave no data on the first tick, so the vehicle's position is unknown")
         pose = self._localiser.estimate(self.now_s)
