@@ -40,8 +40,8 @@ RECENT_FIXES = 20
 """Fixes are compared with each other over this many, one second."""
 SCATTER, AGREE = 2.5, 1.6
 """If they scatter by more than the first many times their stated noise, they are wrong, not the filter, and none is used
-until they scatter by less than the second: the vehicle goes on by its wheels and gyro, which are off by a metre after
-some hundred. A wrong filter sees fixes that are all off by the same.
+until they scatter by less than the second. The vehicle then goes on by its wheels and gyro, which are off by a metre
+after some hundred. A wrong filter sees fixes that are all off by the same.
 """
 STANDING_LOOKS = 10
 """Number of wheel speeds that decide that the vehicle stands,"""
