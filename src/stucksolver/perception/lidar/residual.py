@@ -101,7 +101,7 @@ def _standing(points: NDArray[np.floating], lidar: LidarRig) -> Floats:
 
 def _lowest_around(x: Floats, y: Floats, z: Floats) -> Floats:
     """(m,): height of the lowest return in the cells around each, but not much lower than the road in front."""
-    from scipy import ndimage  # type: ignore[import-untyped]
+    from scipy import ndimage
 
     cells = np.floor(np.column_stack([x - NOSE_M, y + ASIDE_M]) / CELL_M).astype(np.int64)
     lowest = np.full((round((AHEAD_M - NOSE_M) / CELL_M) + 1, round(2 * ASIDE_M / CELL_M) + 1), np.inf)

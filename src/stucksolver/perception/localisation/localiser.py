@@ -39,7 +39,7 @@ REFUSED_IN_A_ROW = 20
 RECENT_FIXES = 20
 """Fixes are compared with each other over this many, one second."""
 SCATTER, AGREE = 2.5, 1.6
-"""If they scatter by more than the first many times their stated noise, they are wrong, not the filter, and none is used
+"""If they scatter by more than the first many times their stated noise, they are wrong, not the filter. None is used
 until they scatter by less than the second. The vehicle then goes on by its wheels and gyro, which are off by a metre
 after some hundred. A wrong filter sees fixes that are all off by the same.
 """
