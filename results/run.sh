@@ -1,7 +1,7 @@
 #!/bin/sh
 # Runs the drives that results/*.md report. Resumes after an interruption.
 #
-#   results/run.sh bench220|dev|immobilized|immobilized-now|guided|sweep|wrong|wrong220|wrong-student|heedless|latency OUT
+#   results/run.sh bench220|dev|immobilized|immobilized-now|guided|sweep|wrong|wrong220|wrong-student|sensors|heedless|latency OUT
 #
 # `stucksolver` must be on the path; OUT gets one folder for each arm. `guided` and `latency` need the Python of the
 # project's environment on the path.
@@ -78,6 +78,12 @@ wrong-student)
         arm "$suite-rules" --suite "$suite" --recovery rules
         arm "$suite-distilled" --suite "$suite" --recovery distilled
         arm "$suite-distilled-unguarded" --suite "$suite" --recovery distilled --unguarded
+    done
+    ;;
+sensors)
+    # Some four times as slow as with the ground truth.
+    for suite in dev immobilized bench220; do
+        for who in none rules; do arm "$suite-$who" --suite "$suite" --recovery "$who" --perception sensors; done
     done
     ;;
 heedless)
