@@ -26,6 +26,7 @@ four_arms() {
 }
 
 model_arms() {
+    arm distilled --recovery distilled "$@"
     arm model --recovery rules --reasoner distilled --reuse "$out/rules" "$@"
     arm model-guided --recovery rules --reasoner distilled --guidance shipped --reuse "$out/model" "$@"
 }
