@@ -46,10 +46,20 @@ sensors-rules) config='"recovery": "rules"' ;;
     exit 2
     ;;
 esac
+limit_s=1200
 case $arm in
-sensors-*) config="$config, \"perception\": \"sensors\", \"driver\": \"planner\"" ;;
+sensors-*)
+    config="$config, \"perception\": \"sensors\", \"driver\": \"planner\""
+    limit_s=3600
+    ;;
 # Nothing uses the camera and the LiDAR here, and they would take most of the time.
 *) config="$config, \"sensors\": false" ;;
+esac
+# If nobody speaks, guidance changes nothing: the run without it is used for both.
+case $arm in
+guided) silent=rules ;;
+model-guided) silent=model ;;
+*) silent= ;;
 esac
 echo "{$config, \"python\": \"$SOLVER\", \"events\": \"$out/events\", \"record\": \"$out/record\"}" >"$out/config"
 
@@ -63,18 +73,12 @@ for route in $ROUTES; do
     # Routes that crashed are driven again.
     grep -s '"status": "\(Completed\|Failed\|Perfect\)' "$file" | grep -qv crashed && continue
     rm -f "$file"
-    # If nobody speaks, guidance changes nothing: the run without it is used for both.
-    case $arm in
-    guided) silent=rules ;;
-    model-guided) silent=model ;;
-    *) silent= ;;
-    esac
     same=$out/../$silent-$seed/records/$route.json
     if [ -n "$silent" ] && ! grep -q "\"$route\"" "$here/bench2drive-guidance.json" && [ -s "$same" ]; then
         cp "$same" "$file"
         continue
     fi
-    timeout 3600 "$EVALUATOR" leaderboard/leaderboard/leaderboard_evaluator.py \
+    timeout "$limit_s" "$EVALUATOR" leaderboard/leaderboard/leaderboard_evaluator.py \
         --routes "leaderboard/data/${ROUTES_FILE:-bench2drive220}.xml" --routes-subset "$route" --repetitions 1 --track SENSORS \
         --checkpoint "$file" --agent "$entry" --agent-config "$out/config" \
         --port "$port" --gpu-rank "${GPU_RANK:-0}" --traffic-manager-port $((port + 6000)) --traffic-manager-seed "$seed" \

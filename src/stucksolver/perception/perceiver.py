@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
@@ -112,8 +112,7 @@ class Perceiver:
 
     def _vehicles(self, pose: PoseEstimate) -> Floats:
         """(n, 7): boxes of the vehicles that are tracked, in the vehicle frame."""
-        tracks = [track for track in self._tracker.predict(pose.time_s) if WHEELED[track.label]]
-        return into_vehicle(np.array([_box(track) for track in tracks]).reshape(-1, 7), pose)
+        return _boxes([track for track in self._tracker.predict(pose.time_s) if WHEELED[track.label]], pose)
 
     def _pictured(self, look: Look, tracks: tuple[Track, ...]) -> Mapping[int, LightState]:
         """Look at the new image, if there is one, and return the known states of the lights."""
@@ -137,7 +136,7 @@ class Perceiver:
         self._view = self._view.with_look(FarLook(found, pose, blockers))
 
     def _read_attributes(self, picture: CameraFrame, pose: PoseEstimate, tracks: tuple[Track, ...]) -> None:
-        boxes = into_vehicle(np.array([_box(track) for track in tracks]).reshape(-1, 7), pose)
+        boxes = _boxes(tracks, pose)
         for track, found in zip(tracks, self._attributes.read(picture, self._rig.camera, boxes), strict=True):
             self._memory.add(track.id, found, picture.time_s)
 
@@ -158,6 +157,11 @@ class Perceiver:
         began = time.perf_counter()
         yield
         self._stages_ms[stage] = 1e3 * (time.perf_counter() - began)
+
+
+def _boxes(tracks: Sequence[Track], pose: PoseEstimate) -> Floats:
+    """(n, 7): boxes of tracks in the vehicle frame."""
+    return into_vehicle(np.array([_box(track) for track in tracks]).reshape(-1, 7), pose)
 
 
 def _box(track: Track) -> tuple[float, ...]:

@@ -118,7 +118,8 @@ class SeenSpace:
         at = np.append(np.arange(0.0, stations[-1], CELL_M / 2.0), stations[-1])
         x, y = np.interp(at, stations, line[:, 0]), np.interp(at, stations, line[:, 1])
         own = np.hypot(x - self.origin[0], y - self.origin[1]) < OWN_M
-        taken = np.zeros(len(at), np.bool_) if known is None else _within(known, x, y)
+        # Around a return, the map leaves out as much.
+        taken = np.zeros(len(at), np.bool_) if known is None else within(known, x, y, BODY_M, FACE_M)
         seen = at[self.seen(x, y) | own | taken]
         if not len(seen) or seen[0] > bridge_m:
             return 0.0
@@ -146,15 +147,21 @@ class SeenSpace:
         return replace(self, far_m=np.maximum(self.far_m, far))
 
 
-def _within(bodies: Floats, x: Floats, y: Floats) -> NDArray[np.bool_]:
-    """(n,): True for the points in one of the bodies (m, 5), with `BODY_M` at either end and `FACE_M` at the sides.
+def within(bodies: Floats, x: Floats, y: Floats, ends_m: float, sides_m: float) -> NDArray[np.bool_]:
+    """(n,): True for the points in one of the bodies, each longer by `ends_m` at either end and wider by `sides_m` on
+    either side.
 
-    That is how far the map leaves out what is around a return.
+    Args:
+        bodies: (m, 5): x, y, yaw, half length, half width (m, rad).
+        x: (n,): places in the same frame (m).
+        y: (n,).
+        ends_m: Margin along the bodies (m).
+        sides_m: Margin across them (m).
     """
     dx, dy = x[:, None] - bodies[:, 0], y[:, None] - bodies[:, 1]
     cos, sin = np.cos(bodies[:, 2]), np.sin(bodies[:, 2])
     along, across = np.abs(dx * cos + dy * sin), np.abs(dy * cos - dx * sin)
-    return np.asarray(((along < bodies[:, 3] + BODY_M) & (across < bodies[:, 4] + FACE_M)).any(axis=1))
+    return np.asarray(((along < bodies[:, 3] + ends_m) & (across < bodies[:, 4] + sides_m)).any(axis=1))
 
 
 def _bins(azimuth: Floats) -> NDArray[np.int64]:

@@ -10,7 +10,7 @@ vehicles of all kinds drive in them, also from behind and towards the hero.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from random import Random
 from typing import Any
@@ -21,6 +21,7 @@ from stucksolver.scene import ObjectKind
 from stucksolver.stacks.carla_stack.kinds import kind_of
 from stucksolver_eval.actors.cars import Car
 from stucksolver_eval.actors.pool import LIFT_M, ScenarioActor, lamps
+from stucksolver_eval.recording import groups
 from stucksolver_eval.scenarios.actions.crossing import WALKER_LIFT_M
 from stucksolver_eval.setting import Setting
 
@@ -30,12 +31,6 @@ REACH_M = 350.0
 """Nothing is placed farther along the route: half a minute's drive, and as far as the sensors see."""
 BESIDE_PER_M, IN_LANE_PER_M, LOW_PER_M = 0.28, 0.015, 0.06
 """Objects per metre of route: beside the hero's lane, in it, and low ones on the road."""
-GROUP_EVERY_M, GROUP_SIZES, GROUP_APART_M = 30.0, (2, 7), (0.45, 0.8)
-"""Groups of people: their average distance, how many they are, and how far apart they stand. A network that only knows
-single people takes six of them for a car.
-"""
-GROUP_REACH_M, GROUP_STANDS = 1.8, 0.6
-"""Radius of the room that a group needs, and the share of groups that stand still."""
 HELD_UP_S, HELD_UP_MPS = 2.5, 0.7
 """If the hero is slower than this for so long, what blocks it is removed, so that it reaches other objects."""
 CLEARED_M, CLEARED_WIDE_M = 25.0, 2.5
@@ -97,14 +92,14 @@ _DOORS = ("FL", "FR", "RL", "RR")
 
 
 @dataclass
-class _Walker:
+class _Lamped:
     member: ScenarioActor
     next_s: float = 0.0
 
 
 @dataclass
-class _Group:
-    """People who walk together."""
+class _Walkers:
+    """One who walks, or several who walk together."""
 
     members: list[ScenarioActor]
     next_s: float = 0.0
@@ -126,9 +121,8 @@ class Crowd:
         self._kinds = _by_kind(setting.world.get_blueprint_library())
         self._end_m = min(setting.route.length_m, REACH_M)
         self._taken: list[tuple[float, float, float]] = []
-        self._walkers: list[_Walker] = []
-        self._groups: list[_Group] = []
-        self._lamped: list[_Walker] = []
+        self._walkers: list[_Walkers] = []
+        self._lamped: list[_Lamped] = []
         self._cars: dict[int, Car] = {}
         self._held_up_since_s: float | None = None
         lights = setting.world.get_actors().filter("traffic.traffic_light*")
@@ -144,14 +138,10 @@ class Crowd:
 
     def tick(self, time_s: float) -> None:
         """Update walkers, lamps and traffic lights; commands are sent with the pool's next batch."""
-        for walker in self._walkers:
-            if time_s >= walker.next_s:
-                walker.next_s = time_s + self._random.uniform(0.5, 2.0) * TURN_EVERY_S
-                self._stroll([walker.member])
-        for group in self._groups:
-            if time_s >= group.next_s:
-                group.next_s = time_s + self._random.uniform(0.5, 2.0) * TURN_EVERY_S
-                self._stroll(group.members)
+        for walkers in self._walkers:
+            if time_s >= walkers.next_s:
+                walkers.next_s = time_s + self._random.uniform(0.5, 2.0) * TURN_EVERY_S
+                self._stroll(walkers.members)
         for vehicle in self._lamped:
             if time_s >= vehicle.next_s:
                 vehicle.next_s = time_s + self._random.uniform(0.5, 2.0) * TURN_EVERY_S
@@ -187,10 +177,10 @@ class Crowd:
                 signal.next_s = time_s + CYCLE_S[1]
 
     def _remove(self, member: ScenarioActor) -> None:
-        self._walkers = [one for one in self._walkers if one.member is not member]
+        for walkers in self._walkers:
+            walkers.members = [one for one in walkers.members if one is not member]
+        self._walkers = [walkers for walkers in self._walkers if walkers.members]
         self._lamped = [one for one in self._lamped if one.member is not member]
-        for group in self._groups:
-            group.members = [one for one in group.members if one is not member]
         car = self._cars.pop(member.id, None)
         if car is None:
             self._cast.remove([member])
@@ -200,8 +190,7 @@ class Crowd:
     def _scatter(self) -> None:
         """Place everything that stands or walks at random along the route."""
         along_m = max(self._end_m - FIRST_M, 0.0)
-        for _ in range(round(along_m / GROUP_EVERY_M)):
-            self._gather()
+        together = [self._gather() for _ in range(round(along_m / groups.EVERY_M))]
         for kind in self._deck(_SHARES, round(along_m * BESIDE_PER_M)):
             self._put(
                 kind, lambda here: self._random.choice((-1, 1)) * self._random.uniform(0.9, 3.2) * here.lane_width
@@ -211,6 +200,7 @@ class Crowd:
                 self._put(kind, lambda here: self._random.uniform(-0.6, 0.6) * here.lane_width)
         for kind in self._deck(_LOW_SHARES, round(along_m * LOW_PER_M)):
             self._put(kind, lambda here: self._random.uniform(-1.2, 1.2) * here.lane_width)
+        self._walkers += [walkers for walkers in together if walkers is not None]
 
     def _deck(self, shares: Shares, count: int) -> list[ObjectKind]:
         return deal([(kind, share) for kind, share in shares if self._kinds.get(kind)], count, self._random)
@@ -221,14 +211,8 @@ class Crowd:
         `right_m` draws the offset to the right of a lane's centre (m).
         """
         name = self._random.choice(self._kinds[kind])
-        line, reach_m = self._setting.route, _REACH_M.get(kind, _SMALL_REACH_M)
-        for _ in range(_TRIES):
-            here = line.at(self._random.uniform(FIRST_M, self._end_m))
-            place = self._spot(here, right_m(here), kind)
-            if not self._is_free(place.location, reach_m):
-                continue
-            if self._flows and kind not in _LOW and self._is_in_lane(place.location, reach_m):
-                continue
+        reach_m = _REACH_M.get(kind, _SMALL_REACH_M)
+        for place in self._places(kind, right_m, reach_m):
             place.location = self._grounded(place.location)
             lift_m = next((up for start, up in _LIFTS_M if name.startswith(start)), LIFT_M)
             member = self._cast.spawn(name, place, role="crowd", lift_m=lift_m)
@@ -238,36 +222,40 @@ class Crowd:
                 self._settle(member, kind)
                 return
 
-    def _gather(self) -> None:
-        """Spawn a group of people beside the road or in a lane; give up after some tries."""
-        random, names = self._random, self._kinds.get(ObjectKind.PEDESTRIAN)
-        if not names or self._end_m <= FIRST_M:
-            return
-        for _ in range(_TRIES):
-            here = self._setting.route.at(random.uniform(FIRST_M, self._end_m))
-            aside = random.choice((-1, 1)) * random.uniform(0.3, 1.6) * here.lane_width
-            centre = self._spot(here, aside, ObjectKind.PEDESTRIAN)
-            if self._is_free(centre.location, GROUP_REACH_M) and not (
-                self._flows and self._is_in_lane(centre.location, GROUP_REACH_M)
-            ):
-                break
-        else:
-            return
+    def _gather(self) -> _Walkers | None:
+        """Spawn a group of people beside the road or in a lane. Returns them if they walk; None if there is no room."""
+        random, names = self._random, self._kinds.get(ObjectKind.PEDESTRIAN, [])
+
+        def right_m(here: carla.Waypoint) -> float:
+            return random.choice((-1, 1)) * random.uniform(*groups.ASIDE) * here.lane_width
+
+        centre = next(self._places(ObjectKind.PEDESTRIAN, right_m, groups.REACH_M), None) if names else None
+        if centre is None:
+            return None
+        ahead, right = centre.get_forward_vector(), centre.get_right_vector()
         members = []
-        for right_m, ahead_m in places_of_a_group(random):
-            yaw = math.radians(centre.rotation.yaw)
-            x = centre.location.x + ahead_m * math.cos(yaw) - right_m * math.sin(yaw)
-            y = centre.location.y + ahead_m * math.sin(yaw) + right_m * math.cos(yaw)
-            at = self._grounded(carla.Location(x, y, centre.location.z))
-            facing = carla.Rotation(yaw=random.uniform(-180.0, 180.0))
-            member = self._cast.spawn(
-                random.choice(names), carla.Transform(at, facing), role="crowd", lift_m=WALKER_LIFT_M
-            )
+        for aside_m, ahead_m in groups.places_of_a_group(random):
+            at = self._grounded(centre.location + right * aside_m + ahead * ahead_m)
+            place = carla.Transform(at, carla.Rotation(yaw=random.uniform(-180.0, 180.0)))
+            member = self._cast.spawn(random.choice(names), place, role="crowd", lift_m=WALKER_LIFT_M)
             if member is not None:
                 members.append(member)
-        self._taken.append((centre.location.x, centre.location.y, GROUP_REACH_M))
-        if random.random() >= GROUP_STANDS:
-            self._groups.append(_Group(members))
+        self._taken.append((centre.location.x, centre.location.y, groups.REACH_M))
+        walks = random.random() >= groups.STANDS
+        return _Walkers(members) if members and walks else None
+
+    def _places(
+        self, kind: ObjectKind, right_m: Callable[[carla.Waypoint], float], reach_m: float
+    ) -> Iterator[carla.Transform]:
+        """Yield random places along the route where there is room; ends after some tries."""
+        for _ in range(_TRIES):
+            here = self._setting.route.at(self._random.uniform(FIRST_M, self._end_m))
+            place = self._spot(here, right_m(here), kind)
+            if not self._is_free(place.location, reach_m):
+                continue
+            if self._flows and kind not in _LOW and self._is_in_lane(place.location, reach_m):
+                continue
+            yield place
 
     def _spot(self, here: carla.Waypoint, right_m: float, kind: ObjectKind) -> carla.Transform:
         """Return a pose next to a waypoint: vehicles mostly along the road, everything else with a random heading."""
@@ -299,10 +287,10 @@ class Crowd:
     def _settle(self, member: ScenarioActor, kind: ObjectKind) -> None:
         """Set the behaviour of a spawned actor."""
         if kind in _ON_FEET:
-            self._walkers.append(_Walker(member))
+            self._walkers.append(_Walkers([member]))
         elif kind in _ON_WHEELS:
             self._cast.hold(member)
-            self._lamped.append(_Walker(member))
+            self._lamped.append(_Lamped(member))
             if self._random.random() < DOOR_ODDS and member.actor.attributes.get("has_dynamic_doors") == "true":
                 self._cast.open_door(member, getattr(carla.VehicleDoor, self._random.choice(_DOORS)))
 
@@ -324,7 +312,7 @@ class Crowd:
             if member is None:
                 continue
             self._taken.append((place.location.x, place.location.y, member.half_length_m))
-            self._lamped.append(_Walker(member))
+            self._lamped.append(_Lamped(member))
             beside = start.road_id != here.road_id or start.lane_id != here.lane_id
             self._cars[member.id] = setting.cars.drive(
                 member,
@@ -351,8 +339,6 @@ class Crowd:
 
     def _stroll(self, members: list[ScenarioActor]) -> None:
         """Let them walk in one new direction, at one speed."""
-        if not members:
-            return
         way = self._random.uniform(0.0, math.tau)
         if self._flows:
             # Along the road, so that nobody walks into a lane.
@@ -399,23 +385,6 @@ _REACH_M = {
     ObjectKind.SCHOOL_BUS: 4.5,
 }
 """Radius of the room that an object needs; smaller than half its length, because vehicles stand in rows."""
-
-
-def places_of_a_group(chance: Random) -> list[tuple[float, float]]:
-    """Return where the people of a group stand (m): in one or two rows, each a little out of line. No two are nearer
-    than the least of `GROUP_APART_M`.
-    """
-    count, rows = chance.randint(*GROUP_SIZES), chance.choice((1, 1, 2, 2, 3))
-    least_m, most_m = GROUP_APART_M
-    step_m = chance.uniform(least_m + 0.1, most_m)
-    columns = -(-count // rows)
-    jitter_m = (step_m - least_m) / 2.0
-    places = []
-    for number in range(count):
-        column, row = number % columns, number // columns
-        right_m = (column - (columns - 1) / 2.0) * step_m + chance.uniform(-jitter_m, jitter_m)
-        places.append((right_m, (row - (rows - 1) / 2.0) * step_m))
-    return places
 
 
 def deal(shares: Shares, count: int, chance: Random) -> list[ObjectKind]:

@@ -27,6 +27,7 @@ from stucksolver_eval.results.record import CheckpointFile, RouteRecord, checkpo
 from stucksolver_eval.results.runlog import RunLog
 from stucksolver_eval.routes import Route, read_routes, write_routes
 
+OUTCOMES = "outcomes"
 MANIFEST, ROUTES = "evaluation.json", "routes.xml"
 DONE = ("driven", "unsupported")
 """A route that crashed, or could not be driven as specified, is tried again on resume."""
@@ -37,7 +38,7 @@ _FILES = {
     "interventions": "{}",
     "events": "{}.jsonl",
     "records": "{}.json",
-    "outcomes": "{}.json",
+    OUTCOMES: "{}.json",
 }
 
 
@@ -114,25 +115,26 @@ class Store:
 
     def write_outcome(self, route: Route, outcome: RouteOutcome) -> None:
         """Write the outcome of a route atomically."""
-        write_text(self._path("outcomes", route, outcome.seed), outcome.model_dump_json() + "\n")
+        write_text(self._path(OUTCOMES, route, outcome.seed), outcome.model_dump_json() + "\n")
 
-    def take(self, other: Store, route: Route, seed: int, arm: str) -> None:
-        """Copy all files of a route that is done in another store. The outcome is last, and names `arm`."""
+    def take(self, other: Store, route: Route, outcome: RouteOutcome) -> None:
+        """Copy all files of a route that is done in another store, and write its outcome last, as it is given."""
         for part in _FILES:
-            theirs, ours = (store._path(part, route, seed) for store in (other, self))
+            if part == OUTCOMES:
+                continue
+            theirs, ours = (store._path(part, route, outcome.seed) for store in (other, self))
             try:
                 if theirs.is_dir():
                     shutil.copytree(theirs, ours, dirs_exist_ok=True)
-                elif part != "outcomes" and theirs.exists():
+                elif theirs.exists():
                     write_bytes(ours, theirs.read_bytes())
             except OSError as error:
                 raise cannot_write(ours, error) from error
-        if found := other.outcome(route, seed):
-            self.write_outcome(route, found.model_copy(update={"arm": arm}))
+        self.write_outcome(route, outcome)
 
     def outcome(self, route: Route, seed: int) -> RouteOutcome | None:
         """Return the outcome of a route; None if it was not driven."""
-        path = self._path("outcomes", route, seed)
+        path = self._path(OUTCOMES, route, seed)
         return RouteOutcome.model_validate_json(_read(path)) if path.exists() else None
 
     def record(self, route: Route, seed: int) -> RouteRecord | None:

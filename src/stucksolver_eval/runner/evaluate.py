@@ -115,7 +115,7 @@ def _take(store: Store, alike: Store, routes: tuple[Route, ...], script: Script,
                 continue
             found = alike.outcome(route, seed)
             if found is not None and found.state in DONE and not (fewer and found.asked_s is not None):
-                store.take(alike, route, seed, arm.name)
+                store.take(alike, route, found.model_copy(update={"arm": arm.name}))
 
 
 def _run(spec: EvaluationSpec, tasks: list[Task]) -> Iterator[News]:

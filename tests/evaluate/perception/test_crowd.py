@@ -11,14 +11,8 @@ import carla
 
 from stucksolver.scene import ObjectKind
 from stucksolver_eval.perception.towns import FARTHEST_M, NEAREST_M, _route
-from stucksolver_eval.recording.crowd import (
-    _SHARES,
-    GROUP_APART_M,
-    GROUP_REACH_M,
-    GROUP_SIZES,
-    deal,
-    places_of_a_group,
-)
+from stucksolver_eval.recording.crowd import _SHARES, deal
+from stucksolver_eval.recording.groups import APART_M, REACH_M, SIZES, places_of_a_group
 
 
 def test_every_kind_is_dealt_as_often_as_its_share_says_give_or_take_one() -> None:
@@ -47,8 +41,8 @@ def test_people_in_a_group_stand_close_together_but_not_in_one_another() -> None
     for seed in range(200):
         places = places_of_a_group(Random(seed))
         sizes.add(len(places))
-        assert min(dist(a, b) for a, b in combinations(places, 2)) >= GROUP_APART_M[0] - 1e-9
+        assert min(dist(a, b) for a, b in combinations(places, 2)) >= APART_M[0] - 1e-9
         for one in places:
-            assert min(dist(one, other) for other in places if other is not one) <= 2 * GROUP_APART_M[1]
-        assert max(hypot(*one) for one in places) <= GROUP_REACH_M + GROUP_APART_M[1]
-    assert sizes == set(range(GROUP_SIZES[0], GROUP_SIZES[1] + 1))
+            assert min(dist(one, other) for other in places if other is not one) <= 2 * APART_M[1]
+        assert max(hypot(*one) for one in places) <= REACH_M + APART_M[1]
+    assert sizes == set(range(SIZES[0], SIZES[1] + 1))

@@ -11,7 +11,6 @@ from stucksolver_eval.guidance import Line, Script
 from stucksolver_eval.results.manifest import Manifest
 from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.results.store import Store, StoreError
-from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.evaluate import EvaluationSpec, _alike, _take, manifest_of
 from stucksolver_eval.runner.suite import load_routes
 
@@ -21,8 +20,8 @@ RULES = ArmSpec(recovery="rules")
 BOTH = ArmSpec(recovery="rules", reasoner="distilled")
 
 
-def asks(folder: Path, arm: ArmSpec, **more: object) -> Manifest:
-    return manifest_of(EvaluationSpec(suite="dev", out=folder, arm=arm, **more), ROUTES)  # type: ignore[arg-type]
+def asks(folder: Path, arm: ArmSpec) -> Manifest:
+    return manifest_of(EvaluationSpec(suite="dev", out=folder, arm=arm), ROUTES)
 
 
 def driven(folder: Path, arm: ArmSpec = RULES) -> Store:
@@ -50,7 +49,7 @@ def taken(other: Path, out: Path, arm: ArmSpec, script: Script | None = None) ->
     store, alike = Store(out), _alike(other, manifest)
     store.begin(manifest, ROUTES, resume=False)
     _take(store, alike, ROUTES, script or Script(routes={}), arm)
-    found: list[Route] = [route for route in ROUTES if store.is_done(route, 1)]
+    found = [route for route in ROUTES if store.is_done(route, 1)]
     outcomes = [store.outcome(route, 1) for route in found]
     assert all(o is not None and o.arm == arm.name for o in outcomes)
     return [route.id for route in found]

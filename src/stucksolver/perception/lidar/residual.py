@@ -14,12 +14,11 @@ from stucksolver.perception.ground import ground_heights
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.measurements import Detections, Floats
 from stucksolver.perception.rig import LidarRig
+from stucksolver.perception.visibility import OWN_LENGTH_M, within
 
 AHEAD_M = 16.0
 """Obstacles are looked for up to this distance ahead of the reference point: a stop from 40 km/h. Further away a small
 obstacle has few returns, and the ground's height is less certain."""
-NOSE_M = 2.6
-"""Returns from nearer come from the vehicle itself."""
 ASIDE_M = 3.0
 """To either side of the vehicle's axis."""
 LOW_M, HIGH_M = 0.35, 2.0
@@ -68,11 +67,13 @@ def with_unexplained(
 
     standing = _standing(points, lidar)
     sure = detections.score >= EXPLAINS
-    boxes = np.column_stack([detections.center, detections.size, detections.yaw])[sure]
-    left = standing[~_inside(np.vstack([boxes, np.reshape(known, (-1, 7))]), standing)]
+    named = np.column_stack([detections.center, detections.size, detections.yaw])[sure]
+    boxes = np.vstack([named, np.reshape(known, (-1, 7))])
+    bodies = np.column_stack([boxes[:, :2], boxes[:, 6], boxes[:, 3:5] / 2])
+    left = standing[~within(bodies, standing[:, 0], standing[:, 1], MARGIN_M, MARGIN_M)]
     if len(left) < FEWEST:
         return detections
-    cells = np.floor((left[:, :2] - (NOSE_M, -ASIDE_M)) / CELL_M).astype(np.int64)
+    cells = _cells(left[:, 0], left[:, 1])
     taken = np.zeros(cells.max(axis=0) + 1, np.bool_)
     taken[cells[:, 0], cells[:, 1]] = True
     groups, count = ndimage.label(taken, np.ones((3, 3)))
@@ -88,7 +89,7 @@ def _stands(above: Floats) -> bool:
 def _standing(points: NDArray[np.floating], lidar: LidarRig) -> Floats:
     """(m, 3): x, y and height above ground of the returns that stand up close ahead."""
     x, y, z = (np.asarray(points[:, axis], np.float64) for axis in range(3))
-    near = (x > NOSE_M) & (x < AHEAD_M + 4.0) & (np.abs(y) < 2 * AHEAD_M)
+    near = (x > OWN_LENGTH_M) & (x < AHEAD_M + 4.0) & (np.abs(y) < 2 * AHEAD_M)
     x, y, z = x[near], y[near], z[near]
     dx, dy = x - lidar.mount.x_m, y - lidar.mount.y_m
     # Where nothing of the ground is seen below a sign, the lowest return is the sign's own.
@@ -103,8 +104,8 @@ def _lowest_around(x: Floats, y: Floats, z: Floats) -> Floats:
     """(m,): height of the lowest return in the cells around each, but not much lower than the road in front."""
     from scipy import ndimage
 
-    cells = np.floor(np.column_stack([x - NOSE_M, y + ASIDE_M]) / CELL_M).astype(np.int64)
-    lowest = np.full((round((AHEAD_M - NOSE_M) / CELL_M) + 1, round(2 * ASIDE_M / CELL_M) + 1), np.inf)
+    cells = _cells(x, y)
+    lowest = np.full((round((AHEAD_M - OWN_LENGTH_M) / CELL_M) + 1, round(2 * ASIDE_M / CELL_M) + 1), np.inf)
     np.minimum.at(lowest, (cells[:, 0], cells[:, 1]), z)
     around = ndimage.minimum_filter(lowest, AROUND, mode="nearest")
     middle = np.abs((np.arange(lowest.shape[1]) + 0.5) * CELL_M - ASIDE_M) < ROAD_M
@@ -113,12 +114,9 @@ def _lowest_around(x: Floats, y: Floats, z: Floats) -> Floats:
     return np.asarray(np.maximum(around, floor[:, None])[cells[:, 0], cells[:, 1]])
 
 
-def _inside(boxes: Floats, places: Floats) -> NDArray[np.bool_]:
-    """(m,): True for the places in one of the boxes, which are enlarged by `MARGIN_M`."""
-    dx, dy = places[:, None, 0] - boxes[:, 0], places[:, None, 1] - boxes[:, 1]
-    cos, sin = np.cos(boxes[:, 6]), np.sin(boxes[:, 6])
-    along, across = np.abs(dx * cos + dy * sin), np.abs(dy * cos - dx * sin)
-    return np.asarray(((along < boxes[:, 3] / 2 + MARGIN_M) & (across < boxes[:, 4] / 2 + MARGIN_M)).any(axis=1))
+def _cells(x: Floats, y: Floats) -> NDArray[np.int64]:
+    """(m, 2): cell of each place."""
+    return np.floor(np.column_stack([x - OWN_LENGTH_M, y + ASIDE_M]) / CELL_M).astype(np.int64)
 
 
 def _joined(detections: Detections, found: list[Floats]) -> Detections:

@@ -89,7 +89,7 @@ def _steps(chain: Chain, scene: Scene, reason: str) -> list[tuple[str, bool, str
 
 
 def _reason(chain: Chain, scene: Scene) -> str:
-    soon, _ = chain.ends
+    soon = chain.ends[0]
     if chain.asked is not None:
         return f"the passenger asks for: {chain.asked.value.replace('_', ' ')}"
     if chain.wait is WaitReason.AT_DESTINATION:

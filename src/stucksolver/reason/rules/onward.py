@@ -6,7 +6,7 @@ from stucksolver.decision import RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import AnyBehavior, Creep, KeepLane, RejoinRoute
 from stucksolver.reason.rules.attempts import failed_for, was_tried
 from stucksolver.reason.rules.observe import drives, near_path
-from stucksolver.reason.rules.past import Way
+from stucksolver.reason.rules.past import STANDS_MPS, Way
 from stucksolver.scene import (
     ON_FOOT,
     ControlKind,
@@ -46,7 +46,7 @@ def along_the_free_lane(scene: Scene) -> Way | None:
     asked = None if scene.guidance is None or scene.guidance.reading is None else scene.guidance.reading.intent
     if asked not in (None, GuidanceIntent.GO) or scene.in_path_ahead(FREE_M):
         return None
-    if scene.ego.speed_mps > 0.2 or scene.ego.stopped_for_s < STANDS_S:
+    if scene.ego.speed_mps > STANDS_MPS or scene.ego.stopped_for_s < STANDS_S:
         return None
     holds = _may_hold(scene)
     if holds is not None:

@@ -149,8 +149,10 @@ def _by_lane_change(
     if start is not None and _return_was_refused(scene):
         plan = RecoveryPlan(behaviors=behaviors, replan_route=True, route_start=start.id)
         return plan, (None, f"pass {who} in the {side} lane{what}, and replan the route from there")
-    back = ChangeLane(side="right" if side == "left" else "left", distance_m=25.0, speed_mps=speed)
-    return RecoveryPlan(behaviors=(*behaviors, back)), (None, f"pass {who} in the {side} lane{what}, then return")
+    return RecoveryPlan(behaviors=(*behaviors, _back_from(lane, speed))), (
+        None,
+        f"pass {who} in the {side} lane{what}, then return",
+    )
 
 
 def _out_and_over(
@@ -188,8 +190,10 @@ def _go_on_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: floa
     who = ", ".join(f"{o.kind.value} {o.id}" for o in target.objects)
     if _return_was_refused(scene):
         return RecoveryPlan(behaviors=(on,)), (None, f"go on past {who} in the adjacent lane")
-    back = ChangeLane(side="right" if lane.relation is LaneRelation.LEFT else "left", distance_m=25.0, speed_mps=speed)
-    return RecoveryPlan(behaviors=(on, back)), (None, f"go on past {who} in the adjacent lane, then return")
+    return RecoveryPlan(behaviors=(on, _back_from(lane, speed))), (
+        None,
+        f"go on past {who} in the adjacent lane, then return",
+    )
 
 
 def over_and_back(scene: Scene) -> Way | None:
@@ -203,12 +207,16 @@ def over_and_back(scene: Scene) -> Way | None:
     ahead = sorted(near, key=lambda o: o.gap_m or 0.0)
     if not ahead or not all(may_be_driven_over(scene, o) for o in ahead):
         return None
-    back = ChangeLane(
-        side="right" if lane.relation is LaneRelation.LEFT else "left", distance_m=25.0, speed_mps=SLOW_MPS
-    )
     over = tuple(DriveOver(object_id=o.id) for o in ahead)
     what = ", ".join(f"{o.kind.value} {o.id}" for o in ahead)
-    return RecoveryPlan(behaviors=(*over, back)), (None, f"drive over {what} in the adjacent lane, then return")
+    plan = RecoveryPlan(behaviors=(*over, _back_from(lane, SLOW_MPS)))
+    return plan, (None, f"drive over {what} in the adjacent lane, then return")
+
+
+def _back_from(lane: SceneLane, speed: float) -> ChangeLane:
+    """Return the change from a lane beside the route's back into it."""
+    side: Literal["left", "right"] = "right" if lane.relation is LaneRelation.LEFT else "left"
+    return ChangeLane(side=side, distance_m=25.0, speed_mps=speed)
 
 
 def _return_was_refused(scene: Scene) -> bool:

@@ -33,10 +33,7 @@ ACTIVITIES: dict[tuple[StateName, StateName], str] = {
     (S.EXECUTING, S.AWAITING_GAP): "given up for traffic before 2 m of it were driven",
 }
 POSTURES: dict[tuple[StateName, StateName], str] = {
-    (
-        S.DRIVING,
-        S.HOLDING,
-    ): "a plan is given up, or one that only stands ends, where the stack would turn into what stands there",
+    (S.DRIVING, S.HOLDING): "a plan is given up, or only stood, where the stack would turn into what stands there",
     (S.DRIVING, S.MINIMAL_RISK): "the last rung, at a place where one may stand: stop, and call for help",
     (S.HOLDING, S.DRIVING): "the way back into the lane is free, nothing has been seen for 5 s, or a plan begins",
     (S.HOLDING, S.MINIMAL_RISK): "the last rung, at a place where one may stand: stop, and call for help",
