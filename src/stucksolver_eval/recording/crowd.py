@@ -63,7 +63,7 @@ _SHARES = (
     (ObjectKind.VAN, 2.0),
     (ObjectKind.TRUCK, 2.0),
     (ObjectKind.BUS, 2.0),
-    (ObjectKind.SCHOOL_BUS, 1.0),
+    (ObjectKind.SCHOOL_BUS, 2.0),
     (ObjectKind.MOTORCYCLE, 2.0),
     (ObjectKind.BICYCLE, 3.0),
     (ObjectKind.PEDESTRIAN, 5.0),

@@ -23,6 +23,7 @@ from stucksolver_train.lidar.data import EVERY, Windows, load
 from stucksolver_train.lidar.loss import losses, targets
 from stucksolver_train.lidar.net import WIDTHS, PillarNet
 from stucksolver_train.lidar.pillars import pillars
+from stucksolver_train.lidar.restore import restore, settle
 from stucksolver_train.schedule import average
 
 WARM_UP = 0.1
@@ -37,6 +38,8 @@ RARE_MOST = 4.0
 """A window with rare labels is drawn at most this many times as often as one without."""
 CHECKED_IN_DRIVE = 40
 """Windows of each recording that are used in the check."""
+SETTLED_ON = 32
+"""Windows on which a network that was restored from an export gets the statistics of its batch normalisations."""
 WEIGHTS = "lidar.pt"
 
 
@@ -57,7 +60,7 @@ class Options:
     every: int = EVERY
     widths: tuple[int, int, int] = WIDTHS
     start: Path | None = None
-    """A `lidar.pt` of the same widths to continue from; None starts with random weights."""
+    """A `lidar.pt` or exported `lidar.onnx` of the same widths to continue from; None starts with random weights."""
     jobs: int = os.cpu_count() or 1
     device: str = ""
     """If empty, a GPU if there is one."""
@@ -71,6 +74,7 @@ def train(options: Options) -> list[dict[str, float | str]]:
 
     Raises:
         RecordingError: A folder has no recordings.
+        RestoreError: There is nothing to continue from in `options.start`.
         ValueError: The recordings hold no window.
     """
     began = time.monotonic()
@@ -83,9 +87,9 @@ def train(options: Options) -> list[dict[str, float | str]]:
     torch.backends.cudnn.benchmark = True
     torch.set_float32_matmul_precision("high")
     net = PillarNet(options.widths).to(device, memory_format=torch.channels_last)
-    if options.start is not None:
-        net.load_state_dict(torch.load(options.start, map_location=device, weights_only=True)["weights"])
     store = Store(windows, device)
+    if options.start is not None:
+        _continue(net, options.start, store)
     _say(f"{sum(one.numel() for one in net.parameters()) / 1e6:.2f} million weights on {device}")
     averaged, steps = _fit(net, store, torch.from_numpy(drawn_how_often(windows)).to(device), options)
     # Written before the check, which takes long and might be interrupted.
@@ -110,6 +114,18 @@ def train(options: Options) -> list[dict[str, float | str]]:
     card |= {"labels": LABELS, "calibration": asdict(calibrated(told)), "mean_ap": mean, "check": rows}
     _write(card | {"checked": len(found)}, options.out)
     return rows
+
+
+def _continue(net: PillarNet, start: Path, store: Store) -> None:
+    """Give the network the weights of an earlier training."""
+    if start.suffix != ".onnx":
+        kept = torch.load(start, map_location=store.device, weights_only=True)["weights"]
+        net.load_state_dict(kept)
+        return
+    net.load_state_dict(restore(start).state_dict())
+    some = torch.linspace(0, len(store) - 1, min(SETTLED_ON, len(store)), device=store.device).long()
+    batch = store.batch(some, vary=False)
+    settle(net, lambda: net(*pillars(batch.points, batch.window), len(some)))
 
 
 def drawn_how_often(windows: Windows) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
@@ -195,7 +211,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--rate", type=float, default=Options.rate, help="highest learning rate")
     parser.add_argument("--every", type=int, default=Options.every, help="ticks between the ends of two windows")
     parser.add_argument("--widths", type=int, nargs=3, default=Options.widths, help="channels of the three scales")
-    parser.add_argument("--start", type=Path, help="lidar.pt to continue from")
+    parser.add_argument("--start", type=Path, help="lidar.pt or lidar.onnx to continue from")
     parser.add_argument("--jobs", type=int, default=Options.jobs, help="number of reading processes")
     parser.add_argument("--device", default=Options.device)
     given = vars(parser.parse_args(arguments))
