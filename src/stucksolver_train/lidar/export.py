@@ -86,6 +86,8 @@ def export(run: Path, check: Sequence[Path], to: Path = DATA, ranges: Sequence[P
     trained = json.loads((run / "training.json").read_text(encoding="utf-8"))
     figures = {key: trained[key] for key in ("windows", "steps", "minutes", "seed", "mean_ap")}
     card["trained"] = {"widths": kept["widths"], **figures}
+    if "averaged" in trained:
+        card["trained"]["averaged"] = trained["averaged"]
     (to / CARD).write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
     return card
 

@@ -1,0 +1,68 @@
+"""Averages networks of which one was trained on from the other: `python -m stucksolver_train.lidar.average A B --out DIR`.
+
+A network that is trained on for new data forgets some of what it knew. Its weights lie near the old ones, and their mean
+keeps most of both (Wortsman et al. 2022, "Robust fine-tuning of zero-shot models").
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from stucksolver.perception.lidar.detector import CARD
+from stucksolver_train.lidar.restore import RestoreError, restore
+from stucksolver_train.lidar.train import WEIGHTS
+
+TRAINED = ("windows", "steps", "minutes", "seed", "mean_ap")
+"""Fields of a card's training that the export expects."""
+
+
+def average(first: Path, second: Path, share: float, out: Path) -> None:
+    """Write `lidar.pt` and `training.json` with the weighted mean of two exported networks to the folder `out`.
+
+    Args:
+        first: An exported `lidar.onnx`.
+        second: Another one, that was trained on from the first, with its card beside it.
+        share: Weight of the second, 0 to 1.
+        out: Output folder, for `stucksolver_train.lidar.export`.
+
+    Raises:
+        RestoreError: One of the files holds no network, their sizes differ, or the second has no card.
+    """
+    one, other = restore(first), restore(second)
+    if one.widths != other.widths:
+        raise RestoreError(f"{second}: its widths are {other.widths}, those of {first} are {one.widths}")
+    card_file = second.with_name(CARD)
+    try:
+        trained: dict[str, Any] = json.loads(card_file.read_text(encoding="utf-8"))["trained"]
+        card = {key: trained[key] for key in TRAINED} | {"averaged": share}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise RestoreError(f"{card_file}: no card of a training ({error}); export the network again") from error
+    theirs = other.state_dict()
+    mean = {
+        name: value + share * (theirs[name] - value) if value.is_floating_point() else value
+        for name, value in one.state_dict().items()
+    }
+    out.mkdir(parents=True, exist_ok=True)
+    torch.save({"weights": mean, "widths": one.widths}, out / WEIGHTS)
+    (out / "training.json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("first", type=Path, help="an exported lidar.onnx")
+    parser.add_argument("second", type=Path, help="one that was trained on from the first")
+    parser.add_argument("--share", type=float, default=0.5, help="weight of the second, 0 to 1")
+    parser.add_argument("--out", type=Path, required=True, help="folder for lidar.pt, to be exported")
+    given = parser.parse_args(arguments)
+    average(given.first, given.second, given.share, given.out)
+
+
+if __name__ == "__main__":
+    main()
