@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
-from stucksolver.scene import PastAttempt, PlanFailure, RejectCode, Scene
+from stucksolver.scene import PastAttempt, PlanFailure, RejectCode, Scene, SceneObject
 
 REMEMBERED_S = 30.0
 
@@ -22,6 +22,11 @@ def failed_for(scene: Scene, *why: RejectCode | PlanFailure) -> bool:
 def often_failed_for(scene: Scene, least: int, *why: RejectCode | PlanFailure) -> bool:
     """True if at least this many plans of the last half minute were refused or given up for one of these reasons."""
     return sum(not set(why).isdisjoint((*a.codes, *a.failures)) for a in _recent(scene)) >= least
+
+
+def look_larger(scene: Scene, objects: Sequence[SceneObject]) -> bool:
+    """True if a plan came too near to something, and one of these is known by sensors, so that the guard widens it."""
+    return failed_for(scene, RejectCode.GAP) and any(o.position_sd_m for o in objects)
 
 
 def _recent(scene: Scene) -> Iterator[PastAttempt]:

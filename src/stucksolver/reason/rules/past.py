@@ -8,7 +8,7 @@ from typing import Literal
 from stucksolver.decision import RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import AnyBehavior, BorrowOncomingLane, ChangeLane, DriveOver, KeepLane
 from stucksolver.reason.rules.analyse import red_light_within
-from stucksolver.reason.rules.attempts import failed_for, was_tried
+from stucksolver.reason.rules.attempts import failed_for, look_larger, was_tried
 from stucksolver.reason.rules.pass_speed import pass_speed
 from stucksolver.reason.rules.passing import (
     PassTarget,
@@ -41,6 +41,8 @@ RECOVERY_SPEED_MPS = 5.5
 GUIDED_SPEED_MPS = 11.0
 LEAST_SPEED_MPS = 2.0
 SLOW_MPS = 2.2
+CLOSE_MPS = 3.0
+"""Of a pass in an adjacent lane, if objects look larger than they are: the slower it is, the nearer it may come."""
 OVER_HEIGHT_M = 0.15
 OVER_SEEN_S = 1.0
 OVER_CONFIDENCE, CONFIRMED_CONFIDENCE = 0.8, 0.5
@@ -140,6 +142,8 @@ def _by_lane_change(
     scene: Scene, lane: SceneLane, target: PassTarget, speed: float, over: tuple[SceneObject, ...] = ()
 ) -> Way:
     """Return a plan to change lanes, pass the target, drive over what may be driven over there, and return."""
+    if look_larger(scene, target.objects):
+        speed = min(speed, CLOSE_MPS)
     way, _ = way_to_pass_m(scene, target, speed)
     side: Literal["left", "right"] = "left" if lane.relation is LaneRelation.LEFT else "right"
     who = ", ".join(f"{o.kind.value} {o.id}" for o in target.objects)

@@ -14,7 +14,7 @@ from stucksolver.decision.behaviors import (
     NoseOut,
     Nudge,
 )
-from stucksolver.reason.rules.attempts import failed_for, often_failed_for, was_tried
+from stucksolver.reason.rules.attempts import failed_for, look_larger, often_failed_for, was_tried
 from stucksolver.reason.rules.passing import PassTarget
 from stucksolver.reason.rules.past import SLOW_MPS, Way, lane_of, may_be_driven_over
 from stucksolver.scene import VULNERABLE, LaneRelation, PlanFailure, RejectCode, Scene, SceneObject
@@ -99,18 +99,13 @@ def to_be_seen(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryP
 def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryPlan:
     """Return the same plan, preceded by backing up if the ego stands too near to swing out."""
     gap = lead.gap_m or 0.0
-    failed = failed_for(scene, PlanFailure.NO_ROOM_TO_SWING_OUT) or _looks_larger(scene, lead)
+    failed = failed_for(scene, PlanFailure.NO_ROOM_TO_SWING_OUT) or look_larger(scene, (lead,))
     near = gap < SWING_M or (failed and gap < ENOUGH_M)
     room = max(ROOM_M, min(gap + MORE_M, ENOUGH_M)) if failed else ROOM_M
     way = _back_m(scene, min(max(room - gap, 1.0), 8.0))
     if not near or scene.ego.speed_mps > 0.2 or lead.speed_along_mps > 0.2 or way is None:
         return plan
     return plan.model_copy(update={"behaviors": (BackUp(distance_m=way), *plan.behaviors)})
-
-
-def _looks_larger(scene: Scene, lead: SceneObject) -> bool:
-    """True if a plan came too near to something, and the lead is known by sensors, so that the guard widens it."""
-    return bool(lead.position_sd_m) and failed_for(scene, RejectCode.GAP)
 
 
 def _back_m(scene: Scene, wanted_m: float) -> float | None:
