@@ -126,6 +126,21 @@ def test_too_near_to_swing_out_it_backs_up_first():
     assert names(decide(somebody)) == ["borrow_oncoming_lane"]
 
 
+@pytest.mark.parametrize("sd_m, moves", [(0.1, ["back_up", "borrow_oncoming_lane"]), (None, ["borrow_oncoming_lane"])])
+def test_after_a_gap_too_small_beside_what_sensors_widen_it_swings_out_from_further_back(sd_m, moves):
+    world = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 5.5 + 2.3, position_sd_m=sd_m)])
+    assert names(decide(world)) == ["borrow_oncoming_lane"]
+    # So long ago that it is not the same moment, but not forgotten.
+    assert names(after(world, RejectCode.GAP, "borrow_oncoming_lane", ago_s=10.0)) == moves
+
+
+@pytest.mark.parametrize("sd_m, speed_mps", [(0.1, 3.0), (None, 5.5)])
+def test_after_a_gap_too_small_beside_what_sensors_widen_it_changes_lanes_more_slowly(sd_m, speed_mps):
+    world = World(MULTI, [thing("lead", 75.0, hazard=True, position_sd_m=sd_m)])
+    out, _ = behaviors_of(after(world, RejectCode.GAP, "change_lane", ago_s=10.0))
+    assert (out.name, out.speed_mps) == ("change_lane", speed_mps)
+
+
 def test_it_backs_up_less_where_there_is_less_room_behind():
     free = decide(World(TWO_WAY, [thing("lead", 57.75)]))
     tight = decide(World(TWO_WAY, [thing("lead", 57.75), thing("behind", 40.0)]))
