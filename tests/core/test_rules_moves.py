@@ -108,6 +108,15 @@ def test_a_rock_in_the_lane_beside_is_nothing_to_wait_for():
     assert names(decide(beyond_the_lead(kind=K.DEBRIS), stopped_s=121.0)) == ["request_assistance"]
 
 
+@pytest.mark.parametrize(
+    "y, sd_m, passed", [(1.9, 0.05, True), (1.9, None, False), (2.2, 0.05, False)], ids=["sensed", "exact", "further in"]
+)
+def test_a_cone_that_sensors_place_beyond_the_line_does_not_block_the_lane(y, sd_m, passed):
+    cone = thing("cone", 66.0, y, kind=K.CONE, position_sd_m=sd_m)
+    plan = decide(World(MULTI, [thing("lead", 65.0, hazard=True), cone])).plan
+    assert (plan is not None) == passed
+
+
 def test_a_queue_in_the_lane_beside_is_waited_for():
     decision = decide(beyond_the_lead(kind=K.CAR, height=1.5))
     assert (decision.plan, decision.analysis.wait) == (None, WaitReason.YIELD)

@@ -30,6 +30,10 @@ BESIDE_M, EDGE_M = 0.5, 0.1
 ACCELERATION_MPS2 = 1.2
 FLOWING_MPS = 2.0
 """Faster traffic in the adjacent lane passes by; the guard waits for the moment after it (m/s)."""
+AT_EDGE_M = 0.5
+"""What sensors place in the adjacent lane, but no further in it than this, may as well stand on the line: the guard says
+whether there is room beside it (m).
+"""
 PASSED_M = 2.0
 """Oncoming traffic whose rear is less than this ahead of the ego's front bumper will have passed in time (m)."""
 
@@ -118,9 +122,20 @@ def in_lane_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: flo
         if o.lane_id != lane.id or o.gap_m is None or o.gap_m < -scene.ego.length_m - 1.0:
             continue
         drives = o.speed_along_mps > FLOWING_MPS and not o.hazard_lights
+        if _only_at_edge(scene, lane, o):
+            continue
         if not drives and o.gap_m + max(o.speed_along_mps, 0.0) * time < way:
             found.append(o)
     return tuple(sorted(found, key=lambda o: o.gap_m or 0.0))
+
+
+def _only_at_edge(scene: Scene, lane: SceneLane, o: SceneObject) -> bool:
+    """True if sensors place a thing across the line between the ego's lane and an adjacent one, hardly in the latter."""
+    own = next((x.width_m for x in scene.lanes if x.relation is LaneRelation.EGO), None)
+    if own is None or not o.position_sd_m or o.kind in MOTOR_VEHICLES | VULNERABLE:
+        return False
+    reaches = o.left_edge_m if lane.relation is LaneRelation.LEFT else -o.right_edge_m
+    return reaches - own / 2 < AT_EDGE_M
 
 
 def said_of(blocking: SceneObject) -> str:
