@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from tests.perception.tracking.scenes import STEP_S, detections, follow, pose
 
+from stucksolver.perception.labels import LABELS
 from stucksolver.perception.tracking import ObjectTracker
 
 
@@ -79,3 +80,36 @@ def test_a_standing_car_that_was_hidden_and_is_seen_elsewhere_has_moved():
     if len(told) == 1:
         assert told[0].moved_at_s is not None
     assert max(told, key=lambda one: one.last_seen_s).stationary_s < 1.0
+
+
+CONE = {"label": LABELS.index("cone"), "size": (0.35, 0.35, 0.6)}
+
+
+def test_a_cone_stands_from_the_start_whatever_velocity_is_measured():
+    rng = np.random.default_rng(3)
+    tracker = ObjectTracker()
+    for k in range(30):
+        speed = (3.0, 1.0) if k % 4 == 0 else (0.0, 0.0)
+        for track in tracker.update(detections(k * STEP_S, [(14.0, 1.6)], rng, speed, **CONE), pose(k * STEP_S)):
+            assert (track.vx_mps, track.vy_mps) == (0.0, 0.0)
+    assert track.stationary_s > 2.5 and track.moved_at_s is None
+
+
+def test_a_cone_that_is_taken_for_its_neighbour_and_then_hidden_stays_where_it_is():
+    rng = np.random.default_rng(4)
+    tracker = ObjectTracker()
+    for k in range(60):
+        place = (14.9, 1.9) if k in (50, 51, 52) else (14.0, 1.6)
+        tracker.update(detections(k * STEP_S, [place], rng, (2.0, 0.5) if k > 49 else (0.0, 0.0), **CONE), pose(k * STEP_S))
+    (track,) = tracker.predict(6.0 + 2.0)
+    assert (track.x_m, track.y_m) == pytest.approx((14.0, 1.6), abs=0.4)
+    assert float(np.sqrt(np.linalg.eigvalsh(track.covariance[:2, :2])[-1])) < 0.4
+
+
+def test_a_thing_that_rolls_away_is_noticed():
+    rng = np.random.default_rng(5)
+    tracker = ObjectTracker()
+    ball = {"label": LABELS.index("debris"), "size": (0.3, 0.3, 0.3)}
+    follow(tracker, lambda _: ((10.0, 3.0), (0.0, 0.0)), 3.0, rng, **ball)
+    told = follow(tracker, lambda t: ((10.0, 3.0 - (t - 3.0)), (0.0, -1.0)), 3.0, rng, start_s=3.0, **ball)
+    assert any(track.vy_mps == pytest.approx(-1.0, abs=0.4) and track.y_m < 0.5 for track in told)

@@ -41,6 +41,14 @@ REGAINED_M = 0.3
 """Another side of it is visible then: its centre may be measured this much elsewhere."""
 
 
+SHIFTED_M, STEP_M = 0.5, 0.15
+"""A thing moves if its place has shifted by the first distance over its last looks, by at least the second in each half
+of them. The detector takes one thing for its neighbour, or a part of a passing car for a thing: that is a jump.
+"""
+FEW = 3
+"""Looks whose median is one place; three places are compared."""
+
+
 @dataclass(eq=False)
 class Body:
     """Changed only by the tracker; `track` returns its present values."""
@@ -120,7 +128,22 @@ def born(number: int, seen: Measured, i: int) -> Body:
     p[4:, 4:] += np.eye(2) * NEW_VELOCITY_MPS**2
     body = Body(number, seen.z[i].copy(), p, seen.size[i].copy(), seen.time_s, seen.time_s, seen.time_s)
     _remember(body, seen, i)
+    if body.group.lifeless:
+        body.motion, body.standing_since_s, body.x[4:] = Motion.STANDING, seen.time_s, 0.0
     return body
+
+
+def may_move(body: Body) -> bool:
+    """Return True unless it is a thing whose place has not shifted steadily."""
+    if not body.group.lifeless:
+        return True
+    places = body.samples[np.isfinite(body.samples[:, 0]), 1:3][-3 * FEW :]
+    if len(places) < 3 * FEW:
+        return False
+    first, middle, last = (np.median(part, axis=0) for part in np.split(places, 3))
+    whole = last - first
+    way_m = float(np.hypot(*whole))
+    return way_m > SHIFTED_M and all(float(half @ whole) > STEP_M * way_m for half in (middle - first, last - middle))
 
 
 def predict(body: Body, time_s: float) -> None:
@@ -208,7 +231,7 @@ def _same_heading(body: Body, yaw: float, score: float) -> float:
 
 def _regain(body: Body, seen: Measured, i: int) -> None:
     """Return True if a stationary object is seen again elsewhere: it has moved unseen."""
-    if body.motion is not Motion.STANDING or seen.time_s - body.last_seen_s < REGAINED_S:
+    if body.motion is not Motion.STANDING or seen.time_s - body.last_seen_s < REGAINED_S or body.group.lifeless:
         return
     off = seen.z[i, :2] - body.x[:2]
     variance = (seen.noise[i, 0, 0] + seen.noise[i, 1, 1]) / 2.0 + REGAINED_M**2

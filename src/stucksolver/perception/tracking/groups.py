@@ -28,12 +28,14 @@ class Group:
     remembered_standing_s: float
     range_m: float
     """Range within which the LiDAR finds such objects reliably (m): 64 channels give few points on small ones."""
+    lifeless: bool = False
+    """True for things: they stand from the start, and move only if something pushes or blows them."""
 
 
 GROUPS = (
     Group(("car", "truck"), 1.5, 0.8, 0.3, 3.0, 4.0, 30.0, 65.0),
     Group(("two_wheeler", "pedestrian", "animal"), 1.5, 1.5, 1.5, 1.2, 3.0, 10.0, 45.0),
-    Group(("cone", "barrier", "debris"), 0.3, 0.3, 0.2, 0.8, 3.0, 30.0, 35.0),
+    Group(("cone", "barrier", "debris"), 0.3, 0.3, 0.2, 0.8, 3.0, 30.0, 35.0, lifeless=True),
 )
 GROUP_OF_LABEL = np.array([next(i for i, group in enumerate(GROUPS) if name in group.labels) for name in LABELS])
 """(labels,): index into `GROUPS`."""

@@ -15,7 +15,7 @@ import numpy as np
 from stucksolver.perception.measurements import Detections, PoseEstimate
 from stucksolver.perception.rig import Rig, load_rig
 from stucksolver.perception.tracking import association, existence, motion
-from stucksolver.perception.tracking.body import NEW_VELOCITY_MPS, Body, born, predict, update
+from stucksolver.perception.tracking.body import NEW_VELOCITY_MPS, Body, born, may_move, predict, update
 from stucksolver.perception.tracking.motion import Evidence, Motion
 from stucksolver.perception.tracking.noise import Measured, measured
 from stucksolver.perception.tracking.track import Track
@@ -129,14 +129,14 @@ class ObjectTracker:
 
 def _decide(body: Body, evidence: Evidence, i: int, now_s: float) -> None:
     """Advance one body's state of motion: moving until it rests, standing or undecided until it moves."""
-    if body.motion is not Motion.MOVING and evidence.moves[i]:
+    if body.motion is not Motion.MOVING and evidence.moves[i] and may_move(body):
         if body.motion is Motion.STANDING:
             body.x[4:] = evidence.velocity[i]
             body.p[4:, :] = body.p[:, 4:] = 0.0
             body.p[4:, 4:] = np.eye(2) * (evidence.variance[i] + NEW_VELOCITY_MPS**2)
         body.motion, body.standing_since_s, body.moved_at_s = Motion.MOVING, None, now_s
-    elif body.motion is not Motion.STANDING and evidence.rests[i]:
-        since = float(evidence.rests_since_s[i])
+    elif body.motion is not Motion.STANDING and (evidence.rests[i] or not may_move(body)):
+        since = float(evidence.rests_since_s[i]) if evidence.rests[i] else now_s
         body.samples[body.samples[:, 0] < since - 1e-6] = -np.inf
         body.motion, body.standing_since_s = Motion.STANDING, since
         if body.moved_at_s is not None:
