@@ -20,6 +20,7 @@ from stucksolver.perception.far_tracking import FarTracker
 from stucksolver.perception.far_view import FarLook, FarView, blockers_of
 from stucksolver.perception.frames import into_vehicle
 from stucksolver.perception.lidar.detector import LidarDetector
+from stucksolver.perception.lidar.low import with_measured_heights
 from stucksolver.perception.lidar.residual import with_unexplained
 from stucksolver.perception.lidar.sweeps import RECENT_S, SweepBuffer
 from stucksolver.perception.measurements import CameraFrame, Floats, PoseEstimate
@@ -91,6 +92,7 @@ class Perceiver:
             seen = SeenSpace.from_points(turn, self._rig.lidar)
         with self._timed("residual"):
             detections = with_unexplained(detections, turn, self._rig.lidar, self._vehicles(look.pose))
+            detections = with_measured_heights(detections, points)
         with self._timed("tracking"):
             tracks = self._tracker.update(detections, look.pose, seen)
         lights = self._pictured(look, tracks)
