@@ -81,9 +81,9 @@ def test_the_way_over_a_bag_in_the_lane_beside_is_proven_and_driven_to_its_end()
 
 def stranded(lead_x=52.0, **more):
     """In the left lane, where a pass of a disabled car was given up before a bag."""
-    usual = {"kind": K.BAG, "height": 0.1, "seen_for_s": 2.0, "kind_confidence": 0.95}
+    usual = {"kind": K.BAG, "height": 0.1, "seen_for_s": 2.0, "kind_confidence": 0.95, "x": 66.0}
     lead = thing("lead", lead_x, hazard=True)
-    return World(MULTI, [lead, thing("it", 66.0, LANE_M, **{**usual, **more})], y=LANE_M)
+    return World(MULTI, [lead, thing("it", y=LANE_M, **{**usual, **more})], y=LANE_M)
 
 
 @pytest.mark.parametrize("lead_x", [52.0, 60.0])
@@ -102,6 +102,29 @@ def test_in_the_lane_beside_before_what_is_not_soft_it_does_not(more):
     assert decision.plan is None or "drive_over" not in names(decision)
 
 
+def test_in_the_lane_beside_it_drives_up_to_what_sensors_see_to_see_it_better():
+    (up_to,) = behaviors_of(decide(stranded(height=0.25, position_sd_m=0.05)))
+    assert (up_to.name, up_to.distance_m) == ("keep_lane", pytest.approx(16.0 - 2.45 - 0.15 - 4.0, abs=0.2))
+    near = decide(stranded(height=0.25, position_sd_m=0.05, x=58.0))
+    assert "to see it better" not in near.rationale
+
+
+def test_in_the_lane_beside_that_is_free_again_it_goes_on_and_returns():
+    world = World(MULTI, [thing("lead", 52.0, hazard=True, position_sd_m=0.05)], y=LANE_M)
+    on, back = behaviors_of(decide(world))
+    assert (on.name, back.name, back.side) == ("keep_lane", "change_lane", "right")
+    seen = drive(world, 40.0)
+    assert "the plan is done" in seen.texts(EventKind.FINISHED)
+    assert world.x > 65.0 and abs(world.y) < 0.5
+
+
+@pytest.mark.parametrize("sd_m, again", [(0.05, True), (None, False)])
+def test_a_refusal_for_who_drove_by_does_not_rule_out_driving_over(sd_m, again):
+    told = after(bag(position_sd_m=sd_m), RejectCode.COLLISION, "drive_over", ago_s=5.0)
+    assert (names(told) == ["drive_over"]) == again
+    assert names(after(bag(position_sd_m=sd_m), RejectCode.NOT_PASSABLE, "drive_over", ago_s=5.0)) != ["drive_over"]
+
+
 def test_a_rock_in_the_lane_beside_is_nothing_to_wait_for():
     decision = decide(beyond_the_lead(kind=K.DEBRIS))
     assert (decision.plan, decision.analysis.wait) == (None, WaitReason.NO_SAFE_WAY)
@@ -109,7 +132,9 @@ def test_a_rock_in_the_lane_beside_is_nothing_to_wait_for():
 
 
 @pytest.mark.parametrize(
-    "y, sd_m, passed", [(1.9, 0.05, True), (1.9, None, False), (2.2, 0.05, False)], ids=["sensed", "exact", "further in"]
+    "y, sd_m, passed",
+    [(1.9, 0.05, True), (1.9, None, False), (2.2, 0.05, False)],
+    ids=["sensed", "exact", "further in"],
 )
 def test_a_cone_that_sensors_place_beyond_the_line_does_not_block_the_lane(y, sd_m, passed):
     cone = thing("cone", 66.0, y, kind=K.CONE, position_sd_m=sd_m)

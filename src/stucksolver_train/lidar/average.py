@@ -1,7 +1,7 @@
-"""Averages networks of which one was trained on from the other: `python -m stucksolver_train.lidar.average A B --out DIR`.
+"""Averages two networks, one trained on from the other: `python -m stucksolver_train.lidar.average A B --out DIR`.
 
-A network that is trained on for new data forgets some of what it knew. Its weights lie near the old ones, and their mean
-keeps most of both (Wortsman et al. 2022, "Robust fine-tuning of zero-shot models").
+A network that is trained on for new data forgets some of what it knew. Its weights lie near the old ones, and their
+mean keeps most of both (Wortsman et al. 2022, "Robust fine-tuning of zero-shot models").
 """
 
 from __future__ import annotations

@@ -43,7 +43,9 @@ def restore(file: Path) -> PillarNet:
         net = PillarNet((first, second, third))
         _fill(net, layers)
     except Exception as error:  # noqa: BLE001 - a file that is not ours fails anywhere
-        raise RestoreError(f"{file}: no LiDAR network to continue from ({error}); give a lidar.onnx or lidar.pt") from None
+        raise RestoreError(
+            f"{file}: no LiDAR network to continue from ({error}); give a lidar.onnx or lidar.pt"
+        ) from None
     return net
 
 

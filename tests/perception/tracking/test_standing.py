@@ -100,7 +100,9 @@ def test_a_cone_that_is_taken_for_its_neighbour_and_then_hidden_stays_where_it_i
     tracker = ObjectTracker()
     for k in range(60):
         place = (14.9, 1.9) if k in (50, 51, 52) else (14.0, 1.6)
-        tracker.update(detections(k * STEP_S, [place], rng, (2.0, 0.5) if k > 49 else (0.0, 0.0), **CONE), pose(k * STEP_S))
+        tracker.update(
+            detections(k * STEP_S, [place], rng, (2.0, 0.5) if k > 49 else (0.0, 0.0), **CONE), pose(k * STEP_S)
+        )
     (track,) = tracker.predict(6.0 + 2.0)
     assert (track.x_m, track.y_m) == pytest.approx((14.0, 1.6), abs=0.4)
     assert float(np.sqrt(np.linalg.eigvalsh(track.covariance[:2, :2])[-1])) < 0.4

@@ -11,17 +11,17 @@ REMEMBERED_S = 30.0
 
 def was_tried(scene: Scene, name: str) -> bool:
     """True if a plan with this behaviour failed in the last `REMEMBERED_S`."""
-    return any(name in attempt.behaviors for attempt in _recent(scene))
+    return any(name in attempt.behaviors for attempt in recent(scene))
 
 
 def failed_for(scene: Scene, *why: RejectCode | PlanFailure) -> bool:
     """True if a plan was refused or given up for one of these reasons in the last `REMEMBERED_S`."""
-    return any(one in (*attempt.codes, *attempt.failures) for attempt in _recent(scene) for one in why)
+    return any(one in (*attempt.codes, *attempt.failures) for attempt in recent(scene) for one in why)
 
 
 def often_failed_for(scene: Scene, least: int, *why: RejectCode | PlanFailure) -> bool:
     """True if at least this many plans of the last half minute were refused or given up for one of these reasons."""
-    return sum(not set(why).isdisjoint((*a.codes, *a.failures)) for a in _recent(scene)) >= least
+    return sum(not set(why).isdisjoint((*a.codes, *a.failures)) for a in recent(scene)) >= least
 
 
 def look_larger(scene: Scene, objects: Sequence[SceneObject]) -> bool:
@@ -29,5 +29,6 @@ def look_larger(scene: Scene, objects: Sequence[SceneObject]) -> bool:
     return failed_for(scene, RejectCode.GAP) and any(o.position_sd_m for o in objects)
 
 
-def _recent(scene: Scene) -> Iterator[PastAttempt]:
+def recent(scene: Scene) -> Iterator[PastAttempt]:
+    """Return the attempts of the last `REMEMBERED_S`."""
     return (a for a in scene.attempts if scene.time_s - a.time_s < REMEMBERED_S)

@@ -11,7 +11,7 @@ from stucksolver.reason.rules.analyse import MOVING_MPS, blocker, red_light_with
 from stucksolver.reason.rules.attempts import was_tried
 from stucksolver.reason.rules.closed import elsewhere
 from stucksolver.reason.rules.onward import along_the_free_lane, siren_behind
-from stucksolver.reason.rules.past import Way, over_and_back
+from stucksolver.reason.rules.past import Way, from_the_lane_beside
 from stucksolver.reason.rules.stream import into_the_stream
 from stucksolver.reason.rules.turning import turning_round
 from stucksolver.scene import ControlKind, LightState, Scene
@@ -41,7 +41,7 @@ def without_lead(scene: Scene, analysis: Analysis) -> Way:
     if analysis.guidance_intent is None and _stands_at_light(scene, LightState.OFF):
         onward = KeepLane(distance_m=CROSS_M, speed_mps=CREEP_MPS)
         return _one(scene, onward, "the light is out: stop first, then creep across when nobody is coming")
-    way = into_the_stream(scene) or over_and_back(scene) or along_the_free_lane(scene)
+    way = into_the_stream(scene) or from_the_lane_beside(scene) or along_the_free_lane(scene)
     return way or (None, (None, "nothing in the path"))
 
 

@@ -31,8 +31,8 @@ ACCELERATION_MPS2 = 1.2
 FLOWING_MPS = 2.0
 """Faster traffic in the adjacent lane passes by; the guard waits for the moment after it (m/s)."""
 AT_EDGE_M = 0.5
-"""What sensors place in the adjacent lane, but no further in it than this, may as well stand on the line: the guard says
-whether there is room beside it (m).
+"""What sensors place in the adjacent lane, but no further in it than this, may as well stand on the line: the guard
+says whether there is room beside it (m).
 """
 PASSED_M = 2.0
 """Oncoming traffic whose rear is less than this ahead of the ego's front bumper will have passed in time (m)."""
@@ -130,7 +130,7 @@ def in_lane_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: flo
 
 
 def _only_at_edge(scene: Scene, lane: SceneLane, o: SceneObject) -> bool:
-    """True if sensors place a thing across the line between the ego's lane and an adjacent one, hardly in the latter."""
+    """True if sensors place a thing across the line between the ego's lane and an adjacent one."""
     own = next((x.width_m for x in scene.lanes if x.relation is LaneRelation.EGO), None)
     if own is None or not o.position_sd_m or o.kind in MOTOR_VEHICLES | VULNERABLE:
         return False

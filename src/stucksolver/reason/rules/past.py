@@ -8,7 +8,7 @@ from typing import Literal
 from stucksolver.decision import RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import AnyBehavior, BorrowOncomingLane, ChangeLane, DriveOver, KeepLane
 from stucksolver.reason.rules.analyse import red_light_within
-from stucksolver.reason.rules.attempts import failed_for, look_larger, was_tried
+from stucksolver.reason.rules.attempts import failed_for, look_larger, recent, was_tried
 from stucksolver.reason.rules.pass_speed import pass_speed
 from stucksolver.reason.rules.passing import (
     PassTarget,
@@ -51,6 +51,12 @@ LIVING_M = 2.5
 BEFORE_OVER_M, BEYOND_OVER_M = 6.0, 2.0
 """The ego is in its lane this far before an object that it drives over, and its rear is this far past it after (m)."""
 
+PASSING = frozenset({RejectCode.COLLISION, RejectCode.GAP, RejectCode.LANE_ENTRY})
+"""Refusals that are over once somebody has driven by."""
+UP_TO_M, LEAST_WAY_M = 4.0, 2.0
+"""The ego stops this far before a thing to see it better, and does not move for less (m)."""
+BESIDE_US_M = 3.0
+"""What stands in the route's lane up to this distance ahead is passed before the return (m)."""
 STANDS_MPS, OVER_WITHIN_M = 0.2, 20.0
 """The ego stands if it is no faster (m/s). What is further ahead in the lane beside is left for later (m)."""
 
@@ -86,7 +92,15 @@ def may_be_driven_over(scene: Scene, o: SceneObject) -> bool:
         other.kind in VULNERABLE and math.hypot(other.x_m - o.x_m, other.y_m - o.y_m) < LIVING_M
         for other in scene.objects
     )
-    return sure and low and not living and scene.offers("drive_over") and not was_tried(scene, "drive_over")
+    return sure and low and not living and scene.offers("drive_over") and not _over_has_failed(scene, o)
+
+
+def _over_has_failed(scene: Scene, o: SceneObject) -> bool:
+    """True if driving over has just failed; if sensors see the thing, not for somebody who has driven by since."""
+    if not o.position_sd_m:
+        return was_tried(scene, "drive_over")
+    tried = (a for a in recent(scene) if "drive_over" in a.behaviors)
+    return any(a.failures or not set(a.codes) <= PASSING for a in tried)
 
 
 def way_past(scene: Scene, target: PassTarget, speed: float) -> Way:
@@ -188,7 +202,7 @@ def _go_on_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: floa
     """Return a plan for an ego that is half-way past: go on in the adjacent lane until there is room to return."""
     ahead = in_lane_beside(scene, lane, target, speed)
     if ahead:
-        return over_and_back(scene) or (None, _why_not_beside(ahead))
+        return from_the_lane_beside(scene) or (None, _why_not_beside(ahead))
     way, _ = way_to_pass_m(scene, target, speed)
     on = KeepLane(distance_m=round(min(max(way, 5.0), 150.0), 1), speed_mps=speed)
     who = ", ".join(f"{o.kind.value} {o.id}" for o in target.objects)
@@ -200,21 +214,55 @@ def _go_on_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: floa
     )
 
 
-def over_and_back(scene: Scene) -> Way | None:
-    """Return a plan for an ego that stands in the lane beside the route's, before something soft there: a pass was
-    given up. It drives over that, and changes back. None if it stands elsewhere, or before something else.
+def from_the_lane_beside(scene: Scene) -> Way | None:
+    """Return a plan for an ego that stands in the lane beside the route's: a pass was given up.
+
+    It drives over what is soft there, and changes back. Up to anything else that sensors see there it drives to see it
+    better: from nearby, a bag is measured to be low. If nothing is there any more, it goes on past what stands in the
+    route's lane, and changes back. None if it stands elsewhere, or if nothing of this helps.
     """
     lane = _lane_beside_the_route(scene)
-    if lane is None or scene.ego.speed_mps > STANDS_MPS or not scene.offers("change_lane"):
+    if lane is None or scene.ego.speed_mps > STANDS_MPS or not scene.offers("change_lane", "keep_lane"):
         return None
     near = [o for o in scene.objects if o.lane_id == lane.id and 0.0 < (o.gap_m or 0.0) < OVER_WITHIN_M]
     ahead = sorted(near, key=lambda o: o.gap_m or 0.0)
-    if not ahead or not all(may_be_driven_over(scene, o) for o in ahead):
+    if ahead and all(may_be_driven_over(scene, o) for o in ahead):
+        over = tuple(DriveOver(object_id=o.id) for o in ahead)
+        what = ", ".join(f"{o.kind.value} {o.id}" for o in ahead)
+        plan = RecoveryPlan(behaviors=(*over, _back_from(lane, SLOW_MPS)))
+        return plan, (None, f"drive over {what} in the adjacent lane, then return")
+    return _up_to(ahead[0]) if ahead else _on_and_back(scene, lane)
+
+
+def _up_to(o: SceneObject) -> Way | None:
+    """Return a plan to drive up to a thing that sensors see ahead; None if it is near already, or a road user."""
+    way_m = round((o.gap_m or 0.0) - UP_TO_M, 1)
+    if not o.position_sd_m or not stays(o) or way_m < LEAST_WAY_M:
         return None
-    over = tuple(DriveOver(object_id=o.id) for o in ahead)
-    what = ", ".join(f"{o.kind.value} {o.id}" for o in ahead)
-    plan = RecoveryPlan(behaviors=(*over, _back_from(lane, SLOW_MPS)))
-    return plan, (None, f"drive over {what} in the adjacent lane, then return")
+    plan = RecoveryPlan(behaviors=(KeepLane(distance_m=way_m, speed_mps=SLOW_MPS),))
+    return plan, (None, f"drive up to {o.kind.value} {o.id} to see it better")
+
+
+def _on_and_back(scene: Scene, lane: SceneLane) -> Way | None:
+    """Return a plan past what sensors see standing beside the ego in the route's lane, then back; or None."""
+    own = lane_of(scene, LaneRelation.EGO)
+    beside = [
+        o
+        for o in scene.objects
+        if own is not None
+        and o.lane_id == own.id
+        and o.position_sd_m
+        and abs(o.speed_along_mps) < STANDS_MPS
+        and -scene.ego.length_m < end_of(o)
+        and (o.gap_m or 0.0) < BESIDE_US_M
+    ]
+    if not beside:
+        return None
+    way_m = round(max(end_of(o) for o in beside) + scene.ego.length_m + BEYOND_OVER_M, 1)
+    who = ", ".join(f"{o.kind.value} {o.id}" for o in beside)
+    on = KeepLane(distance_m=max(way_m, 5.0), speed_mps=SLOW_MPS)
+    plan = RecoveryPlan(behaviors=(on, _back_from(lane, SLOW_MPS)))
+    return plan, (None, f"the adjacent lane is free again: go on past {who}, then return")
 
 
 def _back_from(lane: SceneLane, speed: float) -> ChangeLane:
