@@ -94,6 +94,8 @@ class Detections:
     """(n,)."""
     velocity: Floats
     """(n, 2): over ground (not relative to the ego), along the vehicle frame's x and y (m/s)."""
+    height_known: NDArray[np.bool_] | None = None
+    """(n,): True where the height was measured (`lidar/low.py`) and not guessed; None if it was nowhere."""
 
     def __len__(self) -> int:
         return len(self.label)
@@ -101,4 +103,5 @@ class Detections:
     def part(self, which: NDArray[Any]) -> Detections:
         """Return some of them, by a mask or by indices."""
         columns = (self.label, self.score, self.center, self.size, self.yaw, self.velocity)
-        return Detections(self.time_s, *(column[which] for column in columns))
+        known = None if self.height_known is None else self.height_known[which]
+        return Detections(self.time_s, *(column[which] for column in columns), known)

@@ -46,6 +46,7 @@ def test_the_height_of_a_thing_nearby_is_that_of_its_highest_returns(height_m, x
     assert height_m - 0.08 < told.size[0, 2] < height_m + 0.04
     assert told.center[0, 2] == pytest.approx(told.size[0, 2] / 2, abs=0.03)
     assert told.size[0, :2].tolist() == [0.55, 0.45]
+    assert told.height_known is not None and told.height_known.tolist() == [True]
 
 
 @pytest.mark.parametrize("slope", [-0.06, 0.06])

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.perception.tracking.scenes import STEP_S, detections, follow, nothing, pose
 
+from stucksolver.perception.labels import LABELS
 from stucksolver.perception.measurements import Detections
 from stucksolver.perception.tracking import ObjectTracker
 
@@ -149,3 +151,16 @@ def test_tracks_are_the_same_wherever_the_local_frame_begins(yaw, x, y):
     assert there.x_m == pytest.approx(x + cos * here.x_m - sin * here.y_m, abs=1e-3)
     assert there.y_m == pytest.approx(y + sin * here.x_m + cos * here.y_m, abs=1e-3)
     assert math.hypot(there.vx_mps, there.vy_mps) == pytest.approx(math.hypot(here.vx_mps, here.vy_mps), abs=1e-2)
+
+
+def test_once_a_height_is_measured_guesses_of_it_no_longer_count():
+    rng = np.random.default_rng(6)
+    tracker = ObjectTracker()
+    for k in range(40):
+        known = 20 <= k < 25
+        bag = {"label": LABELS.index("debris"), "size": (0.5, 0.4, 0.13 if known else 0.26), "noise": 0.2}
+        found = replace(detections(k * STEP_S, [(7.0, 0.0)], rng, **bag), height_known=np.array([known]))
+        (track,) = tracker.update(found, pose(k * STEP_S)) or (None,)
+        if track is not None:
+            assert track.height_m == pytest.approx(0.26 if k < 20 else 0.13)
+    assert track.hits == 40

@@ -39,6 +39,7 @@ def with_measured_heights(detections: Detections, points: NDArray[np.floating]) 
         points: (n, 3 or more): x, y, z (m) of the last sweeps in the vehicle frame at the same time.
     """
     center, size = detections.center.copy(), detections.size.copy()
+    known = np.zeros(len(detections), np.bool_)
     for i in np.flatnonzero(detections.label == DEBRIS):
         if np.hypot(center[i, 0], center[i, 1]) > NEAR_M:
             continue
@@ -52,5 +53,5 @@ def with_measured_heights(detections: Detections, points: NDArray[np.floating]) 
         above = above[above > GROUND_M]
         if len(above) >= FEWEST:
             size[i, 2] = float(above.max()) + NOISE_M
-            center[i, 2] = ground + size[i, 2] / 2.0
-    return replace(detections, center=center, size=size)
+            center[i, 2], known[i] = ground + size[i, 2] / 2.0, True
+    return replace(detections, center=center, size=size, height_known=known)

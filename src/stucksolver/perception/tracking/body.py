@@ -63,6 +63,8 @@ class Body:
     first_seen_s: float
     last_seen_s: float
     hits: int = 0
+    heights: int = 0
+    """Looks in which its height was measured."""
     odds: float = 0.0
     """Logarithm of the odds that it exists."""
     scores: float = 0.0
@@ -128,6 +130,7 @@ def born(number: int, seen: Measured, i: int) -> Body:
     p[4:, 4:] += np.eye(2) * NEW_VELOCITY_MPS**2
     body = Body(number, seen.z[i].copy(), p, seen.size[i].copy(), seen.time_s, seen.time_s, seen.time_s)
     _remember(body, seen, i)
+    body.heights = int(seen.height_known[i])
     if body.group.lifeless:
         body.motion, body.standing_since_s, body.x[4:] = Motion.STANDING, seen.time_s, 0.0
     return body
@@ -176,9 +179,21 @@ def update(body: Body, seen: Measured, i: int) -> None:
         body.x[3], body.heading_votes = wrapped(body.x[3] + math.pi), -body.heading_votes
     if body.motion is not Motion.STANDING:
         _along_its_axis(body)
-    body.size = body.size + max(1.0 / (body.hits + 1), SIZE_GAIN) * (seen.size[i] - body.size)
+    _resize(body, seen, i)
     body.last_seen_s, body.hidden = seen.time_s, False
     _remember(body, seen, i)
+
+
+def _resize(body: Body, seen: Measured, i: int) -> None:
+    """Update the mean size. Once its height has been measured, guesses of it no longer count."""
+    before_m = body.size[2]
+    body.size = body.size + max(1.0 / (body.hits + 1), SIZE_GAIN) * (seen.size[i] - body.size)
+    if seen.height_known[i]:
+        gain = max(1.0 / (body.heights + 1), SIZE_GAIN)
+        body.size[2] = before_m + gain * (seen.size[i, 2] - before_m)
+        body.heights += 1
+    elif body.heights:
+        body.size[2] = before_m
 
 
 def wrapped(angle: float) -> float:

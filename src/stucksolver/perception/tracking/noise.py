@@ -53,6 +53,8 @@ class Measured:
     """(n, 6, 6): covariance of `z`."""
     size: Floats
     """(n, 3)."""
+    height_known: NDArray[np.bool_]
+    """(n,), see `Detections`."""
     range_m: Floats
     """(n,): distance from the ego (m)."""
 
@@ -87,7 +89,8 @@ def measured(detections: Detections, pose: PoseEstimate) -> Measured:
     across = np.hypot(VELOCITY_ACROSS_MPS[detections.label], 2.0 * YAW_RAD * along)
     noise[:, 4:, 4:] = _along_and_across(along, across, z[:, 3])
     noise[:, 4:, 4:] += pose.covariance[3, 3] * np.outer(heading, heading)
-    return Measured(detections.time_s, detections.label, detections.score, z, noise, detections.size, distance)
+    known = np.zeros(n, np.bool_) if detections.height_known is None else detections.height_known
+    return Measured(detections.time_s, detections.label, detections.score, z, noise, detections.size, known, distance)
 
 
 def _position_noise(detections: Detections, pose: PoseEstimate, distance: Floats, yaw: Floats) -> Floats:
