@@ -4,22 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from stucksolver.perception.measurements import Detections
+from stucksolver_eval.perception.metrics.coverage import MARGIN_M, NEAR_M, Coverage, coverage
 from stucksolver_eval.perception.metrics.detection import DetectionScores, LabelScores, detection_scores, mean_of
 from stucksolver_eval.perception.metrics.matching import Reals
 from stucksolver_eval.perception.scoring.part import Given, Part, Watch, figure, percent, plain, table
-from stucksolver_eval.perception.scoring.samples import reals_of, true_pose
+from stucksolver_eval.perception.scoring.samples import TURN_S, reals_of, true_pose
+
+NOTHING = np.zeros((0, 7))
+"""No vehicle is tracked here."""
 
 
 def score_lidar(given: Given) -> Part:
     """Score detection on sweeps that are joined with true poses. Raises `WeightsError`."""
     from stucksolver.perception.lidar.detector import LidarDetector
+    from stucksolver.perception.lidar.residual import with_unexplained
     from stucksolver.perception.lidar.sweeps import SweepBuffer
 
     options = {} if given.lidar_weights is None else {"folder": given.lidar_weights}
     detector, watch = LidarDetector(**options), Watch()
     found: list[Detections] = []
     reals: list[Reals] = []
+    alone, joined = Coverage(), Coverage()
     for recording in given.recordings:
         buffer = SweepBuffer()
         for tick in recording:
@@ -32,9 +40,13 @@ def score_lidar(given: Given) -> Part:
             with watch("lidar"):
                 found.append(detector.detect(points, tick.time_s))
             reals.append(reals_of(tick, points))
+            turn = points[points[:, 4] <= TURN_S]
+            every = with_unexplained(found[-1], turn, recording.rig.lidar, NOTHING)
+            alone, joined = alone + coverage(found[-1], reals[-1]), joined + coverage(every, reals[-1])
         given.say(f"lidar: {recording.folder.name}")
     scores = detection_scores(found, reals)
-    return Part(plain(scores), _page(scores), watch.stages_ms)
+    data = plain(scores) | {"people": plain(alone), "people_with_unnamed": plain(joined)}
+    return Part(data, _page(scores) + _people(alone, joined), watch.stages_ms)
 
 
 def _page(scores: DetectionScores) -> str:
@@ -48,6 +60,18 @@ def _page(scores: DetectionScores) -> str:
         f"detections with a score of at least 0.5, matched within 2 m.\n\n{table(head, rows)}\n\n"
         f"AP by range:\n\n{table(('range', 'mAP', *names), rings)}\n"
     )
+
+
+def _people(alone: Coverage, joined: Coverage) -> str:
+    near = (_share(one.covered, one.people) for one in (alone, joined))
+    ahead = (_share(one.ahead_covered, one.ahead) for one in (alone, joined))
+    rows = [(f"within {NEAR_M:.0f} m ({alone.people})", *near), (f"close ahead ({alone.ahead})", *ahead)]
+    head = ("people", "by the network", "with unnamed obstacles")
+    return f"\nPeople in a box of any class, enlarged by {MARGIN_M} m:\n\n{table(head, rows)}\n"
+
+
+def _share(part: int, whole: int) -> str:
+    return percent(part / whole if whole else None)
 
 
 def _row(name: str, one: LabelScores) -> tuple[str, ...]:
