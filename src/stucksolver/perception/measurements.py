@@ -102,6 +102,13 @@ class Detections:
 
     def part(self, which: NDArray[Any]) -> Detections:
         """Return some of them, by a mask or by indices."""
-        columns = (self.label, self.score, self.center, self.size, self.yaw, self.velocity)
-        known = None if self.height_known is None else self.height_known[which]
-        return Detections(self.time_s, *(column[which] for column in columns), known)
+        return Detections(
+            self.time_s,
+            self.label[which],
+            self.score[which],
+            self.center[which],
+            self.size[which],
+            self.yaw[which],
+            self.velocity[which],
+            None if self.height_known is None else self.height_known[which],
+        )

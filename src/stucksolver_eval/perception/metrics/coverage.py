@@ -21,7 +21,7 @@ LEAST_SCORE = 0.4
 
 @dataclass(frozen=True)
 class Coverage:
-    """People within `NEAR_M`, and among them those close ahead, where `lidar/residual.py` looks; how many are in a box."""
+    """How many people are within `NEAR_M`, how many of them close ahead (see `lidar/residual.py`), and in a box."""
 
     people: int = 0
     covered: int = 0
