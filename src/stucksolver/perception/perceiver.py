@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -113,8 +114,10 @@ class Perceiver:
         )
 
     def _vehicles(self, pose: PoseEstimate) -> Floats:
-        """(n, 7): boxes of the vehicles that are tracked, in the vehicle frame."""
-        return _boxes([track for track in self._tracker.predict(pose.time_s) if WHEELED[track.label]], pose)
+        """(n, 8): boxes of the vehicles that are tracked, in the vehicle frame, and their speeds."""
+        vehicles = [track for track in self._tracker.predict(pose.time_s) if WHEELED[track.label]]
+        speed = [math.hypot(track.vx_mps, track.vy_mps) for track in vehicles]
+        return np.column_stack([_boxes(vehicles, pose), speed])
 
     def _pictured(self, look: Look, tracks: tuple[Track, ...]) -> Mapping[int, LightState]:
         """Look at the new image, if there is one, and return the known states of the lights."""

@@ -11,7 +11,7 @@ from stucksolver.perception.lidar.residual import AHEAD_M, with_unexplained
 from stucksolver.perception.lidar.sweeps import RECENT_S
 from stucksolver.perception.measurements import Detections
 
-NOTHING = np.zeros((0, 7))
+NOTHING = np.zeros((0, 8))
 PERSON = (0.5, 0.5, 1.75)
 
 
@@ -36,6 +36,11 @@ def named(*ones, label="car", score=0.9):
         b[:, 6],
         np.zeros((n, 2)),
     )
+
+
+def tracked(*ones, speed=0.0):
+    """(n, 8): the same boxes with a speed."""
+    return np.column_stack([boxes(*ones), np.full(len(ones), speed)])
 
 
 def added(points, detections=None, known=NOTHING):
@@ -86,7 +91,7 @@ def test_what_the_network_named_is_explained_and_so_is_a_vehicle_that_it_missed_
     assert added(points) != []
     assert added(points, named(car)) == []
     assert added(points, named(car, score=0.1)) != [], "a guess explains nothing"
-    assert added(points, known=boxes(car)) == []
+    assert added(points, known=tracked(car)) == []
 
 
 def test_a_person_beside_a_named_car_is_still_seen():
@@ -126,3 +131,18 @@ def test_an_embankment_does_not_make_the_road_stand_up(deep_m, edge_m):
 
 def test_no_points_and_no_detections_are_fine():
     assert added(np.zeros((0, 5), np.float32)) == []
+
+
+def test_the_rear_of_a_car_that_drives_on_is_no_obstacle():
+    """The box of a car at 9 m/s is ahead of the returns of a whole turn by a metre or more."""
+    car, ahead = (10.0, 1.0, 4.5, 1.9, 1.5), (11.5, 1.0, 4.5, 1.9, 1.5)
+    assert added(turn(car), known=tracked(ahead)) != []
+    assert added(turn(car), known=tracked(ahead, speed=9.0)) == []
+    found = named(ahead)
+    found.velocity[:] = (9.0, 0.0)
+    assert added(turn(car), found) == []
+
+
+def test_who_walks_close_behind_a_car_that_stands_is_an_obstacle():
+    car, person = (12.0, 0.0, 4.5, 1.9, 1.5), (8.6, 0.0, *PERSON)
+    assert [one[0] for one in added(turn(car, person), known=tracked(car))] == ["pedestrian"]

@@ -40,6 +40,8 @@ FEWEST = 6
 """Returns of an obstacle: a person at 16 m has about 25 of the shipped LiDAR."""
 MARGIN_M = 0.4
 """Boxes are this much smaller than what they stand for: mirrors, loads, the error of the box."""
+SMEARED_S = 0.2
+"""A turn takes 0.1 s, and the box of what moves may lag by as much: returns from its ends lie outside of it."""
 EXPLAINS = 0.2
 """Score from which a detection explains the returns around it."""
 SCORE = 0.5
@@ -60,16 +62,18 @@ def with_unexplained(
         detections: Of the network, in the vehicle frame.
         points: (n, 3 or more): x, y, z (m) of one full turn in the vehicle frame, at the same time.
         lidar: Where the LiDAR is mounted.
-        known: (k, 7): x, y, z, length, width, height, yaw (m, rad) of vehicles that are tracked, in the vehicle frame.
-            If the network misses one of them for a look, its returns are not another obstacle.
+        known: (k, 8): x, y, z, length, width, height, yaw, speed (m, rad, m/s) of vehicles that are tracked, in the
+            vehicle frame. If the network misses one of them for a look, its returns are not another obstacle.
     """
     from scipy import ndimage  # type: ignore[import-untyped]
 
     standing = _standing(points, lidar)
     sure = detections.score >= EXPLAINS
-    named = np.column_stack([detections.center, detections.size, detections.yaw])[sure]
-    boxes = np.vstack([named, np.reshape(known, (-1, 7))])
-    bodies = np.column_stack([boxes[:, :2], boxes[:, 6], boxes[:, 3:5] / 2])
+    speed = np.hypot(detections.velocity[:, 0], detections.velocity[:, 1])
+    named = np.column_stack([detections.center, detections.size, detections.yaw, speed])[sure]
+    boxes = np.vstack([named, np.reshape(known, (-1, 8))])
+    half_length = boxes[:, 3] / 2 + SMEARED_S * boxes[:, 7]
+    bodies = np.column_stack([boxes[:, :2], boxes[:, 6], half_length, boxes[:, 4] / 2])
     left = standing[~within(bodies, standing[:, 0], standing[:, 1], MARGIN_M, MARGIN_M)]
     if len(left) < FEWEST:
         return detections

@@ -13,7 +13,7 @@ from stucksolver_eval.perception.metrics.matching import Reals
 from stucksolver_eval.perception.scoring.part import Given, Part, Watch, figure, percent, plain, table
 from stucksolver_eval.perception.scoring.samples import TURN_S, reals_of, true_pose
 
-NOTHING = np.zeros((0, 7))
+NOTHING = np.zeros((0, 8))
 """No vehicle is tracked here."""
 
 
