@@ -15,11 +15,10 @@ from typing import Any
 import torch
 
 from stucksolver.perception.lidar.detector import CARD
+from stucksolver_train.lidar.export import AVERAGED
 from stucksolver_train.lidar.restore import RestoreError, restore
-from stucksolver_train.lidar.train import WEIGHTS
-
-TRAINED = ("windows", "steps", "minutes", "seed", "mean_ap")
-"""Fields of a card's training that the export expects."""
+from stucksolver_train.lidar.train import CARD as TRAINING
+from stucksolver_train.lidar.train import FIGURES, WEIGHTS
 
 
 def average(first: Path, second: Path, share: float, out: Path) -> None:
@@ -40,7 +39,7 @@ def average(first: Path, second: Path, share: float, out: Path) -> None:
     card_file = second.with_name(CARD)
     try:
         trained: dict[str, Any] = json.loads(card_file.read_text(encoding="utf-8"))["trained"]
-        card = {key: trained[key] for key in TRAINED} | {"averaged": share}
+        card = {key: trained[key] for key in FIGURES} | {AVERAGED: share}
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RestoreError(f"{card_file}: no card of a training ({error}); export the network again") from error
     theirs = other.state_dict()
@@ -50,7 +49,7 @@ def average(first: Path, second: Path, share: float, out: Path) -> None:
     }
     out.mkdir(parents=True, exist_ok=True)
     torch.save({"weights": mean, "widths": one.widths}, out / WEIGHTS)
-    (out / "training.json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
+    (out / TRAINING).write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -23,9 +23,13 @@ from stucksolver_train.lidar.check import RAW, Judged, calibrated, judged, mean_
 from stucksolver_train.lidar.data import load
 from stucksolver_train.lidar.net import PillarNet, Shipped
 from stucksolver_train.lidar.quantise import quantise
+from stucksolver_train.lidar.train import CARD as TRAINING
+from stucksolver_train.lidar.train import FIGURES
 from stucksolver_train.lidar.train import WEIGHTS as TRAINED
 
 OPSET = 18
+AVERAGED = "averaged"
+"""Weight of the second of two networks (`stucksolver_train.lidar.average`), in the card of their mean."""
 INPUTS = ("features", "slot", "occupied")
 OUTPUTS = ("logit", "label", "place", "regressed")
 CLOSE = 1e-2
@@ -83,11 +87,10 @@ def export(run: Path, check: Sequence[Path], to: Path = DATA, ranges: Sequence[P
     card: dict[str, Any] = {"version": VERSION}
     card |= {"sha256": hashlib.sha256(file.read_bytes()).hexdigest(), "labels": LABELS}
     card |= {"grid": asdict(net.grid), **asdict(calibrated(found)), "int8": bool(ranges), "shipped": told}
-    trained = json.loads((run / "training.json").read_text(encoding="utf-8"))
-    figures = {key: trained[key] for key in ("windows", "steps", "minutes", "seed", "mean_ap")}
-    card["trained"] = {"widths": kept["widths"], **figures}
-    if "averaged" in trained:
-        card["trained"]["averaged"] = trained["averaged"]
+    trained = json.loads((run / TRAINING).read_text(encoding="utf-8"))
+    card["trained"] = {"widths": kept["widths"]} | {key: trained[key] for key in FIGURES}
+    if AVERAGED in trained:
+        card["trained"][AVERAGED] = trained[AVERAGED]
     (to / CARD).write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
     return card
 

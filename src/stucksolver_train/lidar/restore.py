@@ -94,13 +94,11 @@ def _values(graph: Any) -> dict[str, np.ndarray[Any, Any]]:
 
 def _fill(net: PillarNet, layers: list[tuple[np.ndarray[Any, Any], np.ndarray[Any, Any] | None]]) -> None:
     """Copy weights and biases, in the order in which the network computes."""
-    found = iter(layers)
-    modules = list(_in_order(net))
+    modules = _in_order(net)
     if len(modules) != len(layers):
         raise ValueError(f"it has {len(layers)} layers, expected are {len(modules)}")
     with torch.no_grad():
-        for module, normalisation in modules:
-            weight, bias = next(found)
+        for (module, normalisation), (weight, bias) in zip(modules, layers, strict=True):
             into: Any = module.weight
             # A product of matrices has its weights the other way round.
             given = weight.T if isinstance(module, nn.Linear) and module.bias is None else weight

@@ -41,6 +41,9 @@ CHECKED_IN_DRIVE = 40
 SETTLED_ON = 32
 """Windows on which a network that was restored from an export gets the statistics of its batch normalisations."""
 WEIGHTS = "lidar.pt"
+CARD = "training.json"
+FIGURES = ("windows", "steps", "minutes", "seed", "mean_ap")
+"""Figures of a training that the export copies to the shipped card."""
 
 
 @dataclass(frozen=True)
@@ -191,7 +194,7 @@ def one_cycle(share: float) -> float:
 
 
 def _write(card: dict[str, Any], folder: Path) -> None:
-    (folder / "training.json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
+    (folder / CARD).write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
 
 
 def _say(line: str) -> None:

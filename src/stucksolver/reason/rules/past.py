@@ -222,7 +222,7 @@ def from_the_lane_beside(scene: Scene) -> Way | None:
     route's lane, and changes back. None if it stands elsewhere, or if nothing of this helps.
     """
     lane = _lane_beside_the_route(scene)
-    if lane is None or scene.ego.speed_mps > STANDS_MPS or not scene.offers("change_lane", "keep_lane"):
+    if lane is None or scene.ego.speed_mps > STANDS_MPS or not scene.offers("change_lane"):
         return None
     near = [o for o in scene.objects if o.lane_id == lane.id and 0.0 < (o.gap_m or 0.0) < OVER_WITHIN_M]
     ahead = sorted(near, key=lambda o: o.gap_m or 0.0)
@@ -231,6 +231,8 @@ def from_the_lane_beside(scene: Scene) -> Way | None:
         what = ", ".join(f"{o.kind.value} {o.id}" for o in ahead)
         plan = RecoveryPlan(behaviors=(*over, _back_from(lane, SLOW_MPS)))
         return plan, (None, f"drive over {what} in the adjacent lane, then return")
+    if not scene.offers("keep_lane"):
+        return None
     return _up_to(ahead[0]) if ahead else _on_and_back(scene, lane)
 
 
