@@ -8,15 +8,13 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from stucksolver.perception.camera.far import FarDetections, decode
 from stucksolver.perception.camera.far_range import RangeModel, logs_of, ranges_of
 from stucksolver.perception.camera.far_strip import LABELS, look_of
-from stucksolver.perception.measurements import Floats
+from stucksolver.perception.measurements import Floats, Pixels
 from stucksolver_train.camera.far_data import MARGIN_ROWS, Strips
-from stucksolver_train.camera.far_net import FarNet, Shipped
 
 BIN_M = 25.0
 BINS = tuple(BIN_M * k for k in range(1, 10))
@@ -71,12 +69,17 @@ class _Rows:
         return _Rows(**{name: getattr(self, name)[which] for name in self.__dataclass_fields__})
 
 
-def check(net: FarNet, strips: Strips, device: torch.device) -> dict[str, Any]:
-    """The card's figures: threshold, recall by range and look, precision, and the fit of ranges."""
-    pictures = [
-        _match(found, strips.boxes[k], int(strips.drive[k])) for k, found in enumerate(_found(net, strips, device))
-    ]
-    threshold = _threshold(pictures)
+Run = Callable[[Pixels], tuple[NDArray[np.float32], NDArray[np.float32]]]
+"""A network: from a strip (`STRIP_ROWS`, width, 3) to its two outputs, see `far_net.Shipped`."""
+
+
+def check(run: Run, strips: Strips, threshold: float | None = None) -> dict[str, Any]:
+    """The card's figures: threshold, recall by range and look, precision, and the fit of ranges.
+
+    Without a `threshold`, the one that the constants above ask for is chosen.
+    """
+    pictures = [_match(found, strips.boxes[k], int(strips.drive[k])) for k, found in enumerate(_found(run, strips))]
+    threshold = _threshold(pictures) if threshold is None else threshold
     pictures = [_match(one.found.part(one.found.score >= threshold), one.boxes, one.drive) for one in pictures]
     looks = np.array([one.found.look for one in pictures])
     edges = {
@@ -126,14 +129,11 @@ def _share(counts: Sequence[int]) -> str:
     return f"{counts[0] / counts[1]:.3f} ({counts[1]})" if counts[1] else "-"
 
 
-def _found(net: FarNet, strips: Strips, device: torch.device) -> list[FarDetections]:
-    shipped = Shipped(net.to(device)).eval()
+def _found(run: Run, strips: Strips) -> list[FarDetections]:
     found = []
     for k, rgb in enumerate(strips.rgb):
         strip = np.ascontiguousarray(rgb[MARGIN_ROWS:-MARGIN_ROWS])
-        with torch.no_grad():
-            told = shipped(torch.from_numpy(strip[None]).to(device))
-        peaks, rest = (one[0].float().cpu().numpy() for one in told)
+        peaks, rest = run(strip)
         top = int(strips.top[k]) + MARGIN_ROWS
         found.append(decode(peaks, rest, float(strips.time_s[k]), top, LEAST_SCORE, look_of(strip)))
     return found

@@ -26,7 +26,7 @@ from stucksolver.perception.camera.far_strip import STRIP_ROWS
 from stucksolver_train.camera.far_check import check, written
 from stucksolver_train.camera.far_data import MARGIN_ROWS, Strips, load
 from stucksolver_train.camera.far_export import export
-from stucksolver_train.camera.far_net import WIDTHS, FarNet, loss_of, scaled
+from stucksolver_train.camera.far_net import WIDTHS, FarNet, loss_of, outputs_of, scaled
 from stucksolver_train.schedule import average
 
 CROP_WIDTH = 800
@@ -163,7 +163,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print(f"{len(strips)} and {len(held_out)} images, read in {time.monotonic() - began:.0f} s; {device}", flush=True)
     options = {"minutes": args.minutes, "steps": args.steps, "batch": args.batch, "seed": args.seed}
     net = train(strips, device, **options, widths=tuple(args.widths))
-    card = check(net, held_out, device)
+    card = check(outputs_of(net, device), held_out)
     card |= {"seed": args.seed, "minutes": args.minutes, "widths": list(args.widths), "pictures": len(strips)}
     card |= {"checked_on": sorted({town for town, _ in held_out.about})}
     args.out.mkdir(parents=True, exist_ok=True)

@@ -42,3 +42,11 @@ def test_fog_lowers_the_contrast_and_night_the_brightness() -> None:
     night = (0.1 * clear).astype(np.uint8)
     assert look_of(fog)[1] < look_of(clear)[1]
     assert look_of(night)[0] < look_of(clear)[0]
+
+
+def test_an_empty_plain_under_a_clear_sky_is_not_taken_for_fog() -> None:
+    plain = np.full((STRIP_ROWS, 64, 3), 60, np.uint8)
+    plain[: STRIP_ROWS // 2] = 150
+    fog = np.linspace(150, 60, STRIP_ROWS).astype(np.uint8)[:, None, None].repeat(64, 1).repeat(3, 2)
+    assert look_of(plain)[1] == pytest.approx(90.0)
+    assert look_of(fog)[1] <= 1.0

@@ -16,7 +16,7 @@ from stucksolver.perception.measurements import CameraFrame  # noqa: E402
 from stucksolver.perception.rig import load_rig  # noqa: E402
 from stucksolver_train.camera.far_check import _match, check  # noqa: E402
 from stucksolver_train.camera.far_data import MARGIN_ROWS, MOST_BOXES, Strips  # noqa: E402
-from stucksolver_train.camera.far_net import CHANNELS, CLASSES, FarNet, loss_of  # noqa: E402
+from stucksolver_train.camera.far_net import CHANNELS, CLASSES, FarNet, loss_of, outputs_of  # noqa: E402
 from stucksolver_train.camera.far_train import _Batches  # noqa: E402
 
 CAMERA = load_rig().camera
@@ -111,7 +111,7 @@ def test_the_shipped_file_says_what_the_network_says(tmp_path: Path) -> None:
 
     pictures = strips()
     net = FarNet().eval()
-    card = export(net, tmp_path, check(net, pictures, torch.device("cpu")), pictures)
+    card = export(net, tmp_path, check(outputs_of(net, torch.device("cpu")), pictures), pictures)
     assert SightModel.from_card(card).reach_m(np.array([90.0, 0.0])) <= 25.0
     rgb = np.full((CAMERA.height_px, CAMERA.width_px, 3), 90, np.uint8)
     assert len(FarDetector(tmp_path).detect(CameraFrame(1.0, rgb), CAMERA)) == 0
