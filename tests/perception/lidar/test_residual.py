@@ -7,7 +7,7 @@ import pytest
 from scanner import RIG, seconds
 
 from stucksolver.perception.labels import LABELS
-from stucksolver.perception.lidar.residual import AHEAD_M, with_unexplained
+from stucksolver.perception.lidar.residual import AHEAD_M, standing_returns, with_unexplained
 from stucksolver.perception.lidar.sweeps import RECENT_S
 from stucksolver.perception.measurements import Detections
 
@@ -45,7 +45,7 @@ def tracked(*ones, speed=0.0):
 
 def added(points, detections=None, known=NOTHING):
     detections = named() if detections is None else detections
-    found = with_unexplained(detections, points, RIG, known)
+    found = with_unexplained(detections, standing_returns(points, RIG), known)
     before = len(detections)
     assert np.array_equal(found.center[:before], detections.center), "the network's own come first, unchanged"
     return [

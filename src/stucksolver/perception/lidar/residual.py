@@ -53,21 +53,17 @@ LEAST_M = 0.4
 PEDESTRIAN, BARRIER = LABELS.index("pedestrian"), LABELS.index("barrier")
 
 
-def with_unexplained(
-    detections: Detections, points: NDArray[np.floating], lidar: LidarRig, known: Floats
-) -> Detections:
+def with_unexplained(detections: Detections, standing: Floats, known: Floats) -> Detections:
     """Return the detections, and after them an obstacle for each cluster of returns close ahead that is in no box.
 
     Args:
         detections: Of the network, in the vehicle frame.
-        points: (n, 3 or more): x, y, z (m) of one full turn in the vehicle frame, at the same time.
-        lidar: Where the LiDAR is mounted.
+        standing: What `standing_returns` found, at the same time.
         known: (k, 8): x, y, z, length, width, height, yaw, speed (m, rad, m/s) of vehicles that are tracked, in the
             vehicle frame. If the network misses one of them for a look, its returns are not another obstacle.
     """
     from scipy import ndimage  # type: ignore[import-untyped]
 
-    standing = _standing(points, lidar)
     sure = detections.score >= EXPLAINS
     speed = np.hypot(detections.velocity[:, 0], detections.velocity[:, 1])
     named = np.column_stack([detections.center, detections.size, detections.yaw, speed])[sure]
@@ -90,8 +86,13 @@ def _stands(above: Floats) -> bool:
     return float(np.ptp(above)) >= UPRIGHT_M or float(above.min()) >= RAISED_M
 
 
-def _standing(points: NDArray[np.floating], lidar: LidarRig) -> Floats:
-    """(m, 3): x, y and height above ground of the returns that stand up close ahead."""
+def standing_returns(points: NDArray[np.floating], lidar: LidarRig) -> Floats:
+    """(m, 3): x, y and height above ground (m) of the returns that stand up close ahead.
+
+    Args:
+        points: (n, 3 or more): x, y, z (m) of one full turn in the vehicle frame.
+        lidar: Where the LiDAR is mounted.
+    """
     x, y, z = (np.asarray(points[:, axis], np.float64) for axis in range(3))
     near = (x > OWN_LENGTH_M) & (x < AHEAD_M + 4.0) & (np.abs(y) < 2 * AHEAD_M)
     x, y, z = x[near], y[near], z[near]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from stucksolver.perception.measurements import Floats, PoseEstimate
 from stucksolver.perception.rig import LidarRig
 from stucksolver.perception.tracking.body import CERTAIN, Body
+from stucksolver.perception.tracking.groups import WHEELED
 from stucksolver.perception.tracking.motion import Motion
 
 if TYPE_CHECKING:
@@ -46,6 +47,9 @@ NEARER_M = 0.5
 """What hides an object is at least this much nearer than its front."""
 LOW_M = 0.5
 """The rays that show a place to be free may pass above something lower (`visibility.HEIGHT_M`)."""
+BOX_MARGIN_M = 0.2
+FEWEST_RETURNS = 12
+"""This many returns from a vehicle's box, widened by the margin, show that it is still there."""
 OCCLUSION_MARGIN = 0.8
 """Share of an object's width that must be covered by a nearer one for it to count as hidden."""
 
@@ -67,6 +71,28 @@ def miss(body: Body, distance_m: float, free: bool) -> None:
     body.hidden = False
     body.strength *= 1.0 - STRENGTH_GAIN
     body.odds += math.log(1.0 - found)
+
+
+def that_return(bodies: list[Body], pose: PoseEstimate, standing: Floats) -> dict[int, float]:
+    """Return the ids of the vehicles from which some of the returns (m, 2 or more; vehicle frame) come, and their odds.
+
+    Close behind a van the network at times misses it for seconds. Its rear still returns rays, so that something stands
+    there; without its track that would be a new, unnamed obstacle.
+    """
+    found = {}
+    sin, cos = math.sin(pose.yaw_rad), math.cos(pose.yaw_rad)
+    x = pose.x_m + cos * standing[:, 0] - sin * standing[:, 1]
+    y = pose.y_m + sin * standing[:, 0] + cos * standing[:, 1]
+    for body in bodies:
+        if not WHEELED[body.label]:
+            continue
+        dx, dy = x - body.x[0], y - body.x[1]
+        along = np.abs(dx * math.cos(body.x[3]) + dy * math.sin(body.x[3]))
+        across = np.abs(dy * math.cos(body.x[3]) - dx * math.sin(body.x[3]))
+        inside = (along < body.size[0] / 2 + BOX_MARGIN_M) & (across < body.size[1] / 2 + BOX_MARGIN_M)
+        if inside.sum() >= FEWEST_RETURNS:
+            found[body.id] = body.odds
+    return found
 
 
 def ended(body: Body, now_s: float, confirmed: bool) -> bool:

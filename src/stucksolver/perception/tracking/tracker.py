@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stucksolver.perception.measurements import Detections, PoseEstimate
+from stucksolver.perception.measurements import Detections, Floats, PoseEstimate
 from stucksolver.perception.rig import Rig, load_rig
 from stucksolver.perception.tracking import association, existence, motion
 from stucksolver.perception.tracking.body import NEW_VELOCITY_MPS, Body, born, may_move, predict, update
+from stucksolver.perception.tracking.groups import GROUP_OF_LABEL, GROUPS
 from stucksolver.perception.tracking.motion import Evidence, Motion
 from stucksolver.perception.tracking.noise import Measured, measured
 from stucksolver.perception.tracking.track import Track
@@ -49,13 +50,21 @@ class ObjectTracker:
         self._confirmed: set[int] = set()
         self._next = 1
 
-    def update(self, detections: Detections, pose: PoseEstimate, space: SeenSpace | None = None) -> tuple[Track, ...]:
+    def update(
+        self,
+        detections: Detections,
+        pose: PoseEstimate,
+        space: SeenSpace | None = None,
+        standing: Floats | None = None,
+    ) -> tuple[Track, ...]:
         """Update the tracks with the detections of one look.
 
         Args:
             detections: Of a later look than before, in the vehicle frame.
             pose: The vehicle's pose at `detections.time_s`.
             space: What the LiDAR saw to be free at that look. Without it, nearer tracks decide who is hidden.
+            standing: (m, 2 or more): x, y (m) of returns that stand up close ahead, in the vehicle frame. A stationary
+                vehicle from which they still come is still there, whatever the detector says.
 
         Returns:
             All confirmed tracks at `detections.time_s`, in the local frame, hidden ones included.
@@ -63,6 +72,8 @@ class ObjectTracker:
         seen = measured(detections.part(association.one_for_each_place(detections)), pose)
         for body in self._bodies:
             predict(body, seen.time_s)
+        kept = [body for body in self._bodies if body.id in self._confirmed and body.motion is Motion.STANDING]
+        before = existence.that_return(kept, pose, standing) if standing is not None else {}
         pairs = association.assign(self._bodies, seen)
         for i, j in pairs:
             update(self._bodies[i], seen, j)
@@ -72,7 +83,10 @@ class ObjectTracker:
         met = {body.id for body in found}
         missed = [body for body in self._bodies if body.id not in met]
         self._miss(missed, found, pose, space)
-        self._bear(seen, [j for j in range(len(seen)) if j not in taken], found)
+        for body in kept:
+            body.odds = max(body.odds, before.get(body.id, body.odds))
+        still = [body for body in missed if body.id in before]
+        self._bear(seen, [j for j in range(len(seen)) if j not in taken], found, still)
         self._bodies = [b for b in self._bodies if not existence.ended(b, seen.time_s, b.id in self._confirmed)]
         self._judge(seen.time_s)
         self._confirmed &= {body.id for body in self._bodies}
@@ -108,9 +122,11 @@ class ObjectTracker:
                 away = math.hypot(body.x[0] - pose.x_m, body.x[1] - pose.y_m)
                 existence.miss(body, away, seen_free or taken)
 
-    def _bear(self, seen: Measured, left: list[int], found: list[Body]) -> None:
+    def _bear(self, seen: Measured, left: list[int], found: list[Body], still: list[Body]) -> None:
+        """`still` was not detected, but is there: a thing in its box is a part of it. A person may be a person."""
         for j in left:
-            if seen.score[j] < BIRTH_SCORE or association.inside_another(found, *seen.z[j, :2].tolist()):
+            others = [*found, *still] if GROUPS[GROUP_OF_LABEL[seen.label[j]]].lifeless else found
+            if seen.score[j] < BIRTH_SCORE or association.inside_another(others, *seen.z[j, :2].tolist()):
                 continue
             body = born(self._next, seen, j)
             self._next += 1

@@ -20,7 +20,7 @@ NOTHING = np.zeros((0, 8))
 def score_lidar(given: Given) -> Part:
     """Score detection on sweeps that are joined with true poses. Raises `WeightsError`."""
     from stucksolver.perception.lidar.detector import LidarDetector
-    from stucksolver.perception.lidar.residual import with_unexplained
+    from stucksolver.perception.lidar.residual import standing_returns, with_unexplained
     from stucksolver.perception.lidar.sweeps import SweepBuffer
 
     options = {} if given.lidar_weights is None else {"folder": given.lidar_weights}
@@ -41,7 +41,7 @@ def score_lidar(given: Given) -> Part:
                 found.append(detector.detect(points, tick.time_s))
             reals.append(reals_of(tick, points))
             turn = points[points[:, 4] <= TURN_S]
-            every = with_unexplained(found[-1], turn, recording.rig.lidar, NOTHING)
+            every = with_unexplained(found[-1], standing_returns(turn, recording.rig.lidar), NOTHING)
             alone, joined = alone + coverage(found[-1], reals[-1]), joined + coverage(every, reals[-1])
         given.say(f"lidar: {recording.folder.name}")
     scores = detection_scores(found, reals)
