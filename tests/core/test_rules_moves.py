@@ -212,6 +212,31 @@ def test_a_look_that_did_not_help_is_not_repeated():
     assert decision.analysis.wait is WaitReason.NO_SAFE_WAY
 
 
+@pytest.mark.parametrize(("sd_m", "looks"), [(0.05, True), (None, False)])
+def test_backing_up_to_swing_out_was_no_look_if_sight_wavers_as_that_of_sensors(sd_m, looks):
+    far = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3, position_sd_m=sd_m)])
+    attempts = [
+        PastAttempt(time_s=0.0, behaviors=behaviors, codes=(RejectCode.ONCOMING_SIGHT,), outcome="")
+        for behaviors in (("back_up", "borrow_oncoming_lane"), ("borrow_oncoming_lane",))
+    ]
+    scene = standing_for_long(far.scene()).model_copy(update={"attempts": tuple(attempts)})
+    decision = RuleReasoner().decide(Request(scene)).decision
+    assert (decision.plan is not None) == looks
+    assert not looks or names(decision) == ["nudge", *LOOK]
+
+
+def test_by_sensors_it_goes_aside_only_as_far_as_the_guard_allows_with_what_localisation_may_be_off():
+    aside = []
+    for sd_m in (None, 0.05):
+        far = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3, position_sd_m=sd_m)])
+        (nudge, *_) = behaviors_of(after(far, RejectCode.ONCOMING_SIGHT, "borrow_oncoming_lane"))
+        aside.append(nudge.offset_m)
+    scene = far.scene()
+    room_m = (LANE_M - scene.ego.width_m) / 2
+    assert aside[0] == 0.8
+    assert aside[1] == pytest.approx(min(0.8, room_m - 0.25), abs=0.01)
+
+
 def test_without_room_behind_it_does_not_back_up_to_look():
     world = World(TWO_WAY, [thing("lead", 64.0), thing("behind", 40.0)])
     assert after(world, RejectCode.ONCOMING_SIGHT, "borrow_oncoming_lane").plan is None

@@ -17,7 +17,7 @@ from stucksolver.decision.behaviors import (
 from stucksolver.reason.rules.attempts import failed_for, look_larger, often_failed_for, was_tried
 from stucksolver.reason.rules.passing import PassTarget
 from stucksolver.reason.rules.past import SLOW_MPS, Way, lane_of, may_be_driven_over
-from stucksolver.scene import VULNERABLE, LaneRelation, PlanFailure, RejectCode, Scene, SceneObject
+from stucksolver.scene import VULNERABLE, LaneRelation, PlanFailure, RejectCode, Scene, SceneLane, SceneObject
 
 SWING_M, ROOM_M = 4.5, 7.0
 """If the obstacle is nearer than the first distance, the ego backs up to the second before it swings out."""
@@ -32,6 +32,9 @@ BACK_M = 8.0
 FAR_M = 18.0
 MOST_MOVES = 4
 ASIDE_M = 0.8
+LEAST_ASIDE_M = 0.2
+LOST_M = 0.25
+"""What localisation may be off, the guard takes from the room beside the ego in its lane (m)."""
 CLEAR_OF_M = 0.2
 SWING_OUT_M = 10.0
 STREAM_TRIES = 2
@@ -77,10 +80,17 @@ def to_be_seen(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryP
     """Return the same plan, with the nose turned out first, if traffic left no gap for it from inside the lane.
 
     The plan then waits at the border and begins in a gap that would be too short for a start from inside the lane.
+    The front camera does not see past a car that stands close ahead, not even over its roof. From the border it does.
     """
-    stream = often_failed_for(scene, STREAM_TRIES, RejectCode.LANE_ENTRY, RejectCode.ONCOMING_GAP)
-    stream = stream and not was_tried(scene, "nose_out")
-    if not stream or lead.speed_along_mps > 0.2 or scene.ego.speed_mps > 0.2 or not scene.offers("nose_out"):
+    wanted = often_failed_for(scene, STREAM_TRIES, RejectCode.LANE_ENTRY, RejectCode.ONCOMING_GAP)
+    wanted |= bool(lead.position_sd_m) and often_failed_for(scene, STREAM_TRIES, RejectCode.ONCOMING_SIGHT)
+    if (
+        not wanted
+        or was_tried(scene, "nose_out")
+        or lead.speed_along_mps > 0.2
+        or scene.ego.speed_mps > 0.2
+        or not scene.offers("nose_out")
+    ):
         return plan
     first, *rest = plan.behaviors
     backs: list[AnyBehavior] = []
@@ -120,10 +130,13 @@ def to_see_more(scene: Scene, target: PassTarget, plan: RecoveryPlan) -> Way | N
     Behind a van at 5 m, some 24 m of the oncoming lane are seen from the lane's centre; at 15 m, 0.75 m aside, 188 m.
     The pass must follow at once, because the stack by itself drives up to the van again.
     """
-    lead = target.objects[0]
+    lead, lane = target.objects[0], lane_of(scene, LaneRelation.EGO)
     gap = start = lead.gap_m or 0.0
-    # A move that has not shown enough once will not show more the next time.
-    looked = any({"back_up", "nudge"} & set(a.behaviors) for a in scene.attempts)
+    # A move that has not shown enough once will not show more the next time. Sensors' sight wavers: a plan that only
+    # backed up to swing out may have begun on a sight that was gone the next moment, and was no look around.
+    sensed = any(o.position_sd_m for o in target.objects)
+    moves_to_look = {"nudge"} if sensed else {"back_up", "nudge"}
+    looked = any(moves_to_look & set(a.behaviors) for a in scene.attempts)
     if looked or scene.ego.speed_mps > 0.2 or not scene.offers("nudge", "back_up"):
         return None
     moves: list[BackUp | Nudge] = []
@@ -131,7 +144,10 @@ def to_see_more(scene: Scene, target: PassTarget, plan: RecoveryPlan) -> Way | N
         moves, gap = [BackUp(distance_m=BACK_M, speed_mps=2.0)], gap + BACK_M
     if gap < LOOK_M + 1.5:
         return None
-    moves.append(Nudge(side="left", offset_m=ASIDE_M, distance_m=LOOK_M, speed_mps=1.5))
+    aside = ASIDE_M if lane is None or not sensed else min(ASIDE_M, _room_left_m(scene, lane) - LOST_M)
+    if aside < LEAST_ASIDE_M:
+        return None
+    moves.append(Nudge(side="left", offset_m=round(aside, 2), distance_m=LOOK_M, speed_mps=1.5))
     gap -= LOOK_M
     hides = _hides_from_aside(scene, target)
     further, step = (FAR_M, BACK_M) if hides else (SWING_OUT_M, max(SWING_OUT_M - gap, 1.0))
@@ -150,6 +166,11 @@ def _hides_from_aside(scene: Scene, target: PassTarget) -> bool:
         return True
     eye = min(scene.ego.lateral_offset_m + ASIDE_M, (lane.width_m - scene.ego.width_m) / 2)
     return any(o.left_edge_m > eye - CLEAR_OF_M for o in target.objects)
+
+
+def _room_left_m(scene: Scene, lane: SceneLane) -> float:
+    """Return how far the ego may go to the left within its lane (m)."""
+    return (lane.width_m - scene.ego.width_m) / 2 - scene.ego.lateral_offset_m
 
 
 def may_back_up(scene: Scene, way_m: float, margin_m: float) -> bool:
