@@ -122,3 +122,15 @@ def test_the_camera_lengthens_sight_ahead_but_not_through_what_the_lidar_found()
 
 
 FREE = space()
+
+
+def test_what_is_tall_and_comes_from_no_known_body_is_told_apart():
+    van, wall = (15.0, 0.0, 2.5, 1.0, 2.0), (15.0, 12.0, 2.5, 1.0, 2.0)
+    both = space(van, wall)
+    ahead, aside = (int((angle + math.pi) / math.tau * 360) for angle in (0.01, math.atan2(12.0, 13.0)))
+    assert both.blocked_m[[ahead, aside]] == pytest.approx([12.5, 17.0], abs=1.0)
+    known = both.blocked_otherwise(np.array([[15.0, 0.1, 0.0, 2.4, 1.0]]))
+    assert math.isinf(known[ahead])
+    assert known[aside] == both.blocked_m[aside]
+    nothing_known = both.blocked_otherwise(np.zeros((0, 5)))
+    assert (nothing_known == both.blocked_m).all()

@@ -202,6 +202,15 @@ def test_the_camera_sees_past_nothing_that_the_lidar_found_to_be_tall() -> None:
     assert 70.0 < ahead < 81.0
 
 
+def test_what_is_tall_but_tracked_hides_only_what_its_box_hides_from_the_camera() -> None:
+    tall = seen_from(space(50.0, blocked_m=20.0))
+    assert sight(tall)["left1-oncoming"][0] < 52.0
+    tracked = replace(tall, unknown_m=np.full(AZIMUTHS, math.inf))
+    assert sight(tracked)["left1-oncoming"][0] > 100.0
+    partly = replace(tall, unknown_m=np.full(AZIMUTHS, 80.0))
+    assert 70.0 < sight(partly)["left1-oncoming"][0] < 81.0
+
+
 def test_something_tall_aside_of_a_lane_ends_no_sight() -> None:
     assert sight(seen_from(space(50.0, blocked_m=20.0, only=0.8)))["left1-oncoming"][0] > 100.0
 

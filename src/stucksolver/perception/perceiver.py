@@ -22,7 +22,7 @@ from stucksolver.perception.far_view import FarLook, FarView, blockers_of
 from stucksolver.perception.frames import into_vehicle
 from stucksolver.perception.lidar.detector import LidarDetector
 from stucksolver.perception.lidar.low import with_measured_heights
-from stucksolver.perception.lidar.residual import with_unexplained
+from stucksolver.perception.lidar.residual import standing_returns, with_unexplained
 from stucksolver.perception.lidar.sweeps import RECENT_S, SweepBuffer
 from stucksolver.perception.measurements import CameraFrame, Floats, PoseEstimate
 from stucksolver.perception.percept import Look, Percept
@@ -92,10 +92,15 @@ class Perceiver:
         with self._timed("visibility"):
             seen = SeenSpace.from_points(turn, self._rig.lidar)
         with self._timed("residual"):
-            detections = with_unexplained(detections, turn, self._rig.lidar, self._vehicles(look.pose))
+            standing = standing_returns(turn, self._rig.lidar)
+            detections = with_unexplained(detections, standing, self._vehicles(look.pose))
             detections = with_measured_heights(detections, points)
         with self._timed("tracking"):
-            tracks = self._tracker.update(detections, look.pose, seen)
+            tracks = self._tracker.update(detections, look.pose, seen, standing)
+        with self._timed("unknown"):
+            boxes = _boxes(tracks, look.pose)
+            bodies = np.column_stack([boxes[:, :2], boxes[:, 6], boxes[:, 3] / 2, boxes[:, 4] / 2])
+            unknown_m = seen.blocked_otherwise(bodies)
         lights = self._pictured(look, tracks)
         with self._timed("far_tracks"):
             far_tracks = self._far_tracker.tracks(look.pose.time_s, tracks)
@@ -110,6 +115,7 @@ class Perceiver:
             picture_time_s=self._picture_s,
             far_tracks=far_tracks,
             far_view=self._view if newest is not None else None,
+            unknown_m=unknown_m,
             stages_ms=dict(self._stages_ms),
         )
 

@@ -49,5 +49,7 @@ class Percept:
     """Vehicles that only the camera tracks, at `pose.time_s`; those that the LiDAR tracks too are in `tracks`."""
     far_view: FarView | None = None
     """What the last images showed; None before the first."""
+    unknown_m: Floats | None = None
+    """(`visibility.AZIMUTHS`,): distance of the nearest tall return that comes from no track; None if not known."""
     stages_ms: Mapping[str, float] = field(default_factory=dict)
     """Duration of each step (ms)."""

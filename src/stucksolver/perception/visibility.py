@@ -19,7 +19,7 @@ Assumptions to be checked for a new vehicle:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,8 @@ BODY_M = 2.0
 """An object that was hit is assumed at least this deep: a bicycle lets rays through, but is there."""
 FACE_M = 0.5
 """The cell before a return is left out: the object may lean, and its nearest part need not have returned a ray."""
+BODY_MARGIN_M = 0.3
+"""Returns from a body lie up to this far outside of its box: the error of the box, and mirrors."""
 BRIDGE_M = 1.0
 """Hidden stretches of a line up to this length are skipped: the shadow of a post hides no vehicle."""
 GAP_BINS = 1
@@ -64,6 +66,8 @@ class SeenSpace:
     """(AZIMUTHS,): how far another sensor saw; 0 without one."""
     origin: tuple[float, float]
     """The LiDAR's x, y in the vehicle frame (m)."""
+    tall: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    """(n, 2): x, y of the returns that `blocked_m` is about, from the LiDAR's foot along the vehicle's axes (m)."""
 
     @staticmethod
     def from_points(points: NDArray[np.floating], lidar: LidarRig, height_m: float = HEIGHT_M) -> SeenSpace:
@@ -91,7 +95,16 @@ class SeenSpace:
         shadows = _shadows(bins[standing], distance[standing], above[standing], mount.z_m, height_m, count)
         cells = _without_gaps(cells & ~shadows, shadows)
         cells[:, : int(OWN_M / CELL_M)] = False
-        return SeenSpace(cells, blocked, np.zeros(AZIMUTHS), (mount.x_m, mount.y_m))
+        foot = (mount.x_m, mount.y_m)
+        return SeenSpace(cells, blocked, np.zeros(AZIMUTHS), foot, np.column_stack([x[tall], y[tall]]))
+
+    def blocked_otherwise(self, bodies: Floats) -> Floats:
+        """(AZIMUTHS,): `blocked_m` without the returns from these bodies (n, 5; see `within`)."""
+        blocked = np.full(AZIMUTHS, np.inf)
+        x, y = self.tall[:, 0], self.tall[:, 1]
+        rest = ~within(bodies, x + self.origin[0], y + self.origin[1], BODY_MARGIN_M, BODY_MARGIN_M)
+        np.minimum.at(blocked, _bins(np.arctan2(y, x))[rest], np.hypot(x, y)[rest])
+        return blocked
 
     def seen(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
         """(n,): True if it was seen that nothing stands at these places of the vehicle frame (m)."""

@@ -1,9 +1,9 @@
 """How far the sensors see lanes: the LiDAR's free space, and beyond it ahead the camera's.
 
 The LiDAR comes first. If its sight along a lane ends because no ray came back from the ground, the camera continues, as
-far as its detector would have found a vehicle (`perception/far_view.py`). If it ends at something tall, or something
-tall is nearer in the direction of a place, the camera is not used: both would have to see past the same thing. There is
-no camera behind.
+far as its detector would have found a vehicle (`perception/far_view.py`). If something tall that nobody tracks is
+nearer in the direction of a place, the camera is not used: both would have to see past the same thing. What a tracked
+object hides from the camera, which is lower, its boxes tell (`far_sight.CameraSight`). There is no camera behind.
 
 A stretch seen a moment ago is still free, except for traffic that may have entered from beyond its end at the speed of
 the lane's vehicles. (Traffic from the side is a tracked object.) So a passing car, or lost points of one turn, do not
@@ -119,16 +119,18 @@ def seen_ahead_m(percept: Percept, line: Floats, fastest_mps: float) -> float:
     if percept.far_view is None:
         return by_lidar_m
     by_both_m = percept.far_view.seen_m(line, by_lidar_m, fastest_mps, percept.pose.time_s)
-    return max(by_lidar_m, min(by_both_m, unblocked_m(percept.seen, course, by_lidar_m)))
+    blocked_m = percept.seen.blocked_m if percept.unknown_m is None else percept.unknown_m
+    return max(by_lidar_m, min(by_both_m, unblocked_m(percept.seen, blocked_m, course, by_lidar_m)))
 
 
-def unblocked_m(seen: SeenSpace, course: Floats, from_m: float) -> float:
+def unblocked_m(seen: SeenSpace, blocked_m: Floats, course: Floats, from_m: float) -> float:
     """Return the metres of a line (k, 2; vehicle frame) up to where the LiDAR found something tall that is nearer.
 
-    Only beyond `from_m`. What lies in one bin of directions with something tall counts as behind it.
+    `blocked_m` (AZIMUTHS,) says how near, by direction. Only beyond `from_m`. What lies in one bin of directions with
+    something tall counts as behind it.
     """
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(course, axis=0).T))])
     dx, dy = course[:, 0] - seen.origin[0], course[:, 1] - seen.origin[1]
     bins = ((np.arctan2(dy, dx) + math.pi) / math.tau * AZIMUTHS).astype(np.int64) % AZIMUTHS
-    behind = (seen.blocked_m[bins] <= np.hypot(dx, dy)) & (along > from_m)
+    behind = (blocked_m[bins] <= np.hypot(dx, dy)) & (along > from_m)
     return float(along[max(int(behind.argmax()) - 1, 0)]) if behind.any() else float(along[-1])
