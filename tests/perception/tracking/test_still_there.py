@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from tests.perception.tracking.scenes import STEP_S, detections, follow, nothing, pose
 
 from stucksolver.perception.labels import LABELS
@@ -43,6 +44,21 @@ def test_without_returns_it_ends():
     assert told_after(behind_a_van(), 10.0, np.zeros((0, 3))) == ()
     assert told_after(behind_a_van(), 10.0, rear(y=2.5)) == ()
     assert told_after(behind_a_van(), 10.0, rear()[:5]) == ()
+
+
+@pytest.mark.parametrize(("label", "height"), [("debris", 0.4), ("barrier", 1.0), ("cone", 0.7), ("pedestrian", 1.7)])
+@pytest.mark.parametrize(("y", "kept"), [(0.1, True), (2.5, False)])
+def test_what_stands_in_the_way_is_kept_by_a_few_returns_and_beside_it_is_not(label, height, y, kept):
+    tracker, size = ObjectTracker(), (0.6, 0.5, height)
+    thing = {"label": LABELS.index(label), "size": size}
+    follow(tracker, lambda _: ((7.8, y), (0.0, 0.0)), 4.0, np.random.default_rng(2), noise=0.3, **thing)
+    rays = np.column_stack([np.full(6, 7.6), np.linspace(y - 0.2, y + 0.2, 6), np.full(6, 0.8 * height)])
+    rng, told = np.random.default_rng(3), ()
+    for k in range(60):
+        t = 4.0 + k * STEP_S
+        weak = detections(t, [(7.8, y)] if k % 2 else [], rng, score=0.15, noise=0.3, **thing)
+        told = tracker.update(weak, pose(t), None, rays)
+    assert [track.id for track in told] == ([1] if kept else [])
 
 
 def test_one_that_was_driving_is_not_held_back_by_returns():

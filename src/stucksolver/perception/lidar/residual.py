@@ -23,6 +23,8 @@ ASIDE_M = 3.0
 """To either side of the vehicle's axis."""
 LOW_M, HIGH_M = 0.35, 2.0
 """Height above ground: lower returns may be kerbs, and what begins higher lets the vehicle pass below."""
+RAISES_M = 0.15
+"""A lower return is the road, with the noise of the ground's height."""
 CELL_M = 0.3
 AROUND = 5
 """The ground is the lowest return in this many cells by as many. At 16 m, rings of the shipped LiDAR are 1.1 m apart on
@@ -64,6 +66,7 @@ def with_unexplained(detections: Detections, standing: Floats, known: Floats) ->
     """
     from scipy import ndimage  # type: ignore[import-untyped]
 
+    standing = standing[standing[:, 2] > LOW_M]
     sure = detections.score >= EXPLAINS
     speed = np.hypot(detections.velocity[:, 0], detections.velocity[:, 1])
     named = np.column_stack([detections.center, detections.size, detections.yaw, speed])[sure]
@@ -87,7 +90,7 @@ def _stands(above: Floats) -> bool:
 
 
 def standing_returns(points: NDArray[np.floating], lidar: LidarRig) -> Floats:
-    """(m, 3): x, y and height above ground (m) of the returns that stand up close ahead.
+    """(m, 3): x, y and height above ground (m) of the returns that stand up close ahead, by at least `RAISES_M`.
 
     Args:
         points: (n, 3 or more): x, y, z (m) of one full turn in the vehicle frame.
@@ -102,7 +105,7 @@ def standing_returns(points: NDArray[np.floating], lidar: LidarRig) -> Floats:
     within = low_enough & (x < AHEAD_M) & (np.abs(y) < ASIDE_M)
     x, y, z = x[within], y[within], z[within]
     above = z - _lowest_around(x, y, z)
-    return np.column_stack([x, y, above])[(above > LOW_M) & (above < HIGH_M)]
+    return np.column_stack([x, y, above])[(above > RAISES_M) & (above < HIGH_M)]
 
 
 def _lowest_around(x: Floats, y: Floats, z: Floats) -> Floats:

@@ -49,7 +49,13 @@ LOW_M = 0.5
 """The rays that show a place to be free may pass above something lower (`visibility.HEIGHT_M`)."""
 BOX_MARGIN_M = 0.2
 FEWEST_RETURNS = 12
-"""This many returns from a vehicle's box, widened by the margin, show that it is still there."""
+FEWEST_OF_A_THING = 4
+"""This many returns from the box of a vehicle, or of anything else, show that it is still there: those from the box
+widened by the margin, and from above a share of its height.
+"""
+LOW_SHARE = 0.3
+WAY_M = 1.5
+"""Half the width of the vehicle's way."""
 OCCLUSION_MARGIN = 0.8
 """Share of an object's width that must be covered by a nearer one for it to count as hidden."""
 
@@ -74,23 +80,32 @@ def miss(body: Body, distance_m: float, free: bool) -> None:
 
 
 def that_return(bodies: list[Body], pose: PoseEstimate, standing: Floats) -> dict[int, float]:
-    """Return the ids of the vehicles from which some of the returns (m, 2 or more; vehicle frame) come, and their odds.
+    """Return the ids of those from which some of the returns come, and their odds.
 
-    Close behind a van the network at times misses it for seconds. Its rear still returns rays, so that something stands
-    there; without its track that would be a new, unnamed obstacle.
+    Close behind a van, or before a box on the road, the network at times misses it for a second. It still returns rays,
+    so that something stands there. Beside the vehicle's way this holds for vehicles only: kerbs and hedges return rays
+    as well, where a thing was seen by mistake.
+
+    Args:
+        bodies: Those that stand.
+        pose: Of the vehicle.
+        standing: (m, 3): x, y (m, vehicle frame) and height above ground (m) of returns that stand up.
     """
     found = {}
     sin, cos = math.sin(pose.yaw_rad), math.cos(pose.yaw_rad)
     x = pose.x_m + cos * standing[:, 0] - sin * standing[:, 1]
     y = pose.y_m + sin * standing[:, 0] + cos * standing[:, 1]
     for body in bodies:
-        if not WHEELED[body.label]:
+        wheeled = WHEELED[body.label]
+        aside_m = cos * (body.x[1] - pose.y_m) - sin * (body.x[0] - pose.x_m)
+        if not wheeled and abs(aside_m) > WAY_M:
             continue
         dx, dy = x - body.x[0], y - body.x[1]
         along = np.abs(dx * math.cos(body.x[3]) + dy * math.sin(body.x[3]))
         across = np.abs(dy * math.cos(body.x[3]) - dx * math.sin(body.x[3]))
         inside = (along < body.size[0] / 2 + BOX_MARGIN_M) & (across < body.size[1] / 2 + BOX_MARGIN_M)
-        if inside.sum() >= FEWEST_RETURNS:
+        inside &= standing[:, 2] > LOW_SHARE * body.size[2]
+        if inside.sum() >= (FEWEST_RETURNS if wheeled else FEWEST_OF_A_THING):
             found[body.id] = body.odds
     return found
 

@@ -63,8 +63,8 @@ class ObjectTracker:
             detections: Of a later look than before, in the vehicle frame.
             pose: The vehicle's pose at `detections.time_s`.
             space: What the LiDAR saw to be free at that look. Without it, nearer tracks decide who is hidden.
-            standing: (m, 2 or more): x, y (m) of returns that stand up close ahead, in the vehicle frame. A stationary
-                vehicle from which they still come is still there, whatever the detector says.
+            standing: (m, 3): x, y, height above ground (m) of returns that stand up close ahead, in the vehicle frame.
+                What stands and still returns them is still there, whatever the detector says.
 
         Returns:
             All confirmed tracks at `detections.time_s`, in the local frame, hidden ones included.
