@@ -17,10 +17,12 @@ from stucksolver.perception.far_tracking import (
     RATE_SD_MPS,
     FarTrack,
     FarTracker,
+    is_refuted,
 )
 from stucksolver.perception.measurements import PoseEstimate
 from stucksolver.perception.rig import load_rig
 from stucksolver.perception.tracking import Track
+from stucksolver.perception.visibility import AZIMUTHS, CELL_M, SeenSpace
 
 CAMERA = load_rig().camera
 MODEL = RangeModel(
@@ -212,3 +214,29 @@ def test_two_vehicles_side_by_side_keep_their_numbers() -> None:
     told = tracker.tracks(1.8, ())
     assert [one.id for one in told] == [FIRST_ID, FIRST_ID + 1]
     assert [round(one.rate_mps / 5.0) for one in told] == [-3, 1]
+
+
+def free(reach_m: float, but: tuple[float, float] = (0.0, 0.0)) -> SeenSpace:
+    """Ground seen all around up to this distance, except for a ring."""
+    cells = np.zeros((AZIMUTHS, 170), bool)
+    cells[:, : round(reach_m / CELL_M)] = True
+    cells[:, round(but[0] / CELL_M) : round(but[1] / CELL_M)] = False
+    return SeenSpace(cells, np.full(AZIMUTHS, np.inf), np.zeros(AZIMUTHS), (0.0, 0.0))
+
+
+def far(range_m: float, sd_m: float = 2.0) -> FarTrack:
+    at = {"x_m": range_m, "y_m": 0.0, "bearing_rad": 0.0, "range_m": range_m, "range_sd_m": sd_m}
+    rest = {"rate_mps": -8.0, "rate_sd_mps": 1.0, "towards": 0.9, "first_seen_s": 0.0, "last_seen_s": 1.0, "hits": 9}
+    return FarTrack(FIRST_ID, 1.0, 0, 0.9, **at, **rest)
+
+
+def test_a_far_track_ends_where_the_lidar_saw_that_nobody_is_and_nowhere_else() -> None:
+    assert is_refuted(far(25.0), free(50.0), pose(1.0))
+    assert not is_refuted(far(25.0, sd_m=9.0), free(50.0), pose(1.0)), "it may be further off than the LiDAR sees"
+    assert not is_refuted(far(25.0), free(28.0), pose(1.0))
+    assert not is_refuted(far(25.0), free(50.0, but=(27.0, 29.0)), pose(1.0)), "there it may be"
+    assert is_refuted(far(25.0), free(50.0, but=(34.0, 36.0)), pose(1.0))
+    turned = PoseEstimate(1.0, 0.0, 0.0, 0.0, np.pi / 2.0, 0.0, 0.0, np.zeros((4, 4)))
+    ahead = free(50.0)
+    ahead.cells[: AZIMUTHS // 2] = False  # what is to the right of the vehicle was not seen
+    assert not is_refuted(far(25.0), ahead, turned)

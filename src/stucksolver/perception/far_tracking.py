@@ -20,9 +20,11 @@ import numpy as np
 
 from stucksolver.perception.camera.far import FarDetections
 from stucksolver.perception.camera.far_range import COLUMN_SIGMA_PX, RangeModel, far_places
+from stucksolver.perception.frames import points_into_vehicle
 from stucksolver.perception.measurements import Floats, PoseEstimate
 from stucksolver.perception.rig import CameraRig
 from stucksolver.perception.tracking import Track
+from stucksolver.perception.visibility import CELL_M, SeenSpace
 
 FIRST_ID = 1_000_000
 """Ids begin here, far above those of the LiDAR's tracks."""
@@ -57,6 +59,9 @@ HANDED_HITS = 10
 """
 LOST_S = 2.0
 """A track ends when it has not been detected for this long. Long, since a missed vehicle keeps coming."""
+REFUTED_SDS = 3.0
+REFUTED_FROM_M = 6.0
+"""Around the vehicle itself the LiDAR sees nothing."""
 LEAST_TOWARDS, MOST_ODDS = 0.02, 4.0
 """No look counts for more than 0.98, and all together for no more than this log odds: looks repeat their mistakes."""
 
@@ -88,6 +93,22 @@ class FarTrack:
     first_seen_s: float
     last_seen_s: float
     hits: int
+
+
+def is_refuted(track: FarTrack, seen: SeenSpace, pose: PoseEstimate) -> bool:
+    """True if the LiDAR saw that nobody is where the track may be: along its bearing, `REFUTED_SDS` around its range.
+
+    False ones begin with detections of things nearby, whose range is taken for too long, and drift in. `seen` is in the
+    vehicle frame at `pose`.
+    """
+    reach = REFUTED_SDS * track.range_sd_m
+    along = np.arange(max(track.range_m - reach, REFUTED_FROM_M), track.range_m + reach, CELL_M)
+    if not len(along):
+        return False
+    off = along - track.range_m
+    line = np.array([math.cos(track.bearing_rad), math.sin(track.bearing_rad)])
+    x, y = points_into_vehicle(np.array([track.x_m, track.y_m]) + off[:, None] * line, pose).T
+    return bool(seen.seen(x, y).all())
 
 
 @dataclass(eq=False)

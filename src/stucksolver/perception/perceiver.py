@@ -17,7 +17,7 @@ from stucksolver.perception.camera.far_range import RangeModel, far_places
 from stucksolver.perception.camera.far_sight import CameraSight, SightModel
 from stucksolver.perception.camera.lights import LightFilter, LightReader
 from stucksolver.perception.camera.weights import WeightsError
-from stucksolver.perception.far_tracking import FarTracker
+from stucksolver.perception.far_tracking import FarTracker, is_refuted
 from stucksolver.perception.far_view import FarLook, FarView, blockers_of
 from stucksolver.perception.frames import into_vehicle
 from stucksolver.perception.lidar.detector import LidarDetector
@@ -103,7 +103,8 @@ class Perceiver:
             unknown_m = seen.blocked_otherwise(bodies)
         lights = self._pictured(look, tracks)
         with self._timed("far_tracks"):
-            far_tracks = self._far_tracker.tracks(look.pose.time_s, tracks)
+            told = self._far_tracker.tracks(look.pose.time_s, tracks)
+            far_tracks = tuple(track for track in told if not is_refuted(track, seen, look.pose))
         newest = self._view.looks[0].found if self._view.looks else None
         return Percept(
             pose=look.pose,
