@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from stucksolver.stacks.driver.behavior import PROFILES
-from stucksolver.stacks.driver.give_way import PATIENCE_S, GiveWay, Habits, LeadVehicle, Moving, on_way
+from stucksolver.stacks.driver.give_way import (
+    PATIENCE_S,
+    SETTLED_S,
+    GiveWay,
+    Habits,
+    LeadVehicle,
+    Moving,
+    of_one_pace,
+    on_way,
+)
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.path import make_path
 from stucksolver.stacks.driver.perception import NearbyBodies
@@ -151,3 +160,34 @@ def test_before_a_turn_where_others_go_first_it_slows_down_to_look():
     fast = make_path(S, np.zeros(200), np.full(200, 13.0))
     watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR)
     assert watch.look(fast, 50.0, Moving(10.0, TOP_MPS), comers(), DT_S).look_m is None
+
+
+def sensed():
+    return GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
+
+
+def test_the_noise_of_a_streams_speeds_is_left_out_and_who_drives_otherwise_is_not():
+    one = way()
+    seen = [(one, other) for other in on_way(one, comers((10.0, 9.2), (30.0, 10.0), (50.0, 10.9), (70.0, 4.0)))]
+    assert [other.speed for _, other in of_one_pace(seen)] == pytest.approx([9.6, 9.6, 9.6, 4.0])
+    pair = seen[:2]
+    assert of_one_pace(pair) == pair
+
+
+@pytest.mark.parametrize("past_m", [0.1, 0.5, 0.9])
+def test_by_sensors_an_ego_that_crept_past_the_place_to_wait_still_waits(past_m):
+    s = MEET_S - 2.0 - CAR.half_length + past_m
+    coming = comers((10.0, 8.0))
+    assert look(coming, watch=sensed(), s=s, speed=0.2).wait_m == 0.0
+    assert look(coming, watch=sensed(), s=s, speed=3.0).wait_m is None, "too late"
+    assert look(coming, s=s, speed=0.2).wait_m is None, "with ground truth it knows that it is in the way"
+
+
+def test_by_sensors_it_sets_off_when_the_way_has_been_free_for_some_looks():
+    watch = sensed()
+    waits = [look(comers(), watch=watch).wait_m is not None for _ in range(10)]
+    assert waits[0] and not waits[-1]
+    assert sum(waits) == round(SETTLED_S / DT_S) - 1
+    watch = sensed()
+    flickering = [look(comers((20.0, 8.0)) if k % 3 == 0 else comers(), watch=watch).wait_m for k in range(40)]
+    assert all(wait_m is not None for wait_m in flickering)

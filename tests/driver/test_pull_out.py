@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -86,3 +88,17 @@ def test_whoever_has_waited_long_takes_a_smaller_gap():
     close = cars((AT_M - 2.45 - 2.3 - 15.0, 0.0, 9.0))
     assert somebody_comes(LANE, AT_M, 0.0, close, CAR, gaps[0])
     assert not somebody_comes(LANE, AT_M, 0.0, close, CAR, gaps[-1])
+
+
+def test_with_a_wider_margin_the_way_round_what_stands_ahead_is_tighter_or_there_is_none():
+    def way(away_m, margin_m):
+        gentle = rejoining_length(BESIDE_M, 0.0)
+        ways = partial(rejoining_path, LANE, AT_M, BESIDE_M)
+        return clear_way_out(
+            ways, gentle, Pose(AT_M, BESIDE_M, 0.0), cars((AT_M + away_m, BESIDE_M, 0.0)), CAR, margin_m
+        )
+
+    places = np.arange(6.0, 12.0, 0.1)
+    narrow, wide = ([away for away in places if way(away, margin) is not None] for margin in (0.15, 0.45))
+    assert min(narrow) < min(wide)
+    assert back_after_m(way(9.5, 0.45)) <= back_after_m(way(9.5, 0.15))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
+from functools import partial
 from typing import Any, ClassVar
 
 import carla
@@ -60,6 +61,7 @@ class BehaviorDriver:
         self._planner = LocalPlanner(self._profile.lateral_accel, self._profile.deceleration)
         self._concerns = Concerns(self._profile, self._options, self._model, self._planner)
         self._perception = bodies_around(vehicle, self.sees_m, (*BODILESS, *DRIVEN_OVER))
+        self._side_margin_m = SIDE_MARGIN_M + self._perception.doubt_m
         self._steering = SteerController(self._model)
         self._pedals = PedalController()
         self._lights = LightWatch([])
@@ -201,7 +203,7 @@ class BehaviorDriver:
         """Called before each step, for a driver that chooses its line; this one keeps to its route."""
 
     def _giving_way(self, met: Sequence[Meeting]) -> GiveWay:
-        return GiveWay(met, self._profile, self._model)
+        return GiveWay(met, self._profile, self._model, sensed=self._perception.doubt_m > 0.0)
 
     @property
     def _at_the_roadside(self) -> bool:
@@ -215,7 +217,8 @@ class BehaviorDriver:
             return True
         if motion.speed < STANDING_MPS:
             gentle = rejoining_length(planner.beside_m, 0.0)
-            way = clear_way_out(lambda m: planner.way_back(motion.pose, m), gentle, motion.pose, around, self._model)
+            ways = partial(planner.way_back, motion.pose)
+            way = clear_way_out(ways, gentle, motion.pose, around, self._model, self._side_margin_m)
             if way is not None:
                 planner.take(way, motion.pose)
         # Once it has set off in a gap it goes on: stopping half-way out would be worse.
@@ -243,7 +246,7 @@ class BehaviorDriver:
         crossing = self._others_first(speed, around, held=lines < math.inf)
         brisk = self._give_way.pace if self._give_way.going else USUAL
         unheeded = self._ignored | crossing.passing | self._out_of_the_way
-        margin = SIDE_MARGIN_M if self._at_the_roadside else None
+        margin = self._side_margin_m if self._at_the_roadside else None
         heeds = self._options.heeds_on_path or not self._planner.following
         found = concerns.hazards(path, way, around, margin) if heeds else []
         hazards = [h for h in found if h.actor_id not in unheeded]

@@ -32,6 +32,16 @@ JOINED_S = 4.0
 _LOOKS_M = 20.0
 _LOOKS_S = 4.0
 _LEAST_MPS = 0.5
+CREEPS_MPS, NOSE_M = 1.0, 1.0
+"""An ego by sensors may creep up to the others' way: it sets off for a gap, sees that there is none, and knows its own
+place to some decimetres only. If it is slower than the first and no further in that way than the second, it waits.
+"""
+SETTLED_S = 0.15
+"""By sensors, a standing ego sets off when the way has been free for so long: two looks."""
+STREAM, NOISE_MPS = 3, 1.5
+"""So many vehicles on one way are a stream, which drives at one speed. By sensors each of their speeds is off by up to
+so much, and over a drive of four seconds that is a car's length.
+"""
 _ON_WAY_M = 1.5
 _ALONG_COS = math.cos(math.radians(45.0))
 LOOKING_MPS = 5.0
@@ -106,7 +116,18 @@ class GiveWay:
     shown_m: ClassVar[float] = _SHOWN_M
     """See `Habits`."""
 
-    def __init__(self, meetings: Sequence[Meeting], profile: Profile, model: VehicleModel, pace: Pace = BRISK) -> None:
+    def __init__(
+        self,
+        meetings: Sequence[Meeting],
+        profile: Profile,
+        model: VehicleModel,
+        pace: Pace = BRISK,
+        *,
+        sensed: bool = False,
+    ) -> None:
+        """`sensed`: the ego's place and the others' are known by sensors; see `NOSE_M` and `SETTLED_S`."""
+        self._sensed = sensed
+        self._clear_s = 0.0
         self._due = list(meetings)
         self.pace = pace
         """How to drive into a gap."""
@@ -146,11 +167,16 @@ class GiveWay:
         own = self._drive(line, s, speed, self._top_mps(motion, coming))
         place_s = meeting.wait_s if front <= meeting.wait_s else meeting.first_s
         room = place_s - front
-        if self._must_go(speed, room):
+        if self._sensed and speed < CREEPS_MPS and room > -NOSE_M:
+            room = max(room, 0.0)
+        elif self._must_go(speed, room):
             self._going = meeting
             return self._gone(meeting, own.judge(coming, TO_GO_ON), front, speed)
         going = self._going is meeting
         found = own.judge(coming, TO_GO_ON if going else self._margin())
+        self._clear_s = 0.0 if found.met else self._clear_s + dt_s
+        if self._sensed and not going and speed < _LEAST_MPS and not found.met and self._clear_s < SETTLED_S:
+            return GiveWayDecision(max(room, 0.0), frozenset())
         self._waited_s += dt_s if speed < _LEAST_MPS and room < _AT_THE_LINE_M else 0.0
         decided = room < _AT_THE_LINE_M or not can_stop(speed, room, self._profile.deceleration)
         self._going = None if found.met or not (going or decided) else meeting
@@ -170,6 +196,7 @@ class GiveWay:
         others = _moving(around)
         under_way = [(way, one) for way in meeting.ways for one in on_way(way, others)]
         self._habits.see(under_way)
+        under_way = of_one_pace(under_way) if self._sensed else under_way
         return [(way, one) for way, one in under_way if _comes(way, one) and self._habits.expect(way, one)]
 
     def _drive(self, line: Path, s: float, speed: float, top_mps: float) -> Drive:
@@ -291,6 +318,19 @@ def on_way(way: MeetingWay, others: NearbyBodies) -> list[OtherOnWay]:
             float(others.half_width[i]),
         )
         for i in np.flatnonzero(on_it).tolist()
+    ]
+
+
+def of_one_pace(seen: Sequence[tuple[MeetingWay, OtherOnWay]]) -> list[tuple[MeetingWay, OtherOnWay]]:
+    """Return them with the median speed of their stream, where their own differs from it by no more than noise."""
+    paces = {}
+    for way in {id(way): way for way, _ in seen}.values():
+        speeds = [one.speed for its, one in seen if its is way]
+        paces[id(way)] = float(np.median(speeds)) if len(speeds) >= STREAM else math.nan
+    usual = [abs(one.speed - paces[id(way)]) < NOISE_MPS for way, one in seen]
+    return [
+        (way, one._replace(speed=paces[id(way)]) if noise else one)
+        for (way, one), noise in zip(seen, usual, strict=True)
     ]
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import carla
 import numpy as np
@@ -65,6 +65,9 @@ class NearbyBodies:
 class SeesBodies(Protocol):
     """Returns the bodies around: `Perception` from the client, a vehicle's own perception from its sensors."""
 
+    doubt_m: ClassVar[float]
+    """How far the ego and stationary bodies may be from where they are taken to be (m); 0 for ground truth."""
+
     def read(self, ego_x: float, ego_y: float) -> NearbyBodies:
         """Return the bodies within range of a point of CARLA's world."""
 
@@ -80,6 +83,8 @@ def bodies_around(vehicle: Any, range_m: float, unseen: tuple[str, ...]) -> Sees
 
 class Perception:
     """Reads the world for one ego; requests actors and their sizes only if the set of ids changes."""
+
+    doubt_m: ClassVar[float] = 0.0
 
     def __init__(
         self, world: carla.World, ego_id: int, range_m: float = RANGE_M, unseen: tuple[str, ...] = BODILESS

@@ -33,14 +33,19 @@ _LANE_M = 1.75
 
 
 def clear_way_out(
-    ways: Callable[[float], Path], gentle_m: float, pose: Pose, around: NearbyBodies, model: VehicleModel
+    ways: Callable[[float], Path],
+    gentle_m: float,
+    pose: Pose,
+    around: NearbyBodies,
+    model: VehicleModel,
+    margin_m: float = SIDE_MARGIN_M,
 ) -> Path | None:
     """Of the ways back to the route that `ways` gives for a length, return the longest that meets no standing body."""
     standing = around.part(np.hypot(around.vx, around.vy) < _STANDS_MPS)
     for share in TIGHTER:
         way = ways(share * gentle_m)
         swept = sweep(way, way.project(pose), pose, model, _REACH_M, share * gentle_m)
-        if not nearest_hazards(swept, standing, model, SIDE_MARGIN_M, SIDE_MARGIN_M):
+        if not nearest_hazards(swept, standing, model, margin_m, margin_m):
             return way
     return None
 

@@ -15,7 +15,9 @@ import numpy as np
 from stucksolver.stacks.driver.behavior import Profile, toward_gap
 from stucksolver.stacks.driver.concerns import Concerns, Pace
 from stucksolver.stacks.driver.give_way import (
+    CREEPS_MPS,
     FULL_MPS2,
+    NOSE_M,
     GiveWay,
     GiveWayDecision,
     Met,
@@ -48,8 +50,6 @@ COMES_S = 4.0
 """A vehicle that will be there within this time counts as well, besides `FOLLOWS_M`."""
 FOLLOWS_M = 4.0
 _IN_LANE_M = 1.3
-_CREEPS_MPS = 1.0
-_NOSE_M = 1.0
 _SAME_PLACE_M = 0.1
 _HALTS_MPS2 = 2.0
 _STANDS_MPS = 0.05
@@ -84,7 +84,7 @@ class StreamGiveWay(GiveWay):
 
     def _must_go(self, speed: float, room: float) -> bool:
         """An ego that has crept up to the others' way, and hardly into it, still waits."""
-        creeps = speed < _CREEPS_MPS and room > -_NOSE_M
+        creeps = speed < CREEPS_MPS and room > -NOSE_M
         return not creeps and super()._must_go(speed, room)
 
     def _gone(self, meeting: Meeting, found: Met, front: float, speed: float) -> GiveWayDecision:

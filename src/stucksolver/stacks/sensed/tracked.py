@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from stucksolver.perception.camera.attributes import Attributes
-from stucksolver.perception.labels import KIND_OF_LABEL, LABEL_OF_KIND
+from stucksolver.perception.labels import KIND_OF_LABEL, LABEL_OF_KIND, LABELS
 from stucksolver.perception.percept import Percept
 from stucksolver.perception.tracking import Track
 from stucksolver.scene import ObjectKind, TrackedObject
@@ -29,6 +29,9 @@ SPECIAL = 512
 """Bits of `carla.VehicleLightState`."""
 SURE_KIND = 0.6
 """A less certain kind is reported as unknown."""
+FLAT_M, FLAT_SHARE = 0.2, 4.0
+"""What lies flat is at most this high, and at least so many times as wide and long. CARLA's heaps of dirt are 0.15 m
+high and 1 to 2.5 m wide."""
 _TYPE_IDS = {
     ObjectKind.SCHOOL_BUS: "vehicle.sensed.school_bus",
     ObjectKind.PEDESTRIAN: "walker.sensed",
@@ -49,15 +52,23 @@ _TYPE_IDS = {
 class SensedBodies:
     """See `SeesBodies`."""
 
+    doubt_m: ClassVar[float] = 0.3
+    """Of the detector's boxes and the localiser's pose together, within seconds (m)."""
+
     def __init__(self, eyes: Eyes, range_m: float) -> None:
         self._eyes, self._range_m = eyes, range_m
         carla_map = eyes.vehicle.get_world().get_map()
         self._near, self._far = OnLanes(carla_map), FarOnLanes(carla_map, eyes.vehicle)
 
     def read(self, ego_x: float, ego_y: float) -> NearbyBodies:
-        """Return all tracks within range of a point of CARLA's world, predicted to this tick."""
+        """Return all tracks within range of a point of CARLA's world, predicted to this tick.
+
+        Flat ones are left out: every car drives over loose dirt, as the driver with ground truth does
+        (`driver.DRIVEN_OVER`).
+        """
         percept = self._eyes.percept
-        found = bodies((*self._near.told(percept), *self._far.told(percept)), self._eyes.now_s)
+        near = [track for track in self._near.told(percept) if not is_flat(track)]
+        found = bodies((*near, *self._far.told(percept)), self._eyes.now_s)
         return found.part((np.abs(found.x - ego_x) < self._range_m) & (np.abs(found.y - ego_y) < self._range_m))
 
 
@@ -94,6 +105,12 @@ class SensedTracker:
 
     def read_lights(self, now_s: float) -> None:
         """Do nothing: lamps come with each image."""
+
+
+def is_flat(track: Track) -> bool:
+    """True for debris that lies flat on the road: a bag is not wide enough for it, a rock or a tyre not low enough."""
+    low = LABELS[track.label] == "debris" and track.height_m <= FLAT_M
+    return low and min(track.length_m, track.width_m) >= FLAT_SHARE * track.height_m
 
 
 def bodies(tracks: Sequence[Track], now_s: float) -> NearbyBodies:
