@@ -14,10 +14,8 @@ from stucksolver_eval.perception.metrics.amota import amota, best_threshold
 from stucksolver_eval.perception.metrics.clear_mot import MotCounts, TrackedFrame, assign, clear_mot
 from stucksolver_eval.perception.metrics.matching import ANY_LABEL, Reals
 from stucksolver_eval.perception.scoring.part import Given, NothingToScore, Part, Watch, figure, plain, table
-from stucksolver_eval.perception.scoring.samples import TURN_S, is_continuous, reals_of, true_pose
+from stucksolver_eval.perception.scoring.samples import TURN_S, is_continuous, looks_of, reals_of, true_pose
 
-EVERY = 2
-"""One look every so many ticks."""
 WITHIN_M = 2.0
 FARTHEST_M = 60.0
 _NOWHERE = np.zeros((0, 2))
@@ -87,11 +85,11 @@ def _looks(given: Given, recording: Recording, watch: Watch) -> list[_Look]:
     options = {} if given.lidar_weights is None else {"folder": given.lidar_weights}
     detector = LidarDetector(**options)
     buffer, tracker, looks = SweepBuffer(), ObjectTracker(recording.rig), []
-    for number, tick in enumerate(recording):
+    for ticks in looks_of(recording):
+        for each in ticks:
+            buffer.add(each.sweep, true_pose(each))
+        tick = ticks[-1]
         pose = true_pose(tick)
-        buffer.add(tick.sweep, pose)
-        if number % EVERY:
-            continue
         points = buffer.gather(pose)
         detections = detector.detect(points, tick.time_s)
         with watch("visibility"):

@@ -9,10 +9,7 @@ from stucksolver.perception.recording import Recording
 from stucksolver_eval.perception.metrics.detector_noise import LabelNoise, detector_noise
 from stucksolver_eval.perception.metrics.matching import Reals
 from stucksolver_eval.perception.scoring.part import Given, NothingToScore, Part, figure, percent, plain, table
-from stucksolver_eval.perception.scoring.samples import is_continuous, reals_of, true_pose
-
-EVERY = 2
-"""One look every so many ticks."""
+from stucksolver_eval.perception.scoring.samples import is_continuous, looks_of, reals_of, true_pose
 
 
 def score_noise(given: Given) -> Part:
@@ -36,12 +33,11 @@ def _looks(given: Given, recording: Recording) -> tuple[list[Detections], list[R
     detector, buffer = LidarDetector(**options), SweepBuffer()
     found: list[Detections] = []
     reals: list[Reals] = []
-    for number, tick in enumerate(recording):
-        pose = true_pose(tick)
-        buffer.add(tick.sweep, pose)
-        if number % EVERY:
-            continue
-        points = buffer.gather(pose)
+    for ticks in looks_of(recording):
+        for each in ticks:
+            buffer.add(each.sweep, true_pose(each))
+        tick = ticks[-1]
+        points = buffer.gather(true_pose(tick))
         found.append(detector.detect(points, tick.time_s))
         reals.append(reals_of(tick, points))
     return found, reals

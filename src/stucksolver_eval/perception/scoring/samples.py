@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -23,6 +24,8 @@ LEAST_WIDE_PX, LEAST_HIGH_PX = 6, 4
 _GROW_M = 0.1
 """Boxes are enlarged by this, because older points of a moving body lie slightly outside."""
 GAP_S = 0.11
+LOOK_EVERY = 2
+"""One look every so many ticks: ten per second."""
 _EVERY_ID = 65536
 
 
@@ -30,6 +33,16 @@ def true_pose(tick: Recorded) -> PoseEstimate:
     """Return the true pose as an estimate with zero covariance."""
     x, y, z, yaw, _, _, speed, rate, _ = (float(one) for one in tick.pose)
     return PoseEstimate(tick.time_s, x, y, z, yaw, speed, rate, np.zeros((4, 4)))
+
+
+def looks_of(recording: Recording) -> Iterator[tuple[Recorded, ...]]:
+    """Yield the ticks of each look: those since the look before, and as the last one the tick of the look itself."""
+    ticks: list[Recorded] = []
+    for number, tick in enumerate(recording):
+        ticks.append(tick)
+        if number % LOOK_EVERY == 0:
+            yield tuple(ticks)
+            ticks = []
 
 
 def label_of(kind: ObjectKind, length_m: float) -> int:
