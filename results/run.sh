@@ -1,7 +1,7 @@
 #!/bin/sh
 # Runs the drives that results/*.md report. Resumes after an interruption.
 #
-#   results/run.sh bench220|dev|immobilized|immobilized-now|guided|sweep|wrong|wrong220|wrong-student|sensors|sensors-third|heedless|latency OUT
+#   results/run.sh bench220|dev|immobilized|immobilized-now|guided|sweep|wrong|wrong220|wrong-student|sensors|heedless|latency OUT
 #
 # `stucksolver` must be on the path; OUT gets one folder for each arm. `guided` and `latency` need the Python of the
 # project's environment on the path.
@@ -86,10 +86,6 @@ sensors)
     for suite in dev immobilized bench220; do
         for who in none rules; do arm "$suite-$who" --suite "$suite" --recovery "$who" --perception sensors; done
     done
-    ;;
-sensors-third)
-    # The third route of each type.
-    arm bench220-third-rules --suite bench220 --routes "$(seq -s, 1002 10 1432)" --recovery rules --perception sensors
     ;;
 heedless)
     # With and without the driver's own braking on a plan's path; `types` is one route of each type of immobilized.
