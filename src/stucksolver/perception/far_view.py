@@ -26,10 +26,10 @@ from stucksolver.perception.camera.far_sight import (
     LaneLook,
     SightModel,
 )
-from stucksolver.perception.frames import into_vehicle, points_into_vehicle
+from stucksolver.perception.frames import points_into_vehicle
 from stucksolver.perception.measurements import Floats, PoseEstimate
 from stucksolver.perception.rig import CameraRig
-from stucksolver.perception.tracking import Track
+from stucksolver.perception.tracking import Track, boxes_of
 
 FRESH_S = 0.45
 """An older image says nothing about now: two images have failed to come."""
@@ -122,8 +122,7 @@ def blockers_of(
     tracks: Sequence[Track], found: FarDetections, places: FarPlaces, rig: CameraRig, pose: PoseEstimate
 ) -> Floats:
     """(n, 7): what hides lanes in an image, in the vehicle frame: tracks, and the camera's own detections."""
-    boxes = [(t.x_m, t.y_m, t.z_m, t.length_m, t.width_m, t.height_m, t.yaw_rad) for t in tracks]
-    known = into_vehicle(np.array(boxes, np.float64).reshape(-1, 7), pose)
+    known = boxes_of(tracks, pose)
     near_m = np.maximum(places.range_m - SURE_SDS * places.range_sigma_m, DEPTH_M)
     lens = np.array([rig.mount.x_m, rig.mount.y_m])
     xy = lens + (places.xy - lens) * (near_m / places.range_m)[:, None]

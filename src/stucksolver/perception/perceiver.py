@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
@@ -27,9 +27,9 @@ from stucksolver.perception.lidar.sweeps import RECENT_S, SweepBuffer
 from stucksolver.perception.measurements import CameraFrame, Floats, PoseEstimate
 from stucksolver.perception.percept import Look, Percept
 from stucksolver.perception.rig import SHIPPED, Rig, RigError, load_rig
-from stucksolver.perception.tracking import ObjectTracker, Track
+from stucksolver.perception.tracking import ObjectTracker, Track, boxes_of
 from stucksolver.perception.tracking.groups import WHEELED
-from stucksolver.perception.visibility import SeenSpace
+from stucksolver.perception.visibility import SeenSpace, footprints
 from stucksolver.scene.surroundings import LightState
 
 LIGHT_REACH_M = 100.0
@@ -98,9 +98,7 @@ class Perceiver:
         with self._timed("tracking"):
             tracks = self._tracker.update(detections, look.pose, seen, standing)
         with self._timed("unknown"):
-            boxes = _boxes(tracks, look.pose)
-            bodies = np.column_stack([boxes[:, :2], boxes[:, 6], boxes[:, 3] / 2, boxes[:, 4] / 2])
-            unknown_m = seen.blocked_otherwise(bodies)
+            unknown_m = seen.blocked_otherwise(footprints(boxes_of(tracks, look.pose)))
         lights = self._pictured(look, tracks)
         with self._timed("far_tracks"):
             told = self._far_tracker.tracks(look.pose.time_s, tracks)
@@ -124,7 +122,7 @@ class Perceiver:
         """(n, 8): boxes of the vehicles that are tracked, in the vehicle frame, and their speeds."""
         vehicles = [track for track in self._tracker.predict(pose.time_s) if WHEELED[track.label]]
         speed = [math.hypot(track.vx_mps, track.vy_mps) for track in vehicles]
-        return np.column_stack([_boxes(vehicles, pose), speed])
+        return np.column_stack([boxes_of(vehicles, pose), speed])
 
     def _pictured(self, look: Look, tracks: tuple[Track, ...]) -> Mapping[int, LightState]:
         """Look at the new image, if there is one, and return the known states of the lights."""
@@ -148,7 +146,7 @@ class Perceiver:
         self._view = self._view.with_look(FarLook(found, pose, blockers))
 
     def _read_attributes(self, picture: CameraFrame, pose: PoseEstimate, tracks: tuple[Track, ...]) -> None:
-        boxes = _boxes(tracks, pose)
+        boxes = boxes_of(tracks, pose)
         for track, found in zip(tracks, self._attributes.read(picture, self._rig.camera, boxes), strict=True):
             self._memory.add(track.id, found, picture.time_s)
 
@@ -169,12 +167,3 @@ class Perceiver:
         began = time.perf_counter()
         yield
         self._stages_ms[stage] = 1e3 * (time.perf_counter() - began)
-
-
-def _boxes(tracks: Sequence[Track], pose: PoseEstimate) -> Floats:
-    """(n, 7): boxes of tracks in the vehicle frame."""
-    return into_vehicle(np.array([_box(track) for track in tracks]).reshape(-1, 7), pose)
-
-
-def _box(track: Track) -> tuple[float, ...]:
-    return track.x_m, track.y_m, track.z_m, track.length_m, track.width_m, track.height_m, track.yaw_rad

@@ -160,6 +160,11 @@ class SeenSpace:
         return replace(self, far_m=np.maximum(self.far_m, far))
 
 
+def footprints(boxes: Floats) -> Floats:
+    """(n, 5): bodies as `within` takes them, of boxes (n, 7 or more): x, y, z, length, width, height, yaw (m, rad)."""
+    return np.column_stack([boxes[:, :2], boxes[:, 6], boxes[:, 3] / 2, boxes[:, 4] / 2])
+
+
 def within(bodies: Floats, x: Floats, y: Floats, ends_m: float, sides_m: float) -> NDArray[np.bool_]:
     """(n,): True for the points in one of the bodies, each longer by `ends_m` at either end and wider by `sides_m` on
     either side.

@@ -26,7 +26,7 @@ from stucksolver.perception.measurements import CameraFrame, Detections, Floats,
 from stucksolver.perception.perceiver import Perceiver, why_not_installed
 from stucksolver.perception.percept import Look, Percept
 from stucksolver.perception.recording import KINDS, Recorded, Recording, RecordingError
-from stucksolver.perception.tracking import Track
+from stucksolver.perception.tracking import Track, boxes_of
 from stucksolver.perception.visibility import OWN_LENGTH_M
 from stucksolver.plotting import can_plot
 from stucksolver_eval.perception.scoring.samples import TURN_S, is_continuous, looks_of, true_pose
@@ -36,8 +36,12 @@ if TYPE_CHECKING:
     from matplotlib.collections import PathCollection
     from matplotlib.figure import Figure
 
-AHEAD_M, BACK_M, ASIDE_M = 30.0, 3.0, 10.0
-"""How much is shown from above."""
+AHEAD_M = 30.0
+"""How much is shown from above ahead of the vehicle's reference point (m), ..."""
+BACK_M = 3.0
+"""... behind it (m), ..."""
+ASIDE_M = 10.0
+"""... and to either side (m)."""
 HALF_LOOK_S = 0.051
 """Half the time between two looks: the nearest look is drawn."""
 LEAST_SCORE = 0.3
@@ -269,12 +273,11 @@ def _said(moment: Moment, found: Detections) -> list[_Drawn]:
 
 
 def _track(track: Track, moment: Moment) -> _Drawn:
-    place = (track.x_m, track.y_m, track.z_m, track.length_m, track.width_m, track.height_m, track.yaw_rad)
     told = moment.percept.attributes.get(track.id)
     label = LABELS[track.label]
     kind = f" ({told.kind.value})" if told is not None and told.kind is not None and told.kind.value != label else ""
     text = f"#{track.id} {label}{kind} {track.confidence:.2f}{', hidden' if track.hidden else ''}"
-    return _Drawn(_flat(into_vehicle(np.array([place]), moment.percept.pose)[0]), text, OF_LABEL[label], THICK)
+    return _Drawn(_flat(boxes_of([track], moment.percept.pose)[0]), text, OF_LABEL[label], THICK)
 
 
 def _flat(box: Floats) -> tuple[float, float, float, float, float]:

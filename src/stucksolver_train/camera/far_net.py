@@ -6,15 +6,11 @@ at each peak the box's size, its exact centre, its lower edge, and whether its f
 
 from __future__ import annotations
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional as fn
 
 from stucksolver.perception.camera.far_strip import LABELS, STRIDE
-from stucksolver.perception.measurements import Pixels
-from stucksolver_train.camera.far_check import Run
 
 CLASSES = len(LABELS)
 CHANNELS = CLASSES + 6
@@ -90,18 +86,6 @@ class Shipped(nn.Module):
         heat = torch.sigmoid(raw[:, :CLASSES])
         highest = fn.max_pool2d(heat, 3, 1, 1)
         return heat * (heat >= highest).float(), raw[:, CLASSES:]
-
-
-def outputs_of(net: FarNet, device: torch.device) -> Run:
-    """The network as `far_check.check` takes it."""
-    shipped = Shipped(net.to(device)).eval()
-
-    def run(strip: Pixels) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        with torch.no_grad():
-            peaks, rest = (one[0].float().cpu().numpy() for one in shipped(torch.from_numpy(strip[None]).to(device)))
-        return peaks, rest
-
-    return run
 
 
 def scaled(pixels: Tensor) -> Tensor:

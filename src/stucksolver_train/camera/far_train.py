@@ -20,13 +20,15 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from stucksolver.perception.camera.far_strip import STRIP_ROWS
-from stucksolver_train.camera.far_check import check, written
+from stucksolver.perception.measurements import Pixels
+from stucksolver_train.camera.far_check import Run, check, written
 from stucksolver_train.camera.far_data import MARGIN_ROWS, Strips, load
 from stucksolver_train.camera.far_export import export
-from stucksolver_train.camera.far_net import WIDTHS, FarNet, loss_of, outputs_of, scaled
+from stucksolver_train.camera.far_net import WIDTHS, FarNet, Shipped, loss_of, scaled
 from stucksolver_train.schedule import average
 
 CROP_WIDTH = 800
@@ -135,6 +137,18 @@ class _Batches:
         offset = HAZE * torch.randn(n, 1, 1, 1, device=device) * pixels.mean(dim=(1, 2, 3), keepdim=True)
         noise = NOISE * torch.rand(n, 1, 1, 1, device=device)
         return (pixels * gain + offset + noise * torch.randn_like(pixels)).clamp(0.0, 255.0)
+
+
+def outputs_of(net: FarNet, device: torch.device) -> Run:
+    """The network as `far_check.check` takes it."""
+    shipped = Shipped(net.to(device)).eval()
+
+    def run(strip: Pixels) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        with torch.no_grad():
+            peaks, rest = (one[0].float().cpu().numpy() for one in shipped(torch.from_numpy(strip[None]).to(device)))
+        return peaks, rest
+
+    return run
 
 
 def _rate(share: float) -> float:

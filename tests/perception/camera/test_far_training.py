@@ -16,8 +16,8 @@ from stucksolver.perception.measurements import CameraFrame  # noqa: E402
 from stucksolver.perception.rig import load_rig  # noqa: E402
 from stucksolver_train.camera.far_check import _match, check  # noqa: E402
 from stucksolver_train.camera.far_data import MARGIN_ROWS, MOST_BOXES, Strips  # noqa: E402
-from stucksolver_train.camera.far_net import CHANNELS, CLASSES, FarNet, loss_of, outputs_of  # noqa: E402
-from stucksolver_train.camera.far_train import _Batches  # noqa: E402
+from stucksolver_train.camera.far_net import CHANNELS, CLASSES, FarNet, loss_of  # noqa: E402
+from stucksolver_train.camera.far_train import _Batches, outputs_of  # noqa: E402
 
 CAMERA = load_rig().camera
 ROWS, COLUMNS, TOP = 12, 40, 400

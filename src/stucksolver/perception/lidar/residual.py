@@ -14,7 +14,7 @@ from stucksolver.perception.ground import ground_heights
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.measurements import Detections, Floats
 from stucksolver.perception.rig import LidarRig
-from stucksolver.perception.visibility import OWN_LENGTH_M, within
+from stucksolver.perception.visibility import OWN_LENGTH_M, footprints, within
 
 AHEAD_M = 16.0
 """Obstacles are looked for up to this distance ahead of the reference point: a stop from 40 km/h. Further away a small
@@ -71,8 +71,8 @@ def with_unexplained(detections: Detections, standing: Floats, known: Floats) ->
     speed = np.hypot(detections.velocity[:, 0], detections.velocity[:, 1])
     named = np.column_stack([detections.center, detections.size, detections.yaw, speed])[sure]
     boxes = np.vstack([named, np.reshape(known, (-1, 8))])
-    half_length = boxes[:, 3] / 2 + SMEARED_S * boxes[:, 7]
-    bodies = np.column_stack([boxes[:, :2], boxes[:, 6], half_length, boxes[:, 4] / 2])
+    bodies = footprints(boxes)
+    bodies[:, 3] += SMEARED_S * boxes[:, 7]
     left = standing[~within(bodies, standing[:, 0], standing[:, 1], MARGIN_M, MARGIN_M)]
     if len(left) < FEWEST:
         return detections

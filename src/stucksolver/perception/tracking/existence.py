@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stucksolver.perception.frames import into_vehicle
 from stucksolver.perception.measurements import Floats, PoseEstimate
 from stucksolver.perception.rig import LidarRig
 from stucksolver.perception.tracking.body import CERTAIN, Body
 from stucksolver.perception.tracking.groups import WHEELED
 from stucksolver.perception.tracking.motion import Motion
-
-if TYPE_CHECKING:
-    from stucksolver.perception.visibility import SeenSpace
+from stucksolver.perception.visibility import SeenSpace, footprints, within
 
 FOUND_NEAR = (0.6, 0.6, 0.6, 0.6, 0.4, 0.6, 0.6, 0.4)
 """(labels,): probability that a visible object close by is detected in one look. Lower than the measured recall (see
@@ -48,14 +46,15 @@ NEARER_M = 0.5
 LOW_M = 0.5
 """The rays that show a place to be free may pass above something lower (`visibility.HEIGHT_M`)."""
 BOX_MARGIN_M = 0.2
-FEWEST_RETURNS = 12
-FEWEST_OF_A_THING = 4
-"""This many returns from the box of a vehicle, or of anything else, show that it is still there: those from the box
-widened by the margin, and from above a share of its height.
-"""
+"""Returns from within this margin around a box come from its object (m), ..."""
 LOW_SHARE = 0.3
+"""... if they are higher than this share of its height."""
+FEWEST_RETURNS = 12
+"""This many of them show that a vehicle is still there, ..."""
+FEWEST_OF_A_THING = 4
+"""... and this many for anything else."""
 WAY_M = 1.5
-"""Half the width of the vehicle's way."""
+"""Half the width of the vehicle's way (m)."""
 OCCLUSION_MARGIN = 0.8
 """Share of an object's width that must be covered by a nearer one for it to count as hidden."""
 
@@ -92,18 +91,12 @@ def that_return(bodies: list[Body], pose: PoseEstimate, standing: Floats) -> dic
         standing: (m, 3): x, y (m, vehicle frame) and height above ground (m) of returns that stand up.
     """
     found = {}
-    sin, cos = math.sin(pose.yaw_rad), math.cos(pose.yaw_rad)
-    x = pose.x_m + cos * standing[:, 0] - sin * standing[:, 1]
-    y = pose.y_m + sin * standing[:, 0] + cos * standing[:, 1]
-    for body in bodies:
+    boxes = into_vehicle(np.array([(*b.x[:3], *b.size, b.x[3]) for b in bodies]).reshape(-1, 7), pose)
+    for body, place in zip(bodies, footprints(boxes), strict=True):
         wheeled = WHEELED[body.label]
-        aside_m = cos * (body.x[1] - pose.y_m) - sin * (body.x[0] - pose.x_m)
-        if not wheeled and abs(aside_m) > WAY_M:
+        if not wheeled and abs(place[1]) > WAY_M:
             continue
-        dx, dy = x - body.x[0], y - body.x[1]
-        along = np.abs(dx * math.cos(body.x[3]) + dy * math.sin(body.x[3]))
-        across = np.abs(dy * math.cos(body.x[3]) - dx * math.sin(body.x[3]))
-        inside = (along < body.size[0] / 2 + BOX_MARGIN_M) & (across < body.size[1] / 2 + BOX_MARGIN_M)
+        inside = within(place[None], standing[:, 0], standing[:, 1], BOX_MARGIN_M, BOX_MARGIN_M)
         inside &= standing[:, 2] > LOW_SHARE * body.size[2]
         if inside.sum() >= (FEWEST_RETURNS if wheeled else FEWEST_OF_A_THING):
             found[body.id] = body.odds

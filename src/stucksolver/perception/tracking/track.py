@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stucksolver.perception.measurements import Floats
+from stucksolver.perception.frames import into_vehicle
+from stucksolver.perception.measurements import Floats, PoseEstimate
 from stucksolver.perception.tracking.groups import GROUP_OF_LABEL, GROUPS
 from stucksolver.perception.tracking.prediction import transition
 
@@ -82,3 +84,9 @@ class Track:
     def seen_for_s(self) -> float:
         """How long it has been tracked (s)."""
         return max(0.0, self.time_s - self.first_seen_s)
+
+
+def boxes_of(tracks: Iterable[Track], pose: PoseEstimate) -> Floats:
+    """(n, 7): x, y, z, length, width, height (m), yaw (rad) of tracks, in the vehicle frame at `pose`."""
+    rows = [(t.x_m, t.y_m, t.z_m, t.length_m, t.width_m, t.height_m, t.yaw_rad) for t in tracks]
+    return into_vehicle(np.array(rows, np.float64).reshape(-1, 7), pose)

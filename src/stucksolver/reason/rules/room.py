@@ -80,7 +80,8 @@ def to_be_seen(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryP
     """Return the same plan, with the nose turned out first, if traffic left no gap for it from inside the lane.
 
     The plan then waits at the border and begins in a gap that would be too short for a start from inside the lane.
-    The front camera does not see past a car that stands close ahead, not even over its roof. From the border it does.
+    The front camera does not see past a car that stands close ahead, not even over its roof. From the
+    border it sees more.
     """
     wanted = often_failed_for(scene, STREAM_TRIES, RejectCode.LANE_ENTRY, RejectCode.ONCOMING_GAP)
     wanted |= bool(lead.position_sd_m) and often_failed_for(scene, STREAM_TRIES, RejectCode.ONCOMING_SIGHT)

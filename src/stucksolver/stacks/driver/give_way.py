@@ -32,16 +32,18 @@ JOINED_S = 4.0
 _LOOKS_M = 20.0
 _LOOKS_S = 4.0
 _LEAST_MPS = 0.5
-CREEPS_MPS, NOSE_M = 1.0, 1.0
+CREEPS_MPS = 1.0
 """An ego by sensors may creep up to the others' way: it sets off for a gap, sees that there is none, and knows its own
-place to some decimetres only. If it is slower than the first and no further in that way than the second, it waits.
+place to some decimetres only. If it is slower than this (m/s) ...
 """
+NOSE_M = 1.0
+"""... and no further in that way than this (m), it still waits."""
 SETTLED_S = 0.15
 """By sensors, a standing ego sets off when the way has been free for so long: two looks."""
-STREAM, NOISE_MPS = 3, 1.5
-"""So many vehicles on one way are a stream, which drives at one speed. By sensors each of their speeds is off by up to
-so much, and over a drive of four seconds that is a car's length.
-"""
+STREAM = 3
+"""So many vehicles on one way are a stream, which drives at one speed."""
+NOISE_MPS = 1.5
+"""By sensors each of their speeds is off by up to this (m/s): over a drive of four seconds, by a car's length."""
 _ON_WAY_M = 1.5
 _ALONG_COS = math.cos(math.radians(45.0))
 LOOKING_MPS = 5.0
@@ -115,6 +117,8 @@ class GiveWay:
 
     shown_m: ClassVar[float] = _SHOWN_M
     """See `Habits`."""
+    waits_with_its_nose_in: ClassVar[bool] = False
+    """True if it waits as by sensors, see `NOSE_M`, with ground truth as well."""
 
     def __init__(
         self,
@@ -167,16 +171,15 @@ class GiveWay:
         own = self._drive(line, s, speed, self._top_mps(motion, coming))
         place_s = meeting.wait_s if front <= meeting.wait_s else meeting.first_s
         room = place_s - front
-        if self._sensed and speed < CREEPS_MPS and room > -NOSE_M:
-            room = max(room, 0.0)
-        elif self._must_go(speed, room):
+        if self._must_go(speed, room):
             self._going = meeting
             return self._gone(meeting, own.judge(coming, TO_GO_ON), front, speed)
+        room = max(room, 0.0) if self._sensed else room
         going = self._going is meeting
         found = own.judge(coming, TO_GO_ON if going else self._margin())
         self._clear_s = 0.0 if found.met else self._clear_s + dt_s
         if self._sensed and not going and speed < _LEAST_MPS and not found.met and self._clear_s < SETTLED_S:
-            return GiveWayDecision(max(room, 0.0), frozenset())
+            return GiveWayDecision(room, frozenset())
         self._waited_s += dt_s if speed < _LEAST_MPS and room < _AT_THE_LINE_M else 0.0
         decided = room < _AT_THE_LINE_M or not can_stop(speed, room, self._profile.deceleration)
         self._going = None if found.met or not (going or decided) else meeting
@@ -205,8 +208,9 @@ class GiveWay:
         return Drive(line, gone, self._model)
 
     def _must_go(self, speed: float, room: float) -> bool:
-        """True if the ego can no longer stop before the others' way, `room` metres ahead."""
-        return not can_stop(speed, room, _HARD_MPS2)
+        """True if the ego can no longer stop before the others' way, `room` metres ahead; see `NOSE_M`."""
+        creeps = (self._sensed or self.waits_with_its_nose_in) and speed < CREEPS_MPS and room > -NOSE_M
+        return not creeps and not can_stop(speed, room, _HARD_MPS2)
 
     def _lag_s(self) -> float:
         """Return how long a standing ego takes to set off (s)."""

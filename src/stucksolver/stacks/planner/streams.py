@@ -15,9 +15,7 @@ import numpy as np
 from stucksolver.stacks.driver.behavior import Profile, toward_gap
 from stucksolver.stacks.driver.concerns import Concerns, Pace
 from stucksolver.stacks.driver.give_way import (
-    CREEPS_MPS,
     FULL_MPS2,
-    NOSE_M,
     GiveWay,
     GiveWayDecision,
     Met,
@@ -62,6 +60,7 @@ class StreamGiveWay(GiveWay):
     """Looks for a gap at the stream's pace; see `GiveWay`."""
 
     shown_m: ClassVar[float] = 4.0
+    waits_with_its_nose_in: ClassVar[bool] = True
     flow_mps = 0.0
     """Pace of the stream that the ego joins at the junction ahead (m/s); 0 without one."""
     _line: Path | None = None
@@ -81,11 +80,6 @@ class StreamGiveWay(GiveWay):
         """See `GiveWay`; with those who ride beside the lanes."""
         riders = [] if self._line is None else crossing_riders(self._line, meeting, around)
         return super()._coming(meeting, around) + riders
-
-    def _must_go(self, speed: float, room: float) -> bool:
-        """An ego that has crept up to the others' way, and hardly into it, still waits."""
-        creeps = speed < CREEPS_MPS and room > -NOSE_M
-        return not creeps and super()._must_go(speed, room)
 
     def _gone(self, meeting: Meeting, found: Met, front: float, speed: float) -> GiveWayDecision:
         """See `GiveWay`; an ego that would meet someone stops before the next way that it has not entered yet."""

@@ -18,10 +18,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stucksolver.perception.frames import into_vehicle, points_into_vehicle
+from stucksolver.perception.frames import points_into_vehicle
 from stucksolver.perception.measurements import Floats
 from stucksolver.perception.percept import Percept
-from stucksolver.perception.visibility import AZIMUTHS, SeenSpace
+from stucksolver.perception.tracking import boxes_of
+from stucksolver.perception.visibility import AZIMUTHS, SeenSpace, footprints
 from stucksolver.scene import LaneSight
 from stucksolver.scene.frenet import Lane, RoadFrame
 from stucksolver.scene.objects import TrackedObject
@@ -97,13 +98,8 @@ class SensedSight:
 
 def _moving(percept: Percept) -> Floats:
     """(n, 5): moving vehicles as `SeenSpace.seen_along` takes them: the guard looks at each of them by itself."""
-    rows = [
-        (one.x_m, one.y_m, one.z_m, one.length_m, one.width_m, one.height_m, one.yaw_rad)
-        for one in percept.tracks
-        if one.standing_since_s is None and not one.hidden
-    ]
-    boxes = into_vehicle(np.array(rows).reshape(-1, 7), percept.pose)
-    return np.stack([boxes[:, 0], boxes[:, 1], boxes[:, 6], boxes[:, 3] / 2.0, boxes[:, 4] / 2.0], axis=1)
+    moving = (one for one in percept.tracks if one.standing_since_s is None and not one.hidden)
+    return footprints(boxes_of(moving, percept.pose))
 
 
 def seen_ahead_m(percept: Percept, line: Floats, fastest_mps: float) -> float:

@@ -29,9 +29,10 @@ SPECIAL = 512
 """Bits of `carla.VehicleLightState`."""
 SURE_KIND = 0.6
 """A less certain kind is reported as unknown."""
-FLAT_M, FLAT_SHARE = 0.2, 4.0
-"""What lies flat is at most this high, and at least so many times as wide and long. CARLA's heaps of dirt are 0.15 m
-high and 1 to 2.5 m wide."""
+FLAT_M = 0.2
+"""What lies flat is at most this high (m), ..."""
+FLAT_SHARE = 4.0
+"""... and at least so many times as wide and long. CARLA's heaps of dirt are 0.15 m high and 1 to 2.5 m wide."""
 _TYPE_IDS = {
     ObjectKind.SCHOOL_BUS: "vehicle.sensed.school_bus",
     ObjectKind.PEDESTRIAN: "walker.sensed",
