@@ -21,8 +21,25 @@ def health():
 
 
 def sweep(share=0.5):
-    """A new one, with points for this share of the rays."""
-    return LidarSweep(0.0, NOISE.uniform(-50.0, 50.0, (round(share * CAST), 4)).astype(np.float32))
+    """A new one of a flat road, with points for this share of the rays."""
+    points = NOISE.uniform(-50.0, 50.0, (round(share * CAST), 4)).astype(np.float32)
+    points[:, 2] = 0.0
+    return LidarSweep(0.0, points)
+
+
+def drops(count, reach_m=30.0):
+    """Returns from the air, (count, 4)."""
+    way, far = NOISE.uniform(-np.pi, np.pi, count), NOISE.uniform(2.0, reach_m, count)
+    at = (far * np.cos(way), far * np.sin(way), NOISE.uniform(0.3, 2.0, count), np.full(count, 0.1))
+    return np.stack(at, axis=1).astype(np.float32)
+
+
+def wall(x_m):
+    """A wall across the road, (n, 4), seen as densely as a LiDAR with 64 channels sees it at `x_m`."""
+    y, z = np.meshgrid(np.arange(-2.0, 2.0, 0.0065 * x_m), np.arange(0.3, 2.0, 0.011 * x_m))
+    at = (np.full(y.size, x_m), y.ravel(), z.ravel(), np.full(y.size, 0.8))
+    rows = np.stack(at, axis=1).astype(np.float32)
+    return rows[NOISE.random(len(rows)) < 0.5]  # half of the returns are lost, as the rig says
 
 
 def picture(low=0, high=255):
@@ -102,3 +119,29 @@ def test_a_sensor_that_works_again_is_believed_at_once(health):
     assert health.sweep(sweep()) is not None
     assert health.picture(picture(), moves=True) is not None
     assert health.faults == ()
+
+
+def test_spray_is_removed_and_said_and_bodies_stay(health):
+    body = np.concatenate([wall(5.0), wall(12.0), wall(25.0)])
+    road, wet = sweep().points, drops(400)
+    kept = health.sweep(LidarSweep(0.0, np.concatenate([road, body, wet]))).points
+    assert np.array_equal(kept[: len(road)], road)
+    bodies = {row.tobytes() for row in body}
+    left = sum(row.tobytes() in bodies for row in kept)
+    assert left > 0.99 * len(body)
+    assert len(kept) - len(road) - left < 0.1 * len(wet)
+    assert [fault[-33:] for fault in health.faults] == ["% of the LiDAR's points are spray"]
+
+
+def test_air_that_is_full_of_spray_is_not_believed(health):
+    for _ in range(3):
+        assert health.sweep(LidarSweep(0.0, np.concatenate([sweep().points, wall(12.0), drops(3000)]))) is None
+    assert health.faults[0].endswith("are spray, too many")
+    assert health.sweep(sweep()) is not None
+    assert health.faults == ()
+
+
+def test_a_sweep_without_a_return_above_the_road_is_clear(health):
+    """Also one far body with single returns: in clear air nothing is removed."""
+    lone = LidarSweep(0.0, np.concatenate([sweep().points, drops(20)]))
+    assert health.sweep(lone) is lone

@@ -4,10 +4,11 @@ that.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from stucksolver.perception.lidar.spray import SPRAY, THICK, stray
 from stucksolver.perception.measurements import CameraFrame, LidarSweep, Pixels
 from stucksolver.perception.rig import LidarRig
 
@@ -45,10 +46,18 @@ class SensorHealth:
         return tuple(self._wrong.values())
 
     def sweep(self, sweep: LidarSweep | None) -> LidarSweep | None:
-        """Return the sweep, or None if it is not plausible."""
+        """Return the sweep, without spray if there is any, or None if it is not plausible."""
         why = self._why_not_sweep(sweep)
         self._note("LiDAR", why)
-        return None if why else sweep
+        return None if why or sweep is None else self._cleared(sweep)
+
+    def _cleared(self, sweep: LidarSweep) -> LidarSweep | None:
+        lost = stray(sweep.points)
+        share = float(lost.mean())
+        if share <= SPRAY:
+            return sweep
+        self._note("LiDAR", f"{share:.1%} of the LiDAR's points are spray" + (", too many" if share > THICK else ""))
+        return None if share > THICK else replace(sweep, points=sweep.points[~lost])
 
     def fixes(self, doubted: bool) -> None:
         """Note whether the satellite fixes contradict each other."""
