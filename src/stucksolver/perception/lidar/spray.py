@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter
 
 from stucksolver.perception.measurements import Singles
 
@@ -31,6 +30,8 @@ can be told from it. In clear air the share was at most 0.002 on our recordings,
 
 def stray(points: Singles) -> NDArray[np.bool_]:
     """Return which points (n, 4) of a sweep in the vehicle frame are stray; far, low and very high ones never are."""
+    from scipy.ndimage import uniform_filter  # type: ignore[import-untyped]
+
     found = np.zeros(len(points), bool)
     away = np.maximum(np.abs(points[:, 0]), np.abs(points[:, 1]))
     tall = (points[:, 2] > ABOVE_M) & (points[:, 2] < TOP_M) & (away < REACH_M)
