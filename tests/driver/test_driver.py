@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from driver.fakes import TICK_S, FakeWorld, box
 from driver.roads import LANE_Y, straight_road
 from stucksolver.stacks.driver import BehaviorDriver, DrivePoint, DriverOptions
+from stucksolver.stacks.driver.perception import Perception
 
 HOME = LANE_Y[-1]
 
@@ -92,6 +93,48 @@ def test_release_returns_from_beside_the_lane_and_counts_what_was_passed(beside,
     drive(world, ego, driver, 5.0)
     assert ego.y == pytest.approx(HOME, abs=0.35 + abs(beside) * 0.1)
     assert abs(ego.yaw) < 0.25
+
+
+class Sensed:
+    """The client's bodies, told with the doubt of sensors."""
+
+    def __init__(self, world, ego):
+        self.world, self.ego = world, ego
+
+    def within(self, range_m):
+        found = Perception(self.world, self.ego.id, range_m)
+        found.doubt_m = 0.3
+        return found
+
+
+@pytest.mark.parametrize("ahead", [(), (30.0,)], ids=["free", "a car further on"])
+def test_by_sensors_it_returns_past_what_stands_abreast_in_its_own_lane(ahead):
+    """A plan may end in the lane beside, next to what has been passed, which never drives on."""
+    world, ego, _ = scene()
+    ego.perceiver = Sensed(world, ego)
+    driver = BehaviorDriver(ego, "normal", DriverOptions(ignore_traffic_lights=True))
+    ego.x, ego.y = 80.0, HOME + 3.4
+    passed = world.add("vehicle.a", ego.x - 4.3, HOME)
+    for away in ahead:
+        world.add("vehicle.b", ego.x + away, HOME)
+    driver.set_destination(carla.Location(250.0, HOME, 0.0), carla.Location(ego.x, HOME, 0.0))
+    for _ in range(round(12.0 / TICK_S)):
+        drive(world, ego, driver, TICK_S)
+        assert abs(ego.y - HOME) > 2.0 or ego.x - passed.x > 4.7
+    assert ego.y == pytest.approx(HOME, abs=0.6)
+    assert ego.x > 95.0
+
+
+def test_by_sensors_it_waits_beside_its_lane_for_who_moves_there():
+    world, ego, _ = scene()
+    ego.perceiver = Sensed(world, ego)
+    driver = BehaviorDriver(ego, "normal", DriverOptions(ignore_traffic_lights=True))
+    ego.x, ego.y = 80.0, HOME + 3.4
+    driver.set_destination(carla.Location(250.0, HOME, 0.0), carla.Location(ego.x, HOME, 0.0))
+    for k in range(6):
+        world.add("vehicle.a", ego.x - 4.0 - 12.0 * k, HOME, speed=6.0)
+    drive(world, ego, driver, 6.0)
+    assert ego.y == pytest.approx(HOME + 3.4, abs=0.5)
 
 
 def test_an_ego_put_somewhere_else_goes_on_from_there():

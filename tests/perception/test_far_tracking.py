@@ -203,6 +203,19 @@ def test_what_is_near_and_people_begin_no_track() -> None:
     assert tracker.tracks(1.0, ()) == ()
 
 
+def test_a_track_that_has_come_near_is_not_reported_and_is_again_when_it_is_far() -> None:
+    """Found on a motorway: a car in the next lane, which the LiDAR tracked elsewhere, ended a pass at 20 m."""
+    tracker, times = FarTracker(CAMERA, MODEL), np.arange(0.0, 8.0, PICTURE_S)
+    ranges = np.interp(times, [0.0, 3.0, 5.0, 8.0], [70.0, 25.0, 25.0, 80.0])
+    told = []
+    for time_s, range_m in zip(times, ranges, strict=True):
+        tracker.update(picture(time_s, range_m), pose(time_s), ())
+        told.append([track.range_m + track.range_sd_m for track in tracker.tracks(time_s, ())])
+    assert any(told[k] for k in range(15)) and any(told[-10:])
+    assert all(far > NEAREST_M for each in told for far in each)
+    assert not any(told[20:25])
+
+
 def test_two_vehicles_side_by_side_keep_their_numbers() -> None:
     tracker = FarTracker(CAMERA, MODEL)
     for k in range(10):

@@ -31,7 +31,9 @@ FIRST_ID = 1_000_000
 LABELS = (0, 1)
 """Vehicles and two-wheelers (`far_strip.LABELS`). People this far away do not matter at town speeds."""
 NEAREST_M = 40.0
-"""Nearer detections begin no track: the LiDAR finds nearly all there, and one in eight of the camera's is wrong."""
+"""Nearer detections begin no track, and tracks are not told there: the LiDAR finds nearly all, and one in eight of the
+camera's is wrong. What drifts in is mostly something that the LiDAR tracks elsewhere.
+"""
 NOISE_SHARE = 0.05
 """Standard deviation of the range between consecutive images, as a share of the range."""
 DRIFT_SHARE = 0.05
@@ -191,7 +193,7 @@ class FarTracker:
         self._bodies = [body for body in self._bodies if seen.time_s - body.last_seen_s <= LOST_S]
 
     def tracks(self, time_s: float, lidar: Sequence[Track]) -> tuple[FarTrack, ...]:
-        """Return all tracks at a time (s) not before the last image.
+        """Return all tracks at a time (s) not before the last image, except near ones.
 
         A track whose place the LiDAR has tracked for a second is handed over and no longer reported. If the last image
         showed both the LiDAR's and another vehicle there, the track is the other one and stays.
@@ -202,7 +204,8 @@ class FarTracker:
         rest = [body for body in self._bodies if body.last_seen_s != body.time_s]
         self._bodies = _left_over(shown, without_own, time_s) + _left_over(rest, lidar, time_s)
         # A vehicle that was detected once may be false.
-        return tuple(_told(body, time_s) for body in self._bodies if _is_confirmed(body))
+        told = (_told(body, time_s) for body in self._bodies if _is_confirmed(body))
+        return tuple(track for track in told if track.range_m + track.range_sd_m > NEAREST_M)
 
     def _seen(self, found: FarDetections, pose: PoseEstimate) -> _Seen:
         part = found.part(np.isin(found.label, LABELS))

@@ -22,7 +22,14 @@ from stucksolver.stacks.driver.meeting_ways import UPSTREAM_M, Meeting, meetings
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path, Pose
 from stucksolver.stacks.driver.perception import BODILESS, RANGE_M, NearbyBodies, bodies_around
-from stucksolver.stacks.driver.pull_out import BESIDE_M, SIDE_MARGIN_M, accepted_gap_s, clear_way_out, somebody_comes
+from stucksolver.stacks.driver.pull_out import (
+    BESIDE_M,
+    SIDE_MARGIN_M,
+    accepted_gap_s,
+    clear_way_out,
+    moving,
+    somebody_comes,
+)
 from stucksolver.stacks.driver.route_line import rejoining_length
 from stucksolver.stacks.driver.routing import trace_route
 from stucksolver.stacks.driver.stop_signs import StopSignWatch, stop_places
@@ -73,6 +80,8 @@ class BehaviorDriver:
         self._ignored: frozenset[int] = frozenset()
         self._leaving = False
         """True if it has decided to return to its lane from beside it."""
+        self._clear = False
+        """True if a way out was clear of what stands, when it last stood beside its lane."""
         self._beside_s = 0.0
         """How long it has stood beside its lane (s)."""
         self._hazard: Hazard | None = None
@@ -219,12 +228,17 @@ class BehaviorDriver:
             gentle = rejoining_length(planner.beside_m, 0.0)
             ways = partial(planner.way_back, motion.pose)
             way = clear_way_out(ways, gentle, motion.pose, around, self._model, self._side_margin_m)
+            self._clear = way is not None
             if way is not None:
                 planner.take(way, motion.pose)
         # Once it has set off in a gap it goes on: stopping half-way out would be worse.
         if motion.speed < _HALTED_MPS or not self._leaving:
             gap_s = accepted_gap_s(self._beside_s)
-            self._leaving = not somebody_comes(line, planner.route_s, motion.speed, around, self._model, gap_s)
+            # What sensors see narrows the gaps, so that plans end in the lane beside more often. What stands abreast in
+            # the own lane is what has been passed: it would be waited for forever.
+            passed = self._clear and self._perception.doubt_m > 0.0
+            others = moving(around) if passed else around
+            self._leaving = not somebody_comes(line, planner.route_s, motion.speed, others, self._model, gap_s)
         return self._leaving
 
     def _steer(self, path: Path, way: Motion) -> float:

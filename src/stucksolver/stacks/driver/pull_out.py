@@ -50,6 +50,11 @@ def clear_way_out(
     return None
 
 
+def moving(around: NearbyBodies) -> NearbyBodies:
+    """Return the bodies that do not stand."""
+    return around.part(np.hypot(around.vx, around.vy) >= _STANDS_MPS)
+
+
 def accepted_gap_s(waited_s: float) -> float:
     """Return the accepted time gap after this long a wait (s)."""
     return GAP_S + min(waited_s / PATIENCE_S, 1.0) * (LEAST_GAP_S - GAP_S)
