@@ -115,3 +115,35 @@ def test_a_thing_that_rolls_away_is_noticed():
     follow(tracker, lambda _: ((10.0, 3.0), (0.0, 0.0)), 3.0, rng, **ball)
     told = follow(tracker, lambda t: ((10.0, 3.0 - (t - 3.0)), (0.0, -1.0)), 3.0, rng, start_s=3.0, **ball)
     assert any(track.vy_mps == pytest.approx(-1.0, abs=0.4) and track.y_m < 0.5 for track in told)
+
+
+def shifting(way):
+    """A car whose place along x is at `way` (m) at 6, 6.6, 7.2, 7.8 s, in between linearly."""
+    times = [6.0, 6.6, 7.2, 7.8]
+
+    def path(t):
+        later, now = (float(np.interp(at, times, way)) for at in (t + STEP_S, t))
+        return (10.0 + now, 3.0), ((later - now) / STEP_S, 0.0)
+
+    return path
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_car_whose_box_wandered_and_came_back_has_stood_all_the_time(seed):
+    """As happens while the ego backs up: otherwise it is waited for like a car in a queue."""
+    rng, tracker, path = np.random.default_rng(seed), ObjectTracker(), shifting([0.0, 0.9, 0.9, 0.1])
+    moved, told = False, ()
+    for k in range(140):
+        place, velocity = path(k * STEP_S)
+        told = tracker.update(detections(k * STEP_S, [place], rng, velocity), pose(k * STEP_S))
+        moved = moved or (k > 20 and told[0].standing_since_s is None)
+    assert moved, "the test needs a car that seems to move"
+    assert told[0].moved_at_s is None
+    assert told[0].stationary_s > 13.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_car_that_has_moved_up_has_moved(seed):
+    (track,) = follow(ObjectTracker(), shifting([0.0, 0.6, 1.2, 1.2]), 14.0, np.random.default_rng(seed))
+    assert track.moved_at_s == pytest.approx(7.0, abs=1.0)
+    assert track.stationary_s < 8.0

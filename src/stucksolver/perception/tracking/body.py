@@ -41,12 +41,28 @@ REGAINED_M = 0.3
 """Another side of it is visible then: its centre may be measured this much elsewhere."""
 
 
+STIRRED_M, STIRRED_S = 0.5, 10.0
+"""Whoever comes to rest this near to where it stood, within this time, has not moved: boxes wander while the ego turns or
+backs up.
+"""
 SHIFTED_M, STEP_M = 0.5, 0.15
 """A thing moves if its place has shifted by the first distance over its last looks, by at least the second in each half
 of them. The detector takes one thing for its neighbour, or a part of a passing car for a thing: that is a jump.
 """
 FEW = 3
 """Looks whose median is one place; three places are compared."""
+
+
+@dataclass(frozen=True)
+class Stand:
+    """A place where an object stood, and what was known of it then."""
+
+    x_m: float
+    y_m: float
+    since_s: float
+    moved_at_s: float | None
+    left_s: float
+    """When it was taken to move."""
 
 
 @dataclass(eq=False)
@@ -75,6 +91,8 @@ class Body:
     motion: Motion = Motion.UNDECIDED
     standing_since_s: float | None = None
     moved_at_s: float | None = None
+    stood: Stand | None = None
+    """Where it stood before it was taken to move."""
     heading_votes: float = 0.0
     """Above 0: the yaw is right; below: it is the opposite."""
     votes: Floats = field(default_factory=lambda: np.zeros(len(LABELS)))
@@ -147,6 +165,26 @@ def may_move(body: Body) -> bool:
     whole = last - first
     way_m = float(np.hypot(*whole))
     return way_m > SHIFTED_M and all(float(half @ whole) > STEP_M * way_m for half in (middle - first, last - middle))
+
+
+def set_off(body: Body, now_s: float) -> None:
+    """Note that a body moves; remember where it stood."""
+    if body.stood is not None and now_s - body.stood.left_s > STIRRED_S:
+        body.stood = None
+    if body.stood is None and body.standing_since_s is not None:
+        body.stood = Stand(float(body.x[0]), float(body.x[1]), body.standing_since_s, body.moved_at_s, now_s)
+    body.motion, body.standing_since_s, body.moved_at_s = Motion.MOVING, None, now_s
+
+
+def come_to_rest(body: Body, since_s: float) -> None:
+    """Note that a body has stood since a time (s); if it has come back to where it stood, it has stood all the time."""
+    body.motion, body.standing_since_s = Motion.STANDING, since_s
+    stood = body.stood
+    back = stood is not None and math.hypot(body.x[0] - stood.x_m, body.x[1] - stood.y_m) < STIRRED_M
+    if stood is not None and back and body.time_s - stood.left_s < STIRRED_S:
+        body.standing_since_s, body.moved_at_s = stood.since_s, stood.moved_at_s
+    elif body.moved_at_s is not None:
+        body.moved_at_s = min(body.moved_at_s, since_s)
 
 
 def predict(body: Body, time_s: float) -> None:
@@ -251,6 +289,6 @@ def _regain(body: Body, seen: Measured, i: int) -> None:
     off = seen.z[i, :2] - body.x[:2]
     variance = (seen.noise[i, 0, 0] + seen.noise[i, 1, 1]) / 2.0 + REGAINED_M**2
     if float(off @ off) > ALARM * variance:
-        body.motion, body.standing_since_s, body.moved_at_s = Motion.UNDECIDED, None, seen.time_s
+        body.motion, body.standing_since_s, body.moved_at_s, body.stood = Motion.UNDECIDED, None, seen.time_s, None
         body.samples[:] = -np.inf
         body.p[4:, 4:] += np.eye(2) * NEW_VELOCITY_MPS**2

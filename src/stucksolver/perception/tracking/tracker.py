@@ -15,7 +15,16 @@ import numpy as np
 from stucksolver.perception.measurements import Detections, Floats, PoseEstimate
 from stucksolver.perception.rig import Rig, load_rig
 from stucksolver.perception.tracking import association, existence, motion
-from stucksolver.perception.tracking.body import NEW_VELOCITY_MPS, Body, born, may_move, predict, update
+from stucksolver.perception.tracking.body import (
+    NEW_VELOCITY_MPS,
+    Body,
+    born,
+    come_to_rest,
+    may_move,
+    predict,
+    set_off,
+    update,
+)
 from stucksolver.perception.tracking.groups import GROUP_OF_LABEL, GROUPS
 from stucksolver.perception.tracking.motion import Evidence, Motion
 from stucksolver.perception.tracking.noise import Measured, measured
@@ -150,13 +159,11 @@ def _decide(body: Body, evidence: Evidence, i: int, now_s: float) -> None:
             body.x[4:] = evidence.velocity[i]
             body.p[4:, :] = body.p[:, 4:] = 0.0
             body.p[4:, 4:] = np.eye(2) * (evidence.variance[i] + NEW_VELOCITY_MPS**2)
-        body.motion, body.standing_since_s, body.moved_at_s = Motion.MOVING, None, now_s
+        set_off(body, now_s)
     elif body.motion is not Motion.STANDING and (evidence.rests[i] or not may_move(body)):
         since = float(evidence.rests_since_s[i]) if evidence.rests[i] else now_s
         body.samples[body.samples[:, 0] < since - 1e-6] = -np.inf
-        body.motion, body.standing_since_s = Motion.STANDING, since
-        if body.moved_at_s is not None:
-            body.moved_at_s = min(body.moved_at_s, since)
+        come_to_rest(body, since)
         body.x[4:] = 0.0
     elif body.motion is Motion.MOVING:
         body.moved_at_s = now_s
