@@ -42,8 +42,8 @@ REGAINED_M = 0.3
 
 
 STIRRED_M, STIRRED_S = 0.5, 10.0
-"""Whoever comes to rest this near to where it stood, within this time, has not moved: boxes wander while the ego turns or
-backs up.
+"""Whoever comes to rest this near to where it stood, within this time, has not moved: boxes wander while the ego turns
+or backs up.
 """
 SHIFTED_M, STEP_M = 0.5, 0.15
 """A thing moves if its place has shifted by the first distance over its last looks, by at least the second in each half
