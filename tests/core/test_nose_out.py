@@ -17,6 +17,7 @@ from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, CannotPlan
 from stucksolver.decision.lateral_shift import lateral_shift
 from stucksolver.decision.manoeuvre import STEP_M, turned_shift
 from stucksolver.guard import NOBODY, Guard, RejectCode, begun_waiting
+from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine import execution
 from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
 
@@ -60,6 +61,24 @@ def test_the_nose_stops_at_the_border_of_the_own_lane_turned_to_the_next():
     nose = world.y + 2.45 * math.sin(world.yaw) + 0.925 * math.cos(world.yaw)
     assert outcome is not None and outcome.finished
     assert LANE_M / 2 - 0.45 < nose < LANE_M / 2 + 0.15 and world.yaw > 0.15
+
+
+@pytest.mark.parametrize("sd_m", [0.02, 0.1])
+def test_by_sensors_the_nose_stops_inside_the_border_by_more_than_its_place_is_uncertain(sd_m):
+    """Beside an oncoming lane, where nobody may wait: the plan ended when the uncertainty grew by a few centimetres."""
+
+    def told(world, sd):
+        seen = world.surroundings()
+        return FrenetScene(seen.model_copy(update={"ego": seen.ego.model_copy(update={"position_sd_m": sd})}))
+
+    world = World(straight_road(), [thing("lead", 114.0)], x=100.0)
+    plan = (NoseOut(side="left"),)
+    proven = GUARD.lay_out(plan, told(world, sd_m), False, NOBODY)
+    known = GUARD.lay_out(plan, told(world, None), False, NOBODY)
+    assert proven.path.end_d < known.path.end_d
+    world.x, world.y = float(proven.path.s[-2]), float(proven.path.d[-2])
+    verdict = GUARD.recheck(proven, told(world, sd_m + 0.04))
+    assert RejectCode.STOPPING_PLACE not in [reject.code for reject in verdict.rejects], str(verdict)
 
 
 def test_the_wait_outlasts_the_time_of_the_plan_and_ends_when_the_stream_does():

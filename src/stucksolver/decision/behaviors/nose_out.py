@@ -12,10 +12,12 @@ from stucksolver.decision.manoeuvre import Manoeuvre
 from stucksolver.scene.attempts import PlanFailure
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.road import LaneKind
-from stucksolver.scene.view import FrenetScene
+from stucksolver.scene.view import SURE_SDS, FrenetScene
 
 LEAST_M = 1.0
 """A shorter way turns the nose by too little to help."""
+OFF_M = 0.1
+"""By sensors it stops this much further in, besides the uncertainty of its place: that varies, and so does the path."""
 
 
 class NoseOut(Behavior):
@@ -40,7 +42,9 @@ class NoseOut(Behavior):
             raise CannotPlan(PlanFailure.NO_LANE, f"there is no driving lane on the {self.side}")
         path = lateral_shift(view, start, beside.at(start.s_m)[1], self.speed_mps)
         border: Array = np.interp(path.s, own.s, own.left if turn > 0 else own.right)
-        over = np.flatnonzero(turn * (path.d - border) + body_reach(path, view) > 0.0)
+        sd_m = view.ego.position_sd_m
+        doubt_m = 0.0 if sd_m is None else SURE_SDS * sd_m + OFF_M
+        over = np.flatnonzero(turn * (path.d - border) + body_reach(path, view) + doubt_m > 0.0)
         count = int(over[0]) if len(over) else len(path.s)
         if count < 2 or float(path.s[count - 1]) - start.s_m < LEAST_M:
             raise CannotPlan(PlanFailure.NO_ROOM_ASIDE, f"the nose is at the border on the {self.side} already")
