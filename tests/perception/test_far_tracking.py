@@ -216,6 +216,27 @@ def test_a_track_that_has_come_near_is_not_reported_and_is_again_when_it_is_far(
     assert not any(told[20:25])
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.005, 0.02])
+@pytest.mark.parametrize("seed", range(4))
+def test_who_stands_far_ahead_of_a_standing_ego_is_known_to_and_is_believed_to_come_as_soon_as_it_does(noise, seed):
+    """Found beside a parked van: a car that waited at 125 m was told to come at 7 m/s, as long as it stood there."""
+    rng, tracker = np.random.default_rng(seed), FarTracker(CAMERA, MODEL)
+    quick_mps2, began_s = 2.5, 8.0
+    for time_s in np.arange(0.0, 12.0, PICTURE_S):
+        moving_s = max(time_s - began_s, 0.0)
+        range_m = 125.0 - quick_mps2 * moving_s**2 / 2.0
+        tracker.update(picture(time_s, range_m * (1.0 + noise * rng.normal())), pose(time_s), ())
+        told = tracker.tracks(time_s, ())
+        if 6.0 < time_s <= began_s:
+            assert abs(told[0].rate_mps) < 0.8
+            assert told[0].rate_mps - 2.0 * told[0].rate_sd_mps > (-4.0 if noise < 0.01 else -7.0)
+        if time_s > began_s:
+            covers_m = range_m - told[0].range_m + 2.0 * told[0].range_sd_m
+            # What its speed is underestimated by, for a second, is far less than its place is told to be nearer.
+            assert told[0].rate_mps - 2.0 * told[0].rate_sd_mps < -quick_mps2 * moving_s + 2.0
+            assert covers_m > 2.5 * 4.0
+
+
 def test_two_vehicles_side_by_side_keep_their_numbers() -> None:
     tracker = FarTracker(CAMERA, MODEL)
     for k in range(10):

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -55,6 +55,17 @@ CONFIRMING_SHARE = 1.0 / 3.0
 """A vehicle that was found in fewer of the images since its first one is not reported: false ones come in twos. Where
 it was found, sight still ends.
 """
+STEADY_S, STEADY_LOOKS = 5.0, 15
+"""While the ego stands, a vehicle whose range has not changed over this time, in at least so many looks, stands too."""
+LATEST_LOOKS = 5
+"""Their mean must not differ from that of the others, so that who sets off is noticed soon. Until then, two standard
+deviations of the rate are the speed that it may have reached.
+"""
+LEAST_SCATTER = 0.002
+"""As a share of the range: the detector repeats itself as long as the picture does."""
+SETS_OFF_MPS2 = 2.5
+"""Acceleration of a vehicle that sets off briskly."""
+STANDS_MPS = 0.1
 HANDED_HITS = 10
 """The LiDAR takes a vehicle over after so many detections, a second: at the edge of its grid it measures speeds of
 20 m/s as 10 to 14 at first.
@@ -136,6 +147,8 @@ class _Body:
     hits: int = 0
     looks: int = 1
     """Images since the first detection, with it."""
+    steady: list[tuple[float, float]] = field(default_factory=list)
+    """Times (s) and ranges (m) of the last detections while the ego stands."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +166,8 @@ class _Seen:
     towards: Floats
     own_mps: Floats
     """The ego's speed along the bearing."""
+    stands: bool
+    """True if the ego does."""
 
 
 class FarTracker:
@@ -216,7 +231,8 @@ class FarTracker:
         bearing = np.arctan2(away[:, 1], away[:, 0]) + pose.yaw_rad
         ranges = (places.range_m, places.range_sigma_m, bearing)
         own = pose.speed_mps * np.cos(bearing - pose.yaw_rad)
-        return _Seen(part.time_s, at, *ranges, part.label.astype(float), part.score, part.towards, own)
+        stands = abs(pose.speed_mps) < STANDS_MPS
+        return _Seen(part.time_s, at, *ranges, part.label.astype(float), part.score, part.towards, own, stands)
 
     def _assign(self, seen: _Seen, left: list[int]) -> dict[int, int]:
         """Return which detection belongs to which body, both by index."""
@@ -326,12 +342,37 @@ def _note(body: _Body, seen: _Seen, j: int) -> None:
     share = min(max(float(seen.towards[j]), LEAST_TOWARDS), 1.0 - LEAST_TOWARDS)
     body.odds = min(MOST_ODDS, max(-MOST_ODDS, body.odds + math.log(share / (1.0 - share))))
     body.scores, body.hits = body.scores + float(seen.score[j]), body.hits + 1
+    since_s = seen.time_s - STEADY_S if seen.stands else math.inf
+    body.steady = [one for one in (*body.steady, (seen.time_s, float(seen.range_m[j]))) if one[0] >= since_s]
+
+
+def _steady_rate(body: _Body) -> tuple[float, float] | None:
+    """Return the rate (m/s) of a vehicle that stands, and its standard deviation; None if it may move."""
+    if len(body.steady) < STEADY_LOOKS:
+        return None
+    times, ranges = np.array(body.steady).T
+    times = times - times.mean()
+    spread = float(times @ times)
+    rate = float(times @ ranges) / spread
+    scatter = max(float((ranges - ranges.mean() - rate * times).std()), LEAST_SCATTER * float(body.x[0]))
+    # Consecutive looks err alike, so that two say little more than one.
+    sd = scatter * math.sqrt(2.0 / spread)
+    shift = float(ranges[-LATEST_LOOKS:].mean() - ranges[:-LATEST_LOOKS].mean())
+    noticed_m = SAME_SDS * scatter * math.sqrt(2.0 / LATEST_LOOKS)
+    if abs(rate) > SAME_SDS * sd or abs(shift) > noticed_m:
+        return None
+    # The mean of the latest looks is half their time old.
+    late_s = LATEST_LOOKS / 2.0 * float(np.diff(times).mean())
+    reached_mps = math.sqrt(2.0 * SETS_OFF_MPS2 * noticed_m) + SETS_OFF_MPS2 * late_s
+    return rate, math.hypot(sd, reached_mps / 2.0)
 
 
 def _told(body: _Body, time_s: float) -> FarTrack:
     ahead = replace(body)
     _predict(ahead, time_s, body.at)
-    range_m, rate = max(float(ahead.x[0]), 1.0), float(ahead.x[1])
+    range_m = max(float(ahead.x[0]), 1.0)
+    known = _steady_rate(body)
+    rate, rate_sd = known or (float(ahead.x[1]), math.sqrt(ahead.p[1, 1]))
     # A range that is off by some share makes its rate off by the same share.
     return FarTrack(
         id=body.id,
@@ -344,7 +385,7 @@ def _told(body: _Body, time_s: float) -> FarTrack:
         range_m=range_m,
         range_sd_m=math.hypot(math.sqrt(ahead.p[0, 0]), body.bias * range_m),
         rate_mps=rate,
-        rate_sd_mps=math.hypot(math.sqrt(ahead.p[1, 1]), body.bias * (rate - body.own_mps)),
+        rate_sd_mps=math.hypot(rate_sd, body.bias * (rate - body.own_mps)),
         towards=1.0 / (1.0 + math.exp(-body.odds)),
         first_seen_s=body.first_seen_s,
         last_seen_s=body.last_seen_s,
