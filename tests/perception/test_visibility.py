@@ -14,8 +14,11 @@ LIDAR = load_rig().lidar
 AHEAD = np.array([[0.0, 0.0], [80.0, 0.0]])
 
 
-def cast(boxes=(), *, slope=0.0, dropped=0.0, seed=0):
-    """A full turn over a plane that rises by `slope` along x, with boxes (x, y, half x, half y, height) on it."""
+def cast(boxes=(), *, slope=0.0, dropped=0.0, seed=0, road=None):
+    """A full turn over a plane that rises by `slope` along x, with boxes (x, y, half x, half y, height) on it.
+
+    `road`: it is a road along x between these y, and beside it the land is lower by the third number.
+    """
     down = np.radians(np.linspace(LIDAR.upper_deg, LIDAR.lower_deg, LIDAR.channels))
     round_ = np.arange(0.0, math.tau, math.tau / 937)
     elevation, azimuth = (one.ravel() for one in np.meshgrid(down, round_))
@@ -24,6 +27,10 @@ def cast(boxes=(), *, slope=0.0, dropped=0.0, seed=0):
     with np.errstate(divide="ignore", invalid="ignore"):
         fall = slope * ray[:, 0] - ray[:, 2]
         reach = np.where(fall > 1e-9, up / fall, np.inf)
+        if road is not None:
+            right, left, lower = road
+            beside = ~((reach * ray[:, 1] > right) & (reach * ray[:, 1] < left))
+            reach = np.where(beside, reach * (up + lower) / up, reach)
         for x, y, half_x, half_y, height in boxes:
             low, high = np.array([x - half_x, y - half_y, slope * x - up]), np.array([x + half_x, y + half_y, 0.0])
             high[2] = slope * x + height - up
@@ -68,6 +75,23 @@ def test_a_van_hides_what_stands_behind_it_and_nothing_beside():
     assert seen(hidden, 10.0, 0.0)
     assert seen(hidden, 25.0, 6.0)
     assert hidden.seen_along(AHEAD) == pytest.approx(12.5, abs=1.0)
+
+
+@pytest.mark.parametrize("lower", [0.4, 0.5, 1.0, 3.0])
+@pytest.mark.parametrize("slope", [0.0, 0.05, -0.05])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_road_that_is_higher_than_the_land_beside_it_is_seen_along_both_ways(lower, slope, side):
+    """Found on a narrow road: the field counted as the ground, and the road behind the ego as something half a metre
+    high that hides what is beyond. The ego never backed up.
+    """
+    right, left = sorted((-1.8 * side, 5.0 * side))
+    free = space(road=(right, left, lower), slope=slope, dropped=0.45)
+    for way in (1.0, -1.0):
+        assert free.seen_along(way * AHEAD) > 30.0
+        assert free.seen_along(way * AHEAD + (0.0, 3.0 * side)) > 30.0
+    taken = space((way * 20.0, 0.0, 1.0, 0.9, 1.6), road=(right, left, lower), slope=slope, dropped=0.45)
+    assert taken.seen_along(way * AHEAD) < 20.0
+    assert not seen(taken, way * 24.0, 0.0)
 
 
 def test_over_a_low_thing_one_sees_and_under_a_bridge_too():

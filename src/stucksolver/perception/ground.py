@@ -17,11 +17,20 @@ ALLOWANCE_M = 0.15
 """Noise, kerbs and the curvature of the road within one ring."""
 
 
+STEP_M = 0.3
+"""Lower points are another surface, such as a field or a ditch beside the road, if this much between them is empty: on
+a slope the LiDAR's lines follow each other more closely.
+"""
+FEW = 2
+"""Points that continue a surface."""
+
+
 def ground_heights(azimuth: Floats, distance: Floats, z: Floats) -> Floats:
     """Return the ground's height below each point, in the frame of `z` (m), beginning with 0 at the vehicle.
 
     Each sector of 10 degrees is followed outwards in rings of 4 m. The lowest point of a ring is its ground, unless a
-    road's slope cannot lead there from the previous ring; the ground then continues level.
+    road's slope cannot lead there from the previous ring; the ground then continues level. Where the road and something
+    lower beside it lie in one ring, the surface of the previous ring counts; the other one is lower than the ground.
 
     Args:
         azimuth: (n,) azimuths of points around the LiDAR's foot (rad).
@@ -32,16 +41,46 @@ def ground_heights(azimuth: Floats, distance: Floats, z: Floats) -> Floats:
     ring = np.minimum((distance / RING_M).astype(np.int64), RINGS - 1)
     lowest = np.full((SECTORS, RINGS), np.inf)
     np.minimum.at(lowest, (sector, ring), z)
+    order = np.argsort(ring, kind="stable")
+    ends = np.searchsorted(ring[order], np.arange(RINGS + 1))
     heights = np.zeros((SECTORS, RINGS))
     level = np.zeros(SECTORS)
+    slope = np.zeros(SECTORS)
     unseen_m = np.zeros(SECTORS)
     for i in range(RINGS):
         unseen_m = unseen_m + RING_M
         possible = np.abs(lowest[:, i] - level) <= STEEPEST * unseen_m + ALLOWANCE_M
-        level = np.where(possible, lowest[:, i], level)
-        unseen_m = np.where(possible, 0.0, unseen_m)
+        here = order[ends[i] : ends[i + 1]]
+        # The lowest point of a ring is at its near end where the road rises, and at its far end where it falls.
+        from_m = RING_M * np.where(slope > 0.0, i - 1, i)
+        off = z[here] - level[sector[here]] - slope[sector[here]] * (distance[here] - from_m[sector[here]])
+        same = _same_surface(sector[here], z[here], off)
+        found = possible | np.isfinite(same)
+        before, level = level, np.where(np.isfinite(same), same, np.where(possible, lowest[:, i], level))
+        slope = np.where(found, np.clip((level - before) / unseen_m, -STEEPEST, STEEPEST), slope)
+        unseen_m = np.where(found, 0.0, unseen_m)
         heights[:, i] = level
     return _between(heights, sector, distance)
+
+
+def _same_surface(sector: np.ndarray, z: Floats, off: Floats) -> Floats:
+    """(SECTORS,): lowest point of the surface that continues, where a ring also has a lower one; inf elsewhere.
+
+    `off` is how much higher than that surface each point of the ring is.
+    """
+    found = np.full(SECTORS, np.inf)
+    part = np.isin(sector, sector[off < -STEP_M])
+    if not part.any():
+        return found
+    sector, z, off = sector[part], z[part], off[part]
+    near = np.abs(off) <= ALLOWANCE_M
+    edge = np.full(SECTORS, np.inf)
+    np.minimum.at(edge, sector[near], off[near])
+    np.minimum.at(found, sector[near], z[near])
+    between = (off < edge[sector]) & (off > edge[sector] - STEP_M)
+    counts = np.bincount(sector[near], minlength=SECTORS)
+    found[(counts < FEW) | (np.bincount(sector[between], minlength=SECTORS) > 0)] = np.inf
+    return found
 
 
 def _between(heights: Floats, sector: np.ndarray, distance: Floats) -> Floats:
