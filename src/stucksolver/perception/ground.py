@@ -50,11 +50,15 @@ def ground_heights(azimuth: Floats, distance: Floats, z: Floats) -> Floats:
     for i in range(RINGS):
         unseen_m = unseen_m + RING_M
         possible = np.abs(lowest[:, i] - level) <= STEEPEST * unseen_m + ALLOWANCE_M
-        here = order[ends[i] : ends[i + 1]]
-        # The lowest point of a ring is at its near end where the road rises, and at its far end where it falls.
-        from_m = RING_M * np.where(slope > 0.0, i - 1, i)
-        off = z[here] - level[sector[here]] - slope[sector[here]] * (distance[here] - from_m[sector[here]])
-        same = _same_surface(sector[here], z[here], off)
+        same = np.full(SECTORS, np.inf)
+        split = lowest[:, i] < level + slope * RING_M - STEP_M
+        if split.any():
+            here = order[ends[i] : ends[i + 1]]
+            here = here[split[sector[here]]]
+            # The lowest point of a ring is at its near end where the road rises, and at its far end where it falls.
+            from_m = RING_M * np.where(slope > 0.0, i - 1, i)
+            off = z[here] - level[sector[here]] - slope[sector[here]] * (distance[here] - from_m[sector[here]])
+            same = _same_surface(sector[here], z[here], off)
         found = possible | np.isfinite(same)
         before, level = level, np.where(np.isfinite(same), same, np.where(possible, lowest[:, i], level))
         slope = np.where(found, np.clip((level - before) / unseen_m, -STEEPEST, STEEPEST), slope)
@@ -64,15 +68,11 @@ def ground_heights(azimuth: Floats, distance: Floats, z: Floats) -> Floats:
 
 
 def _same_surface(sector: np.ndarray, z: Floats, off: Floats) -> Floats:
-    """(SECTORS,): lowest point of the surface that continues, where a ring also has a lower one; inf elsewhere.
+    """(SECTORS,): lowest point of the surface that continues, if only something clearly lower is below it; inf if not.
 
     `off` is how much higher than that surface each point of the ring is.
     """
     found = np.full(SECTORS, np.inf)
-    part = np.isin(sector, sector[off < -STEP_M])
-    if not part.any():
-        return found
-    sector, z, off = sector[part], z[part], off[part]
     near = np.abs(off) <= ALLOWANCE_M
     edge = np.full(SECTORS, np.inf)
     np.minimum.at(edge, sector[near], off[near])
