@@ -15,7 +15,9 @@ from stucksolver.perception.tracking.groups import Group
 STATE = 6
 """x, y, z, yaw, vx, vy."""
 STANDING_ACCELERATION_MPS2 = 0.02
-"""Velocity noise of a standing object: its covariance grows while it is hidden, to 2 m in 30 s."""
+"""Velocity noise of a standing object: its covariance grows while it is hidden, to 2 m in 30 s. A thing does not set
+off unseen: for it this is 0, and only the ego's own pose drifts.
+"""
 STANDING_TURN_RPS = 0.02
 STANDING_DRIFT_MPS = 0.05
 """Drift of the ego's own pose, and with it of everything that stands (m per root of a second)."""
@@ -26,7 +28,8 @@ def transition(group: Group, stands: bool, dt: float, yaw_rad: float) -> tuple[F
 
     The noise is that of a continuous white-noise acceleration (Bar-Shalom, Li and Kirubarajan 2001, 6.2.2).
     """
-    along, across = (STANDING_ACCELERATION_MPS2,) * 2 if stands else (group.acceleration_mps2, group.across_mps2)
+    rests_mps2 = 0.0 if group.lifeless else STANDING_ACCELERATION_MPS2
+    along, across = (rests_mps2,) * 2 if stands else (group.acceleration_mps2, group.across_mps2)
     cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
     turned = np.array([[cos, -sin], [sin, cos]])
     power = turned @ np.diag([along**2, across**2]) @ turned.T
