@@ -149,12 +149,12 @@ def may_move(body: Body) -> bool:
     return way_m > SHIFTED_M and all(float(half @ whole) > STEP_M * way_m for half in (middle - first, last - middle))
 
 
-def predict(body: Body, time_s: float) -> None:
-    """Predict a body to a time."""
+def predict(body: Body, time_s: float, held: bool = False) -> None:
+    """Predict a body to a time. `held`: the ego stands, so that its pose does not drift."""
     from filterpy.kalman import predict as kalman_predict  # type: ignore[import-untyped]
 
     stands = body.motion is Motion.STANDING
-    f, q = transition(body.group, stands, time_s - body.time_s, float(body.x[3]))
+    f, q = transition(body.group, stands, time_s - body.time_s, float(body.x[3]), held)
     x = body.x
     if stands:
         x = x.copy()
