@@ -94,8 +94,9 @@ class Perceiver:
         with self._timed("visibility"):
             seen = SeenSpace.from_points(turn, self._rig.lidar)
         with self._timed("extents"):
-            detections = with_low_trucks_as_barriers(detections, turn, self._rig.lidar)
             detections = with_measured_extents(detections, points, self._rig.lidar)
+            # A row is not measured as one barrier: its direction, and where it ends, would change from look to look.
+            detections = with_low_trucks_as_barriers(detections, turn, self._rig.lidar)
         with self._timed("residual"):
             standing = standing_returns(turn, self._rig.lidar)
             detections = with_unexplained(detections, standing, self._vehicles(look.pose))

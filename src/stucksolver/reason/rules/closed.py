@@ -14,8 +14,8 @@ CLOSING = frozenset({ObjectKind.BARRIER, ObjectKind.CONE})
 """Objects that close a road."""
 LIKE_A_BARRIER = frozenset({ObjectKind.UNKNOWN, ObjectKind.PROP, ObjectKind.DEBRIS})
 """Objects that sensors may take a barrier for, if they have stood all the time."""
-STOOD_S = 5.0
-"""How long such an object must have stood (s): longer than a vehicle that creeps in a queue."""
+STOOD_S = 10.0
+"""How long such an object must have stood (s): as long as a vehicle that may be waiting (`WaitLimits`)."""
 LEAST_ACROSS_M = 0.8
 """How wide it must be across the road (m): two thirds of a barrier."""
 GAP_M = 1.5
@@ -64,13 +64,13 @@ def _row(scene: Scene, lead: SceneObject) -> list[SceneObject]:
 
 
 def _closes(o: SceneObject) -> bool:
-    """True for barriers and cones, and for what sensors have seen standing all the time and cannot name as a vehicle.
+    """True for barriers and cones, and for what sensors have long seen standing and cannot name as a vehicle.
 
     A person who stands still would count as well, but nobody is driven at: the vehicle takes another road.
     """
     if o.kind in CLOSING:
         return True
-    stood = (o.stationary_s or 0.0) >= STOOD_S and o.moved_s_ago is None
+    stood = (o.stationary_s or 0.0) >= STOOD_S
     across_m = o.left_edge_m - o.right_edge_m
     return bool(o.position_sd_m) and o.kind in LIKE_A_BARRIER and stood and across_m >= LEAST_ACROSS_M
 
