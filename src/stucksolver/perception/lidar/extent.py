@@ -52,9 +52,9 @@ class Measure:
     fewest: int
     """Returns from one of them."""
     passed: int
-    """So many returns from beyond show that a sector is free."""
-    foot_m: float = 0.0
-    """Below the lowest of these returns they are wider by this, on each side."""
+    """So many returns from beyond show that a sector is free; 0 for what is solid and smaller than a sector."""
+    narrowest_m: float = 0.0
+    """They are at least this wide: fewer returns come from the foot of a cone, lower than `stands_m`."""
     widest_m: float = math.inf
     """If they seem wider, the returns beside the network's box come from something else."""
     turned: bool = False
@@ -63,7 +63,7 @@ class Measure:
 
 MEASURES = {
     BARRIER: Measure(outside_m=0.2, stands_m=0.3, passes_share=0.8, fewest=30, passed=3, turned=True),
-    CONE: Measure(outside_m=0.3, stands_m=0.15, passes_share=0.45, fewest=6, passed=2, foot_m=0.04, widest_m=0.5),
+    CONE: Measure(outside_m=0.3, stands_m=0.15, passes_share=0.45, fewest=4, passed=0, narrowest_m=0.42, widest_m=0.5),
 }
 
 
@@ -180,11 +180,12 @@ def _measured(box: _Box, returns: _Returns, measure: Measure, below_m: float) ->
             begins = chord[0] if nearest_m is None and chord is not None else nearest_m
             if begins is None:
                 continue
-            ends = chord[1] if chord is not None else begins
+            # The depth of what is larger is not known beyond what the network says.
+            ends = chord[1] if chord is not None and measure.passed else begins
             reach = np.array([begins, ends if nearest_m is None else max(ends, begins + LEAST_DEEP_M)])
             filled.append(reach[:, None] * (math.cos(ahead + angle), math.sin(ahead + angle)))
     around = _around(np.concatenate(filled), _direction(returns.places[hit]) if measure.turned else ahead, box.yaw)
-    return _Box(around.middle, around.sides + 2.0 * measure.foot_m, around.yaw)
+    return _Box(around.middle, np.maximum(around.sides, measure.narrowest_m), around.yaw)
 
 
 def _turned(azimuth: Floats, ahead: float) -> Floats:

@@ -28,8 +28,8 @@ FEWEST, FEWEST_AROUND = 10, 20
 GROUND_M = 0.03
 """Returns that are higher above the road come from the thing."""
 BARE_M, BARE = 7.0, 12
-"""So near, rings are up to 0.25 m apart on the road. This many returns from a place, none of them higher than the road, show
-that nothing is there.
+"""So near, rings are up to 0.25 m apart on the road. This many returns from a place, none of them higher than the road,
+show that nothing is there.
 """
 NOISE_M = 0.02
 """The highest of many returns may still be that much too low."""

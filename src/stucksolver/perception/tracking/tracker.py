@@ -117,7 +117,8 @@ class ObjectTracker:
             return
         hidden, free = existence.undetectable(missed, found, pose, self._lidar, space)
         for body, excused, seen_free in zip(missed, hidden.tolist(), free.tolist(), strict=True):
-            taken = association.inside_another(found, float(body.x[0]), float(body.x[1]))
+            x, y = float(body.x[0]), float(body.x[1])
+            taken = association.inside_another(found, x, y) or association.beside_its_like(found, body)
             if excused and not taken:
                 body.hidden = True
             else:
