@@ -99,3 +99,40 @@ def test_another_street_is_not_tried_where_every_way_to_the_destination_comes_by
     assert decision.plan is None
     assert "no other road" in decision.rationale
     assert replanned(decide(TWO_WAY, van, back, elsewhere("side", 500.0), guidance=asked)) == "side"
+
+
+SENSED = {"position_sd_m": 0.05}
+
+
+def misnamed(kind, **more):
+    """A closed road as sensors see it: every second barrier is taken for something else."""
+    seen = row(-1.2, LANE_M + 1.5, **SENSED)
+    return [one.model_copy(update={"kind": kind, **more}) if k % 2 else one for k, one in enumerate(seen)]
+
+
+STOOD = {"stationary_s": 20.0, "moved_s_ago": 20.0}
+
+
+@pytest.mark.parametrize("kind", [K.UNKNOWN, K.PROP, K.DEBRIS])
+def test_what_sensors_cannot_name_closes_a_road_between_barriers(kind):
+    assert replanned(decide(TWO_WAY, misnamed(kind, **STOOD), elsewhere("a", 500.0))) == "a"
+
+
+@pytest.mark.parametrize(
+    ("kind", "more"),
+    [
+        (K.CAR, STOOD),
+        (K.PEDESTRIAN, STOOD),
+        (K.UNKNOWN, {"stationary_s": 8.0, "moved_s_ago": 8.0}),
+        (K.DEBRIS, {**STOOD, "width_m": 0.4}),
+        (K.UNKNOWN, {**STOOD, "position_sd_m": None}),
+    ],
+    ids=["a car", "a person", "not for long", "small", "ground truth"],
+)
+def test_nothing_else_closes_a_road(kind, more):
+    assert replanned(decide(TWO_WAY, misnamed(kind, **more), elsewhere("a", 500.0))) is None
+
+
+def test_without_a_barrier_in_the_row_no_road_is_closed():
+    things = [one.model_copy(update={"kind": K.UNKNOWN, **STOOD}) for one in row(-1.2, LANE_M + 1.5, **SENSED)]
+    assert replanned(decide(TWO_WAY, things, elsewhere("a", 500.0))) is None

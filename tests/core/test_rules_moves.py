@@ -175,6 +175,13 @@ def test_after_a_gap_too_small_beside_what_sensors_widen_it_changes_lanes_more_s
     assert (out.name, out.speed_mps) == ("change_lane", speed_mps)
 
 
+@pytest.mark.parametrize("sd_m, speed_mps", [(0.1, 3.0), (None, 5.5)])
+def test_half_way_past_what_sensors_widen_it_goes_on_more_slowly_after_a_gap_too_small(sd_m, speed_mps):
+    world = World(MULTI, [thing("lead", 62.0, hazard=True, position_sd_m=sd_m)], y=LANE_M)
+    moves = behaviors_of(after(world, RejectCode.GAP, "keep_lane", ago_s=10.0))
+    assert [one.speed_mps for one in moves if one.name == "keep_lane"] == [speed_mps]
+
+
 def test_it_backs_up_less_where_there_is_less_room_behind():
     free = decide(World(TWO_WAY, [thing("lead", 57.75)]))
     tight = decide(World(TWO_WAY, [thing("lead", 57.75), thing("behind", 40.0)]))

@@ -21,8 +21,10 @@ from stucksolver.perception.far_tracking import FarTracker, is_refuted
 from stucksolver.perception.far_view import FarLook, FarView, blockers_of
 from stucksolver.perception.frames import into_vehicle
 from stucksolver.perception.lidar.detector import LidarDetector
+from stucksolver.perception.lidar.extent import with_measured_extents
 from stucksolver.perception.lidar.low import with_measured_heights
 from stucksolver.perception.lidar.residual import standing_returns, with_unexplained
+from stucksolver.perception.lidar.rows import with_low_trucks_as_barriers
 from stucksolver.perception.lidar.sweeps import RECENT_S, SweepBuffer
 from stucksolver.perception.measurements import CameraFrame, Floats, PoseEstimate
 from stucksolver.perception.percept import Look, Percept
@@ -91,6 +93,10 @@ class Perceiver:
         turn = points[points[:, 4] <= RECENT_S]
         with self._timed("visibility"):
             seen = SeenSpace.from_points(turn, self._rig.lidar)
+        with self._timed("extents"):
+            detections = with_measured_extents(detections, points, self._rig.lidar)
+            # A row is not measured as one barrier: its direction, and where it ends, would change from look to look.
+            detections = with_low_trucks_as_barriers(detections, turn, self._rig.lidar)
         with self._timed("residual"):
             standing = standing_returns(turn, self._rig.lidar)
             detections = with_unexplained(detections, standing, self._vehicles(look.pose))

@@ -7,7 +7,7 @@ import pytest
 from scanner import seconds
 
 from stucksolver.perception.labels import LABELS
-from stucksolver.perception.lidar.low import NEAR_M, with_measured_heights
+from stucksolver.perception.lidar.low import BARE_M, NEAR_M, with_measured_heights
 from stucksolver.perception.measurements import Detections
 
 GUESS_M = 0.26
@@ -71,3 +71,14 @@ def test_somebody_beside_it_makes_it_no_lower():
 )
 def test_otherwise_the_networks_word_stays(thing, detections):
     assert measured(thing, detections).size[0, 2] == GUESS_M
+
+
+@pytest.mark.parametrize("x", [4.5, 5.5])
+def test_nothing_is_where_only_the_road_returned_rays(x):
+    assert len(measured(np.zeros((0, 7)), found(x, 0.2))) == 0
+    assert len(measured(np.zeros((0, 7)), found(x, 0.2, "cone"))) == 1
+
+
+def test_far_away_rays_may_pass_above_and_below_a_thing():
+    assert len(measured(np.zeros((0, 7)), found(BARE_M + 1.0, 0.2))) == 1
+    assert len(measured(box(5.5, 0.2, 0.45, 0.35, 0.08), found(5.5, 0.2))) == 1

@@ -3,7 +3,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from tests.perception.tracking.scenes import STEP_S, follow, nothing, pose
+from tests.perception.tracking.scenes import STEP_S, detections, follow, nothing, pose
 
 from stucksolver.perception.rig import load_rig
 from stucksolver.perception.tracking import ObjectTracker
@@ -58,3 +58,33 @@ def test_who_is_beyond_range_is_remembered_for_a_while_only():
         if tracker.update(nothing(3.0 + k * STEP_S), pose(3.0 + k * STEP_S, x=-60.0)):
             lasted = k * STEP_S
     assert 25.0 < lasted < 31.0
+
+
+CONE = {"label": 5, "size": (0.4, 0.4, 0.7)}
+
+
+def hidden_cone_after(seconds, speed):
+    """A cone that passes below the lowest beam, after so many seconds beside the vehicle."""
+    tracker = ObjectTracker()
+    follow(tracker, lambda _: ((6.0, 0.0), (0.0, 0.0)), 3.0, np.random.default_rng(1), **CONE)
+    for k in range(round(seconds / STEP_S)):
+        told = tracker.update(nothing(3.0 + k * STEP_S), pose(3.0 + k * STEP_S, x=4.5, speed=speed))
+    return math.sqrt(told[0].covariance[0, 0])
+
+
+def test_a_thing_beside_a_vehicle_that_stands_stays_where_it_was():
+    assert hidden_cone_after(20.0, speed=0.0) < 0.1
+    # While the vehicle moves, its own place becomes less certain, but the thing does not set off.
+    assert 0.1 < hidden_cone_after(20.0, speed=1.0) < 0.3
+
+
+def test_a_cone_found_only_now_and_then_keeps_its_id_though_rays_pass_above_it():
+    tracker, rng, ids = ObjectTracker(), np.random.default_rng(3), set()
+    follow(tracker, lambda _: ((15.0, 0.0), (0.0, 0.0)), 3.0, rng, **CONE)
+    for k in range(100):
+        at = 3.0 + k * STEP_S
+        told = tracker.update(
+            detections(at, [(15.0, 0.0)] if k % 8 == 0 else [], rng, **CONE), pose(at), everywhere(True)
+        )
+        ids |= {one.id for one in told}
+    assert ids == {1}

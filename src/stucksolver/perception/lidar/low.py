@@ -27,6 +27,10 @@ FEWEST, FEWEST_AROUND = 10, 20
 """Returns from it, and from the road around it."""
 GROUND_M = 0.03
 """Returns that are higher above the road come from the thing."""
+BARE_M, BARE = 7.0, 12
+"""So near, rings are up to 0.25 m apart on the road. This many returns from a place, none of them higher than the road,
+show that nothing is there.
+"""
 NOISE_M = 0.02
 """The highest of many returns may still be that much too low."""
 
@@ -34,12 +38,14 @@ NOISE_M = 0.02
 def with_measured_heights(detections: Detections, points: NDArray[np.floating]) -> Detections:
     """Return the detections, with the measured height of each small debris that has enough returns.
 
+    Where only the road returned rays, there is none: its detection is left out.
+
     Args:
         detections: In the vehicle frame.
         points: (n, 3 or more): x, y, z (m) of the last sweeps in the vehicle frame at the same time.
     """
     center, size = detections.center.copy(), detections.size.copy()
-    known = np.zeros(len(detections), np.bool_)
+    known, there = np.zeros(len(detections), np.bool_), np.ones(len(detections), np.bool_)
     for i in np.flatnonzero(detections.label == DEBRIS):
         if np.hypot(center[i, 0], center[i, 1]) > NEAR_M:
             continue
@@ -49,9 +55,10 @@ def with_measured_heights(detections: Detections, points: NDArray[np.floating]) 
         if len(around) < FEWEST_AROUND:
             continue
         ground = float(np.median(around))
-        above = points[away < reach, 2] - ground
-        above = above[above > GROUND_M]
+        inside = points[away < reach, 2] - ground
+        above = inside[inside > GROUND_M]
+        there[i] = len(above) > 0 or len(inside) < BARE or np.hypot(center[i, 0], center[i, 1]) > BARE_M
         if len(above) >= FEWEST:
             size[i, 2] = float(above.max()) + NOISE_M
             center[i, 2], known[i] = ground + size[i, 2] / 2.0, True
-    return replace(detections, center=center, size=size, height_known=known)
+    return replace(detections, center=center, size=size, height_known=known).part(np.flatnonzero(there))

@@ -24,6 +24,8 @@ WALKER_SHARE = 0.5
 """A person yields to another object only if its score is below this share of the other's: people stand close to
 bicycles and barriers, and losing one is worst.
 """
+SAME_THING_M = 0.5
+"""Two things whose middles are this near are one, found once here and once there."""
 SAME_PLACE_M = 0.35
 """Nor can there be one this near."""
 
@@ -54,6 +56,14 @@ def inside_another(bodies: list[Body], x: float, y: float) -> bool:
         if abs(dx * cos + dy * sin) < body.size[0] / 2 and abs(dy * cos - dx * sin) < body.size[1] / 2:
             return True
     return False
+
+
+def beside_its_like(bodies: list[Body], thing: Body) -> bool:
+    """True if a thing is where one of these bodies is a thing of the same label."""
+    x, y = thing.x[:2]
+    return thing.group.lifeless and any(
+        body.label == thing.label and np.hypot(body.x[0] - x, body.x[1] - y) < SAME_THING_M for body in bodies
+    )
 
 
 def one_for_each_place(detections: Detections) -> NDArray[np.int64]:

@@ -187,12 +187,12 @@ def come_to_rest(body: Body, since_s: float) -> None:
         body.moved_at_s = min(body.moved_at_s, since_s)
 
 
-def predict(body: Body, time_s: float) -> None:
-    """Predict a body to a time."""
+def predict(body: Body, time_s: float, held: bool = False) -> None:
+    """Predict a body to a time. `held`: the ego stands, so that its pose does not drift."""
     from filterpy.kalman import predict as kalman_predict  # type: ignore[import-untyped]
 
     stands = body.motion is Motion.STANDING
-    f, q = transition(body.group, stands, time_s - body.time_s, float(body.x[3]))
+    f, q = transition(body.group, stands, time_s - body.time_s, float(body.x[3]), held)
     x = body.x
     if stands:
         x = x.copy()

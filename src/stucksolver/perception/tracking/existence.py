@@ -43,8 +43,10 @@ never becomes certain.
 """
 NEARER_M = 0.5
 """What hides an object is at least this much nearer than its front."""
-LOW_M = 0.5
-"""The rays that show a place to be free may pass above something lower (`visibility.HEIGHT_M`)."""
+LOW_M, LOW_THING_M = 0.5, 1.0
+"""The rays that show a place to be free may pass above something lower (`visibility.HEIGHT_M`). A thing of the second
+height does not run away: a cone that a passing car hides for a moment, or that is found only now and then, is kept.
+"""
 BOX_MARGIN_M = 0.2
 """Returns from within this margin around a box come from its object (m), ..."""
 LOW_SHARE = 0.3
@@ -133,7 +135,8 @@ def undetectable(
     free: NDArray[np.bool_] = np.ones(len(bodies), np.bool_)
     if space is not None:
         mount, count = lidar.mount, len(space.blocked_m)
-        free = space.seen(x + mount.x_m, y + mount.y_m) & (size[:, 2] >= LOW_M)
+        low = np.array([LOW_THING_M if body.group.lifeless else LOW_M for body in bodies])
+        free = space.seen(x + mount.x_m, y + mount.y_m) & (size[:, 2] >= low)
         bins = ((np.arctan2(y, x) + math.pi) / math.tau * count).astype(np.int64) % count
         front = distance - np.hypot(size[:, 0], size[:, 1]) / 2 - NEARER_M
         return hidden | (~free & (space.blocked_m[bins] < front)), free

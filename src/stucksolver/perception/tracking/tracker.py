@@ -41,6 +41,8 @@ SURE_SCORE = 0.7
 """... or after one detection with at least this score ..."""
 SURE_RANGE_M = 20.0
 """... within this distance (m): near objects must not be reported late."""
+HELD_MPS = 0.05
+"""Below this speed the ego stands."""
 BIRTH_SCORE = 0.2
 """Weaker detections keep tracks alive but start none."""
 
@@ -80,7 +82,7 @@ class ObjectTracker:
         """
         seen = measured(detections.part(association.one_for_each_place(detections)), pose)
         for body in self._bodies:
-            predict(body, seen.time_s)
+            predict(body, seen.time_s, held=abs(pose.speed_mps) < HELD_MPS)
         kept = [body for body in self._bodies if body.id in self._confirmed and body.motion is Motion.STANDING]
         before = existence.that_return(kept, pose, standing) if standing is not None else {}
         pairs = association.assign(self._bodies, seen)
@@ -124,7 +126,8 @@ class ObjectTracker:
             return
         hidden, free = existence.undetectable(missed, found, pose, self._lidar, space)
         for body, excused, seen_free in zip(missed, hidden.tolist(), free.tolist(), strict=True):
-            taken = association.inside_another(found, float(body.x[0]), float(body.x[1]))
+            x, y = float(body.x[0]), float(body.x[1])
+            taken = association.inside_another(found, x, y) or association.beside_its_like(found, body)
             if excused and not taken:
                 body.hidden = True
             else:

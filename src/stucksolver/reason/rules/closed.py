@@ -12,6 +12,12 @@ from stucksolver.scene import CandidateWaypoint, LaneKind, LaneRelation, ObjectK
 
 CLOSING = frozenset({ObjectKind.BARRIER, ObjectKind.CONE})
 """Objects that close a road."""
+LIKE_A_BARRIER = frozenset({ObjectKind.UNKNOWN, ObjectKind.PROP, ObjectKind.DEBRIS})
+"""Objects that sensors may take a barrier for, if they have stood all the time."""
+STOOD_S = 10.0
+"""How long such an object must have stood (s): as long as a vehicle that may be waiting (`WaitLimits`)."""
+LEAST_ACROSS_M = 0.8
+"""How wide it must be across the road (m): two thirds of a barrier."""
 GAP_M = 1.5
 """A gap between two objects of a row that is too narrow for any car (m)."""
 SIDE_M = 0.9
@@ -40,7 +46,7 @@ def by_another_road(scene: Scene, lead: SceneObject) -> Way | None:
 def is_closed(scene: Scene, lead: SceneObject) -> bool:
     """True if `lead` and others like it form a row without a gap across all known lanes."""
     row = _row(scene, lead)
-    if not row:
+    if not any(o.kind in CLOSING for o in row):
         return False
     left, right = _edges_m(scene)
     reaches_left = max(o.left_edge_m for o in row) > left - SIDE_M
@@ -49,12 +55,24 @@ def is_closed(scene: Scene, lead: SceneObject) -> bool:
 
 def _row(scene: Scene, lead: SceneObject) -> list[SceneObject]:
     """Return the row that closes the road, `lead` included: no car fits between one and the next."""
-    others = [o for o in scene.objects if o.kind in CLOSING and o.id != lead.id]
-    row = [lead] if lead.kind in CLOSING else []
+    others = [o for o in scene.objects if _closes(o) and o.id != lead.id]
+    row = [lead] if _closes(lead) else []
     for member in row:
         row += [o for o in others if _gap_m(member, o) < GAP_M]
         others = [o for o in others if o not in row]
     return row
+
+
+def _closes(o: SceneObject) -> bool:
+    """True for barriers and cones, and for what sensors have long seen standing and cannot name as a vehicle.
+
+    A person who stands still would count as well, but nobody is driven at: the vehicle takes another road.
+    """
+    if o.kind in CLOSING:
+        return True
+    stood = (o.stationary_s or 0.0) >= STOOD_S
+    across_m = o.left_edge_m - o.right_edge_m
+    return bool(o.position_sd_m) and o.kind in LIKE_A_BARRIER and stood and across_m >= LEAST_ACROSS_M
 
 
 def _gap_m(one: SceneObject, other: SceneObject) -> float:

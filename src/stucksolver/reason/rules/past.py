@@ -203,6 +203,8 @@ def _go_on_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: floa
     ahead = in_lane_beside(scene, lane, target, speed)
     if ahead:
         return from_the_lane_beside(scene) or (None, _why_not_beside(ahead))
+    if look_larger(scene, target.objects):
+        speed = min(speed, CLOSE_MPS)
     way, _ = way_to_pass_m(scene, target, speed)
     on = KeepLane(distance_m=round(min(max(way, 5.0), 150.0), 1), speed_mps=speed)
     who = ", ".join(f"{o.kind.value} {o.id}" for o in target.objects)

@@ -1,0 +1,60 @@
+"""Rows of barriers that the network takes for a truck.
+
+Barriers that stand end to end across a road are as long as a truck and as straight as its side. But they are lower:
+from nearby, many rays come back from the lowest metre of a truck, and as many from above it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.perception.ground import ground_heights
+from stucksolver.perception.labels import LABELS
+from stucksolver.perception.lidar.extent import BARRIER
+from stucksolver.perception.measurements import Detections
+from stucksolver.perception.rig import LidarRig
+from stucksolver.perception.visibility import footprints, within
+
+TRUCK = LABELS.index("truck")
+NEAR_M = 20.0
+"""Farther away, rays are 0.2 m apart from one ring to the next."""
+STANDS_MPS = 1.0
+"""Barriers stand; the detector measures their speed with this error."""
+MARGIN_M = 0.1
+STANDS_M, LOW_M, HIGH_M = 0.25, 1.2, 2.2
+"""Returns from the first height above the ground come from the thing. No vehicle ends below the second, and the LiDAR
+sees all of a truck's side up to the third.
+"""
+FEWEST = 20
+HIGH_SHARE = 0.05
+"""Share of the returns between the second and the third height: a sign, or a branch."""
+
+
+def with_low_trucks_as_barriers(detections: Detections, turn: NDArray[np.floating], lidar: LidarRig) -> Detections:
+    """Return the detections; a truck nearby that is no higher than a barrier has become one.
+
+    Args:
+        detections: In the vehicle frame.
+        turn: (n, 3 or more): x, y, z (m) of the last full turn in the vehicle frame at the same time.
+        lidar: Where the LiDAR is mounted.
+    """
+    away = np.hypot(detections.center[:, 0], detections.center[:, 1])
+    stands = np.hypot(detections.velocity[:, 0], detections.velocity[:, 1]) < STANDS_MPS
+    which = np.flatnonzero((detections.label == TRUCK) & stands & (away < NEAR_M))
+    if not len(which):
+        return detections
+    x, y, z = (np.asarray(turn[:, axis], np.float64) for axis in range(3))
+    dx, dy = x - lidar.mount.x_m, y - lidar.mount.y_m
+    above = z - ground_heights(np.arctan2(dy, dx), np.hypot(dx, dy), z)
+    places = footprints(np.column_stack([detections.center, detections.size, detections.yaw]))
+    label, size, center = detections.label.copy(), detections.size.copy(), detections.center.copy()
+    for i in which:
+        own = above[within(places[i][None], x, y, MARGIN_M, MARGIN_M) & (above > STANDS_M) & (above < HIGH_M)]
+        if len(own) >= FEWEST and (own > LOW_M).mean() < HIGH_SHARE:
+            top_m = float(own[own <= LOW_M].max())
+            center[i, 2] += (top_m - size[i, 2]) / 2.0
+            label[i], size[i, 2] = BARRIER, top_m
+    return replace(detections, label=label, center=center, size=size)
