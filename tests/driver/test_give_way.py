@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from stucksolver.perception.far_tracking import FIRST_ID
 from stucksolver.stacks.driver.behavior import PROFILES
 from stucksolver.stacks.driver.give_way import (
     PATIENCE_S,
@@ -18,7 +21,7 @@ from stucksolver.stacks.driver.give_way import (
 )
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.path import make_path
-from stucksolver.stacks.driver.perception import NearbyBodies
+from stucksolver.stacks.driver.perception import FIRST_FAR_ID, NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 CAR = VehicleModel(half_length=2.45, half_width=0.95, wheelbase=2.9, wheel_lock=1.2)
@@ -191,3 +194,14 @@ def test_by_sensors_it_sets_off_when_the_way_has_been_free_for_some_looks():
     watch = sensed()
     flickering = [look(comers((20.0, 8.0)) if k % 3 == 0 else comers(), watch=watch).wait_m for k in range(40)]
     assert all(wait_m is not None for wait_m in flickering)
+
+
+def test_where_a_vehicle_is_that_only_the_camera_tracks_says_nothing_of_the_way_it_takes():
+    turning = way(joins=True)
+    for first_id, taken in ((1, True), (FIRST_FAR_ID, False)):
+        watch = GiveWay([Meeting(WAIT_S, (way(), turning))], PROFILES["normal"], CAR, sensed=True)
+        for k in range(3):
+            bodies = comers((-1.0, 8.0))
+            look(replace(bodies, actor_id=(first_id + k,)), watch=watch, s=AT_THE_LINE - 5.0, speed=5.0)
+        assert bool(watch._habits._took) is taken
+    assert FIRST_FAR_ID == FIRST_ID

@@ -20,7 +20,7 @@ from stucksolver.stacks.driver.concerns import Pace
 from stucksolver.stacks.driver.lane_graph import LaneKey
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.path import Array, Path
-from stucksolver.stacks.driver.perception import NearbyBodies
+from stucksolver.stacks.driver.perception import FIRST_FAR_ID, NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 BRISK = Pace(1.3, 1.2)
@@ -198,7 +198,7 @@ class GiveWay:
         """Return those who come by a junction's ways and are not expected to wait or to turn off."""
         others = _moving(around)
         under_way = [(way, one) for way in meeting.ways for one in on_way(way, others)]
-        self._habits.see(under_way)
+        self._habits.see([seen for seen in under_way if not (self._sensed and seen[1].actor_id >= FIRST_FAR_ID)])
         under_way = of_one_pace(under_way) if self._sensed else under_way
         return [(way, one) for way, one in under_way if _comes(way, one) and self._habits.expect(way, one)]
 
