@@ -205,3 +205,18 @@ def test_where_a_vehicle_is_that_only_the_camera_tracks_says_nothing_of_the_way_
             look(replace(bodies, actor_id=(first_id + k,)), watch=watch, s=AT_THE_LINE - 5.0, speed=5.0)
         assert bool(watch._habits._took) is taken
     assert FIRST_FAR_ID == FIRST_ID
+
+
+def least_lead_m(sensed):
+    """How far off a car must be for an ego to set off before it, seven seconds before their ways join."""
+    ramp = make_path(S, np.zeros(200), np.full(200, 4.0))
+    for away_m in np.arange(90.0, 40.0, -1.0):
+        watch = GiveWay([Meeting(WAIT_S - 30.0, (way(joins=True),))], PROFILES["normal"], CAR, sensed=sensed)
+        s = WAIT_S - 30.5 - CAR.half_length
+        if watch.look(ramp, s, Moving(4.0, TOP_MPS), comers((away_m, 7.0)), DT_S).wait_m is not None:
+            return away_m + 1.0
+    raise AssertionError("it never waits")
+
+
+def test_by_sensors_a_gap_is_judged_until_the_ego_has_joined_even_at_the_end_of_a_long_ramp():
+    assert least_lead_m(sensed=True) > least_lead_m(sensed=False) + 5.0

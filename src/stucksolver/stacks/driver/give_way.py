@@ -44,6 +44,10 @@ STREAM = 3
 """So many vehicles on one way are a stream, which drives at one speed."""
 NOISE_MPS = 1.5
 """By sensors each of their speeds is off by up to this (m/s): over a drive of four seconds, by a car's length."""
+SENSED_HORIZON_S = 12.0
+"""By sensors the drives are predicted for so long: up to a ramp's end, and `JOINED_S` more. Else a gap on a ramp of six
+seconds would seem long enough until the ego is half-way down, and can go neither on nor back.
+"""
 _ON_WAY_M = 1.5
 _ALONG_COS = math.cos(math.radians(45.0))
 LOOKING_MPS = 5.0
@@ -204,7 +208,8 @@ class GiveWay:
 
     def _drive(self, line: Path, s: float, speed: float, top_mps: float) -> Drive:
         """Return the ego's drive if it goes now."""
-        gone = foretold(line, s, speed, top_mps, self._profile, self.pace.bends, self._lag_s())
+        horizon_s = SENSED_HORIZON_S if self._sensed else HORIZON_S
+        gone = foretold(line, s, speed, top_mps, self._profile, self.pace.bends, self._lag_s(), horizon_s=horizon_s)
         return Drive(line, gone, self._model)
 
     def _must_go(self, speed: float, room: float) -> bool:
