@@ -19,6 +19,7 @@ from stucksolver.stacks.driver.give_way import (
     of_one_pace,
     on_way,
 )
+from stucksolver.stacks.driver.lane_pace import NEW_S, PACE_S, LanePace
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.path import make_path
 from stucksolver.stacks.driver.perception import FIRST_FAR_ID, NearbyBodies
@@ -194,6 +195,23 @@ def test_by_sensors_it_sets_off_when_the_way_has_been_free_for_some_looks():
     watch = sensed()
     flickering = [look(comers((20.0, 8.0)) if k % 3 == 0 else comers(), watch=watch).wait_m for k in range(40)]
     assert all(wait_m is not None for wait_m in flickering)
+
+
+def test_who_has_just_come_into_view_is_no_slower_than_those_before_until_it_is_measured():
+    one, paces = way(), LanePace()
+
+    def seen(speed, actor_id):
+        return [(one, other._replace(actor_id=actor_id)) for other in on_way(one, comers((60.0, speed)))]
+
+    for k in range(20):
+        assert paces.of(seen(9.0, 1), DT_S * k)[0][1].speed == 9.0
+        paces.of(seen(9.0, 1) + seen(36.0, FIRST_FAR_ID), DT_S * k)
+    now_s = DT_S * 20
+    assert paces.of(seen(5.0, 2), now_s)[0][1].speed == 9.0
+    assert paces.of(seen(12.0, 3), now_s + DT_S)[0][1].speed == 12.0
+    paces.of(seen(5.0, 4), now_s)
+    assert paces.of(seen(5.0, 4), now_s + NEW_S)[0][1].speed == 5.0, "by now it is measured"
+    assert paces.of(seen(4.0, 5), now_s + NEW_S + PACE_S)[0][1].speed == 4.0, "that was long ago"
 
 
 def test_where_a_vehicle_is_that_only_the_camera_tracks_says_nothing_of_the_way_it_takes():

@@ -18,6 +18,7 @@ from stucksolver.scene.boxes import separation
 from stucksolver.stacks.driver.behavior import Profile, toward_speed
 from stucksolver.stacks.driver.concerns import Pace
 from stucksolver.stacks.driver.lane_graph import LaneKey
+from stucksolver.stacks.driver.lane_pace import LanePace
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.path import Array, Path
 from stucksolver.stacks.driver.perception import FIRST_FAR_ID, NearbyBodies
@@ -144,6 +145,7 @@ class GiveWay:
         self._going: Meeting | None = None
         self._waited_s = 0.0
         self._habits = Habits(self.shown_m)
+        self._pace_before, self._now_s = LanePace(), 0.0
 
     @property
     def waits_at(self) -> tuple[Meeting | None, float]:
@@ -167,6 +169,7 @@ class GiveWay:
         speed = motion.speed
         half = self._model.half_length
         front = s + half
+        self._now_s += dt_s
         self._forget(s)
         if not self._due or self._due[0].wait_s - front > _LOOKS_M + _LOOKS_S * speed:
             return FREE
@@ -203,7 +206,8 @@ class GiveWay:
         others = _moving(around)
         under_way = [(way, one) for way in meeting.ways for one in on_way(way, others)]
         self._habits.see([seen for seen in under_way if not (self._sensed and seen[1].actor_id >= FIRST_FAR_ID)])
-        under_way = of_one_pace(under_way) if self._sensed else under_way
+        if self._sensed:
+            under_way = of_one_pace(self._pace_before.of(under_way, self._now_s))
         return [(way, one) for way, one in under_way if _comes(way, one) and self._habits.expect(way, one)]
 
     def _drive(self, line: Path, s: float, speed: float, top_mps: float) -> Drive:
