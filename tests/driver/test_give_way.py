@@ -238,3 +238,28 @@ def least_lead_m(sensed):
 
 def test_by_sensors_a_gap_is_judged_until_the_ego_has_joined_even_at_the_end_of_a_long_ramp():
     assert least_lead_m(sensed=True) > least_lead_m(sensed=False) + 5.0
+
+
+@pytest.mark.parametrize(
+    "past_m, speed, stays", [(0.1, 1.2, True), (0.8, 0.0, True), (0.8, 3.0, False), (1.2, 0.5, False)]
+)
+def test_by_sensors_an_ego_that_gives_up_just_past_the_line_stays_there(past_m, speed, stays):
+    s = WAIT_S - CAR.half_length + past_m
+    to_the_way_m = MEET_S - 2.0 - WAIT_S - past_m
+    coming = comers((25.0, 8.0))
+    assert look(coming, watch=sensed(), s=s, speed=speed).wait_m == pytest.approx(0.0 if stays else to_the_way_m)
+    assert look(coming, s=s, speed=speed).wait_m == pytest.approx(to_the_way_m), (
+        "with ground truth it goes up to the way"
+    )
+
+
+def test_by_sensors_an_ego_that_has_set_off_does_not_give_up_for_one_noisy_look():
+    noisy_s = SETTLED_S - DT_S
+    for watch, looks in (
+        (sensed(), round(noisy_s / DT_S)),
+        (GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR), 0),
+    ):
+        look(comers(), watch=watch, speed=2.0)
+        assert watch.going
+        goes = [look(comers((21.0, 8.0)), watch=watch, speed=2.0).wait_m is None for _ in range(10)]
+        assert goes == [True] * looks + [False] * (10 - looks)

@@ -38,9 +38,13 @@ CREEPS_MPS = 1.0
 place to some decimetres only. If it is slower than this (m/s) ...
 """
 NOSE_M = 1.0
-"""... and no further in that way than this (m), it still waits."""
+"""... and no further in that way than this (m), it still waits. If it gives up no further than this past the line
+before a junction or ramp, it stays there and has the whole ramp to run up.
+"""
 SETTLED_S = 0.15
-"""By sensors, a standing ego sets off when the way has been free for so long: two looks."""
+"""By sensors, a standing ego sets off when the way has been free for so long: two looks. One that has set off gives up
+when it has not been free for so long: a single noisy speed would take the best gap away.
+"""
 STREAM = 3
 """So many vehicles on one way are a stream, which drives at one speed."""
 NOISE_MPS = 1.5
@@ -136,7 +140,7 @@ class GiveWay:
     ) -> None:
         """`sensed`: the ego's place and the others' are known by sensors; see `NOSE_M` and `SETTLED_S`."""
         self._sensed = sensed
-        self._clear_s = 0.0
+        self._clear_s = self._met_s = 0.0
         self._due = list(meetings)
         self.pace = pace
         """How to drive into a gap."""
@@ -176,15 +180,19 @@ class GiveWay:
         meeting = self._due[0]
         coming = self._coming(meeting, around)
         own = self._drive(line, s, speed, self._top_mps(motion, coming))
-        place_s = meeting.wait_s if front <= meeting.wait_s else meeting.first_s
+        held = self._sensed and can_stop(speed, min(meeting.wait_s + NOSE_M, meeting.first_s) - front, _HARD_MPS2)
+        place_s = meeting.wait_s if held or front <= meeting.wait_s else meeting.first_s
         room = place_s - front
-        if self._must_go(speed, room):
+        if not held and self._must_go(speed, room):
             self._going = meeting
             return self._gone(meeting, own.judge(coming, TO_GO_ON), front, speed)
         room = max(room, 0.0) if self._sensed else room
         going = self._going is meeting
         found = own.judge(coming, TO_GO_ON if going else self._margin())
         self._clear_s = 0.0 if found.met else self._clear_s + dt_s
+        self._met_s = self._met_s + dt_s if found.met else 0.0
+        if self._sensed and going and 0.0 < self._met_s < SETTLED_S:
+            return GiveWayDecision(None, found.passing, None, found.leader)
         if self._sensed and not going and speed < _LEAST_MPS and not found.met and self._clear_s < SETTLED_S:
             return GiveWayDecision(room, frozenset())
         self._waited_s += dt_s if speed < _LEAST_MPS and room < _AT_THE_LINE_M else 0.0
