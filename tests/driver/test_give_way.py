@@ -263,3 +263,17 @@ def test_by_sensors_an_ego_that_has_set_off_does_not_give_up_for_one_noisy_look(
         assert watch.going
         goes = [look(comers((21.0, 8.0)), watch=watch, speed=2.0).wait_m is None for _ in range(10)]
         assert goes == [True] * looks + [False] * (10 - looks)
+
+
+def test_by_sensors_an_ego_gives_up_only_for_a_new_vehicles_measured_speed():
+    for going in (False, True):
+        watch = sensed()
+        for k in range(20):
+            passing = replace(comers((40.0 - 20.0 * DT_S * k, 20.0)), actor_id=(50,))
+            look(passing, watch=watch, s=AT_THE_LINE - 20.0, speed=8.0)
+        if going:
+            look(comers(), watch=watch, speed=2.0)
+        assert watch.going is going
+        new = replace(comers((60.0, 8.0)), actor_id=(51,))
+        waits = [look(new, watch=watch, speed=2.0).wait_m is not None for _ in range(5)]
+        assert waits == [not going] * 5

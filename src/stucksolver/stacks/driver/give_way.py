@@ -215,7 +215,9 @@ class GiveWay:
         under_way = [(way, one) for way in meeting.ways for one in on_way(way, others)]
         self._habits.see([seen for seen in under_way if not (self._sensed and seen[1].actor_id >= FIRST_FAR_ID)])
         if self._sensed:
-            under_way = of_one_pace(self._pace_before.of(under_way, self._now_s))
+            paced = self._pace_before.of(under_way, self._now_s)
+            # Who has set off gives up for what is measured: a fast car's trailing returns may be a new track, too.
+            under_way = of_one_pace(under_way if self.going else paced)
         return [(way, one) for way, one in under_way if _comes(way, one) and self._habits.expect(way, one)]
 
     def _drive(self, line: Path, s: float, speed: float, top_mps: float) -> Drive:
