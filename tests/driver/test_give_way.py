@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from stucksolver.perception.far_tracking import FIRST_ID
 from stucksolver.stacks.driver.behavior import PROFILES
 from stucksolver.stacks.driver.give_way import (
     PATIENCE_S,
@@ -16,9 +19,10 @@ from stucksolver.stacks.driver.give_way import (
     of_one_pace,
     on_way,
 )
+from stucksolver.stacks.driver.lane_pace import NEW_S, PACE_S, LanePace
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.path import make_path
-from stucksolver.stacks.driver.perception import NearbyBodies
+from stucksolver.stacks.driver.perception import FIRST_FAR_ID, NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 CAR = VehicleModel(half_length=2.45, half_width=0.95, wheelbase=2.9, wheel_lock=1.2)
@@ -191,3 +195,85 @@ def test_by_sensors_it_sets_off_when_the_way_has_been_free_for_some_looks():
     watch = sensed()
     flickering = [look(comers((20.0, 8.0)) if k % 3 == 0 else comers(), watch=watch).wait_m for k in range(40)]
     assert all(wait_m is not None for wait_m in flickering)
+
+
+def test_who_has_just_come_into_view_is_no_slower_than_those_before_until_it_is_measured():
+    one, paces = way(), LanePace()
+
+    def seen(speed, actor_id):
+        return [(one, other._replace(actor_id=actor_id)) for other in on_way(one, comers((60.0, speed)))]
+
+    for k in range(20):
+        assert paces.of(seen(9.0, 1), DT_S * k)[0][1].speed == 9.0
+        paces.of(seen(9.0, 1) + seen(36.0, FIRST_FAR_ID), DT_S * k)
+    now_s = DT_S * 20
+    assert paces.of(seen(5.0, 2), now_s)[0][1].speed == 9.0
+    assert paces.of(seen(12.0, 3), now_s + DT_S)[0][1].speed == 12.0
+    paces.of(seen(5.0, 4), now_s)
+    assert paces.of(seen(5.0, 4), now_s + NEW_S)[0][1].speed == 5.0, "by now it is measured"
+    assert paces.of(seen(4.0, 5), now_s + NEW_S + PACE_S)[0][1].speed == 4.0, "that was long ago"
+
+
+def test_where_a_vehicle_is_that_only_the_camera_tracks_says_nothing_of_the_way_it_takes():
+    turning = way(joins=True)
+    for first_id, taken in ((1, True), (FIRST_FAR_ID, False)):
+        watch = GiveWay([Meeting(WAIT_S, (way(), turning))], PROFILES["normal"], CAR, sensed=True)
+        for k in range(3):
+            bodies = comers((-1.0, 8.0))
+            look(replace(bodies, actor_id=(first_id + k,)), watch=watch, s=AT_THE_LINE - 5.0, speed=5.0)
+        assert bool(watch._habits._took) is taken
+    assert FIRST_FAR_ID == FIRST_ID
+
+
+def least_lead_m(sensed):
+    """How far off a car must be for an ego to set off before it, seven seconds before their ways join."""
+    ramp = make_path(S, np.zeros(200), np.full(200, 4.0))
+    for away_m in np.arange(90.0, 40.0, -1.0):
+        watch = GiveWay([Meeting(WAIT_S - 30.0, (way(joins=True),))], PROFILES["normal"], CAR, sensed=sensed)
+        s = WAIT_S - 30.5 - CAR.half_length
+        if watch.look(ramp, s, Moving(4.0, TOP_MPS), comers((away_m, 7.0)), DT_S).wait_m is not None:
+            return away_m + 1.0
+    raise AssertionError("it never waits")
+
+
+def test_by_sensors_a_gap_is_judged_until_the_ego_has_joined_even_at_the_end_of_a_long_ramp():
+    assert least_lead_m(sensed=True) > least_lead_m(sensed=False) + 5.0
+
+
+@pytest.mark.parametrize(
+    "past_m, speed, stays", [(0.1, 1.2, True), (0.8, 0.0, True), (0.8, 3.0, False), (1.2, 0.5, False)]
+)
+def test_by_sensors_an_ego_that_gives_up_just_past_the_line_stays_there(past_m, speed, stays):
+    s = WAIT_S - CAR.half_length + past_m
+    to_the_way_m = MEET_S - 2.0 - WAIT_S - past_m
+    coming = comers((25.0, 8.0))
+    assert look(coming, watch=sensed(), s=s, speed=speed).wait_m == pytest.approx(0.0 if stays else to_the_way_m)
+    assert look(coming, s=s, speed=speed).wait_m == pytest.approx(to_the_way_m), (
+        "with ground truth it goes up to the way"
+    )
+
+
+def test_by_sensors_an_ego_that_has_set_off_does_not_give_up_for_one_noisy_look():
+    noisy_s = SETTLED_S - DT_S
+    for watch, looks in (
+        (sensed(), round(noisy_s / DT_S)),
+        (GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR), 0),
+    ):
+        look(comers(), watch=watch, speed=2.0)
+        assert watch.going
+        goes = [look(comers((21.0, 8.0)), watch=watch, speed=2.0).wait_m is None for _ in range(10)]
+        assert goes == [True] * looks + [False] * (10 - looks)
+
+
+def test_by_sensors_an_ego_gives_up_only_for_a_new_vehicles_measured_speed():
+    for going in (False, True):
+        watch = sensed()
+        for k in range(20):
+            passing = replace(comers((40.0 - 20.0 * DT_S * k, 20.0)), actor_id=(50,))
+            look(passing, watch=watch, s=AT_THE_LINE - 20.0, speed=8.0)
+        if going:
+            look(comers(), watch=watch, speed=2.0)
+        assert watch.going is going
+        new = replace(comers((60.0, 8.0)), actor_id=(51,))
+        waits = [look(new, watch=watch, speed=2.0).wait_m is not None for _ in range(5)]
+        assert waits == [not going] * 5

@@ -18,9 +18,10 @@ from stucksolver.scene.boxes import separation
 from stucksolver.stacks.driver.behavior import Profile, toward_speed
 from stucksolver.stacks.driver.concerns import Pace
 from stucksolver.stacks.driver.lane_graph import LaneKey
+from stucksolver.stacks.driver.lane_pace import LanePace
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.path import Array, Path
-from stucksolver.stacks.driver.perception import NearbyBodies
+from stucksolver.stacks.driver.perception import FIRST_FAR_ID, NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 BRISK = Pace(1.3, 1.2)
@@ -37,13 +38,21 @@ CREEPS_MPS = 1.0
 place to some decimetres only. If it is slower than this (m/s) ...
 """
 NOSE_M = 1.0
-"""... and no further in that way than this (m), it still waits."""
+"""... and no further in that way than this (m), it still waits. If it gives up no further than this past the line
+before a junction or ramp, it stays there and has the whole ramp to run up.
+"""
 SETTLED_S = 0.15
-"""By sensors, a standing ego sets off when the way has been free for so long: two looks."""
+"""By sensors, a standing ego sets off when the way has been free for so long: two looks. One that has set off gives up
+when it has not been free for so long: a single noisy speed would take the best gap away.
+"""
 STREAM = 3
 """So many vehicles on one way are a stream, which drives at one speed."""
 NOISE_MPS = 1.5
 """By sensors each of their speeds is off by up to this (m/s): over a drive of four seconds, by a car's length."""
+SENSED_HORIZON_S = 12.0
+"""By sensors the drives are predicted for so long: up to a ramp's end, and `JOINED_S` more. Else a gap on a ramp of six
+seconds would seem long enough until the ego is half-way down, and can go neither on nor back.
+"""
 _ON_WAY_M = 1.5
 _ALONG_COS = math.cos(math.radians(45.0))
 LOOKING_MPS = 5.0
@@ -131,7 +140,7 @@ class GiveWay:
     ) -> None:
         """`sensed`: the ego's place and the others' are known by sensors; see `NOSE_M` and `SETTLED_S`."""
         self._sensed = sensed
-        self._clear_s = 0.0
+        self._clear_s = self._met_s = 0.0
         self._due = list(meetings)
         self.pace = pace
         """How to drive into a gap."""
@@ -140,6 +149,7 @@ class GiveWay:
         self._going: Meeting | None = None
         self._waited_s = 0.0
         self._habits = Habits(self.shown_m)
+        self._pace_before, self._now_s = LanePace(), 0.0
 
     @property
     def waits_at(self) -> tuple[Meeting | None, float]:
@@ -163,21 +173,26 @@ class GiveWay:
         speed = motion.speed
         half = self._model.half_length
         front = s + half
+        self._now_s += dt_s
         self._forget(s)
         if not self._due or self._due[0].wait_s - front > _LOOKS_M + _LOOKS_S * speed:
             return FREE
         meeting = self._due[0]
         coming = self._coming(meeting, around)
         own = self._drive(line, s, speed, self._top_mps(motion, coming))
-        place_s = meeting.wait_s if front <= meeting.wait_s else meeting.first_s
+        held = self._sensed and can_stop(speed, min(meeting.wait_s + NOSE_M, meeting.first_s) - front, _HARD_MPS2)
+        place_s = meeting.wait_s if held or front <= meeting.wait_s else meeting.first_s
         room = place_s - front
-        if self._must_go(speed, room):
+        if not held and self._must_go(speed, room):
             self._going = meeting
             return self._gone(meeting, own.judge(coming, TO_GO_ON), front, speed)
         room = max(room, 0.0) if self._sensed else room
         going = self._going is meeting
         found = own.judge(coming, TO_GO_ON if going else self._margin())
         self._clear_s = 0.0 if found.met else self._clear_s + dt_s
+        self._met_s = self._met_s + dt_s if found.met else 0.0
+        if self._sensed and going and 0.0 < self._met_s < SETTLED_S:
+            return GiveWayDecision(None, found.passing, None, found.leader)
         if self._sensed and not going and speed < _LEAST_MPS and not found.met and self._clear_s < SETTLED_S:
             return GiveWayDecision(room, frozenset())
         self._waited_s += dt_s if speed < _LEAST_MPS and room < _AT_THE_LINE_M else 0.0
@@ -198,13 +213,17 @@ class GiveWay:
         """Return those who come by a junction's ways and are not expected to wait or to turn off."""
         others = _moving(around)
         under_way = [(way, one) for way in meeting.ways for one in on_way(way, others)]
-        self._habits.see(under_way)
-        under_way = of_one_pace(under_way) if self._sensed else under_way
+        self._habits.see([seen for seen in under_way if not (self._sensed and seen[1].actor_id >= FIRST_FAR_ID)])
+        if self._sensed:
+            paced = self._pace_before.of(under_way, self._now_s)
+            # Who has set off gives up for what is measured: a fast car's trailing returns may be a new track, too.
+            under_way = of_one_pace(under_way if self.going else paced)
         return [(way, one) for way, one in under_way if _comes(way, one) and self._habits.expect(way, one)]
 
     def _drive(self, line: Path, s: float, speed: float, top_mps: float) -> Drive:
         """Return the ego's drive if it goes now."""
-        gone = foretold(line, s, speed, top_mps, self._profile, self.pace.bends, self._lag_s())
+        horizon_s = SENSED_HORIZON_S if self._sensed else HORIZON_S
+        gone = foretold(line, s, speed, top_mps, self._profile, self.pace.bends, self._lag_s(), horizon_s=horizon_s)
         return Drive(line, gone, self._model)
 
     def _must_go(self, speed: float, room: float) -> bool:

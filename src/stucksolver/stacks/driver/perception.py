@@ -21,6 +21,10 @@ MIN_HEIGHT_M = 0.05
 HAZARD_LAMPS = 32 | 16
 """Both blinkers, as bits of `carla.VehicleLightState`."""
 RANGE_M = 120.0
+FIRST_FAR_ID = 1_000_000
+"""By sensors, ids from this one on are of vehicles that only a camera tracks (`perception.far_tracking.FIRST_ID`). They
+are on a lane of the map and nearer than measured, to be careful: where that is says nothing of the way that they take.
+"""
 _UNKNOWN_HALF_SIZE_M = 0.3
 
 
