@@ -135,7 +135,12 @@ def stops_beside(case: CheckContext, rejects: list[Reject], giving_way: bool) ->
     if case.on_rails(float(stations[-1])) or case.in_oncoming_lane or not len(which):
         return False
     gap = moving_gaps(case, stations[None, :], which, t)[0]
-    return not (gap < _kept(case, giving_way, policy.clearance.standing_gap_m)).any()
+    kept = np.full(len(which), _kept(case, giving_way, policy.clearance.standing_gap_m))
+    doubt_m = view.doubt_m[which]
+    # Where places are uncertain, the nose may wait nearer to those who pass than it seemed. They still pass by then, as
+    # long as they do not seem to touch it by more than the uncertainty. To go on would be worse.
+    kept = np.where(doubt_m > 0.0, np.minimum(kept, 0.0) - doubt_m, kept)
+    return not (gap < kept).any()
 
 
 def _kept(case: CheckContext, giving_way: bool, gap_m: float) -> float:

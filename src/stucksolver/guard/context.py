@@ -71,6 +71,10 @@ class CheckContext:
         reach: Array = half_width * np.abs(np.cos(self.heading)) + half_length * np.abs(np.sin(self.heading))
         return reach + SURE_SDS * (self.view.ego.position_sd_m or 0.0)
 
+    def doubt_m(self, i: int) -> float:
+        """Return how much nearer to the ego an object seems, across the road, since both places are uncertain (m)."""
+        return float(self.view.doubt_m[i]) + SURE_SDS * (self.view.ego.position_sd_m or 0.0)
+
     def inside(self, lane: Lane) -> Mask:
         """(stations,): True where the body reaches into a lane by more than a few centimetres."""
         known = self._inside.get(id(lane))

@@ -85,12 +85,17 @@ def unyielding(case: CheckContext, giving_way: GivingWay) -> list[Reject]:
         inside = path.d + case.reach - edge if left_of_us else edge - path.d + case.reach
         # They need room to get past, and those who see the ego only in their own path must be able to stop. If the nose
         # is already in the room that one vehicle needed to pass, the next ones must still be able to stop.
-        borders = [(beside_m, inside > -beside_m) for beside_m in (policy.beside_m, 0.0)]
+        # Where places are uncertain, the nose may seem to be in their path while it is only beside it.
+        least = (0.0, -case.doubt_m(int(i))) if case.doubt_m(int(i)) > 0.0 else (0.0,)
+        borders = [(beside_m, inside > -beside_m) for beside_m in (policy.beside_m, *least)]
         borders = [(beside_m, reaches) for beside_m, reaches in borders if reaches.any() and not reaches[0]]
         if not borders:
             continue
         due_m = float(path.s[int(borders[0][1].argmax())] - path.s[0])
-        if due_m > _due_m(case):
+        # Whoever decides later decides further out. Where places are uncertain, a standing ego stays where it is, or it
+        # would creep on with every noisy look.
+        stays = case.doubt_m(int(i)) > 0.0 and abs(view.ego.speed_mps) <= MOVING_MPS
+        if due_m > _due_m(case) and not stays:
             continue
         waits = giving_way if isinstance(giving_way, bool) else view.objects[int(i)].id in giving_way
         for beside_m, reaches in borders:

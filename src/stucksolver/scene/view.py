@@ -57,6 +57,8 @@ class FrenetScene:
         c, n = np.abs(np.cos(self.yaw)), np.abs(np.sin(self.yaw))
         self.along: Array = self.half_length * c + self.half_width * n
         self.across: Array = self.half_length * n + self.half_width * c
+        self.doubt_m: Array = SURE_SDS * (spread[:, 0] * n + spread[:, 1] * c)
+        """(objects,): how much of `across` is there only because their place is uncertain."""
 
     @cached_property
     def backwards(self) -> FrenetScene:
