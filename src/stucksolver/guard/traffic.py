@@ -92,8 +92,8 @@ def unyielding(case: CheckContext, giving_way: GivingWay) -> list[Reject]:
         if not borders:
             continue
         due_m = float(path.s[int(borders[0][1].argmax())] - path.s[0])
-        # Whoever decides later decides further out. An ego that stands so near that it may be in their path already stays
-        # where it is, or it would creep on with every noisy look.
+        # Whoever decides later decides further out. An ego that stands so near that it may be in their path already
+        # stays where it is, or it would creep on with every noisy look.
         stays = borders[0][0] < 0.0 and abs(view.ego.speed_mps) <= MOVING_MPS
         if due_m > _due_m(case) and not stays:
             continue
