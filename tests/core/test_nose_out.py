@@ -150,6 +150,19 @@ def test_where_places_are_uncertain_nobody_who_passes_the_nose_is_hit_or_made_to
     assert world.hardest_mps2 <= 4.6
 
 
+def test_by_sensors_a_plan_that_stands_for_a_gap_ends_soon_so_that_the_next_goes_round_what_is_seen_by_then():
+    """It waited for three minutes, because a cone that was seen after it began lay 5 cm too near to its path."""
+    rng, world = np.random.default_rng(1), beside_a_stream(spacing_m=12.0).fill(3.0)
+    running, told = Execution(PLAN, GUARD, guided=False), None
+    assert running.start(seen_by_sensors(world, rng, (0.1, 0.05, 0.03)), world.time_s).accepted
+    while world.time_s < 60.0 and not isinstance(told, ExecutionOutcome):
+        told = running.tick(seen_by_sensors(world, rng, (0.1, 0.05, 0.03)), world.time_s)
+        world.drive(told)
+    assert isinstance(told, ExecutionOutcome) and not told.finished and "gave way" in told.text
+    assert execution.SENSED_WAIT_S < world.time_s < execution.SENSED_WAIT_S + 25.0
+    assert GUARD.may_stand(world.view()) and abs(world.speed) < 0.2
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.floats(0.0, 45.0), st.floats(3.0, 14.0), st.floats(1.2, 4.0))
 def test_what_ends_the_wait_is_what_lets_the_plan_run(gap_m, pace_mps, quick_mps2):
