@@ -155,8 +155,10 @@ def test_by_sensors_a_plan_that_stands_for_a_gap_ends_soon_so_that_the_next_goes
     rng, world = np.random.default_rng(1), beside_a_stream(spacing_m=12.0).fill(3.0)
     running, told = Execution(PLAN, GUARD, guided=False), None
     assert running.start(seen_by_sensors(world, rng, (0.1, 0.05, 0.03)), world.time_s).accepted
-    while world.time_s < 60.0 and not isinstance(told, ExecutionOutcome):
+    while world.time_s < 60.0:
         told = running.tick(seen_by_sensors(world, rng, (0.1, 0.05, 0.03)), world.time_s)
+        if isinstance(told, ExecutionOutcome):
+            break
         world.drive(told)
     assert isinstance(told, ExecutionOutcome) and not told.finished and "gave way" in told.text
     assert execution.SENSED_WAIT_S < world.time_s < execution.SENSED_WAIT_S + 25.0
