@@ -137,6 +137,18 @@ def test_by_sensors_it_waits_beside_its_lane_for_who_moves_there():
     assert ego.y == pytest.approx(HOME + 3.4, abs=0.5)
 
 
+@pytest.mark.parametrize(("ahead_m", "beside_m", "waits"), [(2.3, 1.4, True), (2.3, 1.8, False), (0.0, 1.4, False)])
+def test_by_sensors_it_waits_for_a_person_who_may_stand_before_its_corner(ahead_m, beside_m, waits):
+    """0.2 m beside it, by what is seen; not for who stands further away or beside its middle."""
+    world, ego, _ = scene()
+    ego.perceiver = Sensed(world, ego)
+    driver = BehaviorDriver(ego, "normal", DriverOptions(ignore_traffic_lights=True))
+    driver.set_destination(carla.Location(250.0, HOME, 0.0))
+    world.add("walker.pedestrian.1", ego.x + ahead_m, HOME + beside_m, bounding_box=box(0.2, 0.2, 0.9))
+    drive(world, ego, driver, 4.0)
+    assert (ego.x < 10.5) == waits
+
+
 def test_an_ego_put_somewhere_else_goes_on_from_there():
     world, ego, driver = scene()
     drive(world, ego, driver, 2.0)

@@ -114,10 +114,15 @@ class Concerns:
         return _SPEED_GAIN * (target - speed) - deceleration * speed / target
 
     def hazards(
-        self, path: Path, motion: Motion, around: NearbyBodies, side_margin_m: float | None = None
+        self,
+        path: Path,
+        motion: Motion,
+        around: NearbyBodies,
+        side_margin_m: float | None = None,
+        doubt_m: float = 0.0,
     ) -> list[Hazard]:
         """Return the bodies in the way, nearest first, with another margin beside the ego than the options' if
-        given.
+        given. `doubt_m`: see `nearest_hazards`.
         """
         following, speed = self._planner.following, max(motion.speed, 0.0)
         reach = max(SteerController.MIN_REACH_M, SteerController.REACH_S * speed)
@@ -126,7 +131,8 @@ class Concerns:
         swept = sweep(path, self._planner.where, motion.pose, self._model, reach, ahead, side)
         margin = self._options.follow_side_margin_m if following else self._options.side_margin_m
         margin = margin if side_margin_m is None else side_margin_m
-        return nearest_hazards(swept, around, self._model, margin, margin if following else WALKER_MARGIN_M)
+        walker_margin = margin if following else WALKER_MARGIN_M
+        return nearest_hazards(swept, around, self._model, margin, walker_margin, doubt_m)
 
     def hazard(self, hazard: Hazard, speed: float) -> float:
         """Follow or stop behind one of them, hard if necessary."""

@@ -262,7 +262,7 @@ class BehaviorDriver:
         unheeded = self._ignored | crossing.passing | self._out_of_the_way
         margin = self._side_margin_m if self._at_the_roadside else None
         heeds = self._options.heeds_on_path or not self._planner.following
-        found = concerns.hazards(path, way, around, margin) if heeds else []
+        found = concerns.hazards(path, way, around, margin, self._perception.doubt_m) if heeds else []
         hazards = [h for h in found if h.actor_id not in unheeded]
         self._hazard = hazards[0] if hazards else None
         allowed = [

@@ -22,6 +22,10 @@ _CLEAR_BELOW_M = 1.0
 _CLEAR_ABOVE_M = 2.3
 _TOUCHING_TRAVEL_M = 1.0
 WALKER_MARGIN_M = 0.5
+_NOSE_M = 0.7
+"""Someone beside the ego, no further behind its front than this, is run into by its corner if they are a little nearer
+than they seem.
+"""
 _WALKER_HORIZON_S = 2.5
 _WALKER_MIN_SPEED_MPS = 0.3
 _WALKER_STEPS = 5
@@ -72,9 +76,12 @@ def sweep(
 
 
 def nearest_hazards(
-    swept: Sweep, around: NearbyBodies, model: VehicleModel, margin: float, walker_margin: float
+    swept: Sweep, around: NearbyBodies, model: VehicleModel, margin: float, walker_margin: float, doubt_m: float = 0.0
 ) -> list[Hazard]:
-    """Return every body that the sweep meets, nearest first, with `margin` metres beside the ego."""
+    """Return every body that the sweep meets, nearest first, with `margin` metres beside the ego.
+
+    `doubt_m` is how far bodies may be from where they are taken to be (m).
+    """
     if len(around) == 0:
         return []
     bodies = _with_predicted_walkers(around)
@@ -84,6 +91,10 @@ def nearest_hazards(
     # by driving on does not count either, or the ego could never get away from it.
     hit = np.where(hit[0], touch, hit)
     leaving = hit[0] & ~hit[swept.travel >= _TOUCHING_TRAVEL_M].any(axis=0)
+    if doubt_m > 0.0:
+        at_nose = _walkers_at_nose(swept, bodies, model, doubt_m)
+        hit[0] |= at_nose
+        leaving &= ~at_nose
     hit = hit & _at_height(swept, bodies) & ~leaving
     found = [_hazard(swept, bodies, int(j), lon, hit) for j in np.flatnonzero(hit.any(axis=0))]
     return sorted(found, key=lambda hazard: hazard.gap)
@@ -95,6 +106,16 @@ def _overlaps(swept: Sweep, bodies: NearbyBodies, model: VehicleModel, margins: 
     half = (bodies.half_length, bodies.half_width)
     gaps = axis_gaps(ego, (model.half_length, model.half_width), (bodies.x, bodies.y, bodies.yaw), half)
     return gaps.along_a, gaps.separation <= 0.0, gaps.with_a_wider(margins).separation <= 0.0
+
+
+def _walkers_at_nose(swept: Sweep, bodies: NearbyBodies, model: VehicleModel, doubt_m: float) -> Flags:
+    """(bodies,): walkers who may be in front of the ego's corner."""
+    margins = np.where(bodies.is_walker, doubt_m, 0.0)
+    now = Sweep(*(column[:1] for column in swept))
+    along, _, near = _overlaps(now, bodies, model, margins)
+    yaw = float(now.yaw[0])
+    ahead = (bodies.x - now.x[0]) * math.cos(yaw) + (bodies.y - now.y[0]) * math.sin(yaw) > 0.0
+    return np.asarray(bodies.is_walker & near[0] & ahead & (along[0] > -_NOSE_M))
 
 
 def _at_height(swept: Sweep, bodies: NearbyBodies) -> Flags:
