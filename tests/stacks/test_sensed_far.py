@@ -24,6 +24,7 @@ from stucksolver.perception.rig import load_rig
 from stucksolver.perception.visibility import AZIMUTHS, CELL_M, SeenSpace
 from stucksolver.scene import EgoState, ObjectKind
 from stucksolver.scene.frenet import RoadFrame
+from stucksolver.stacks.driver.perception import FIRST_FAR_ID
 from stucksolver.stacks.sensed.far_told import FASTEST_MPS, NEAREST_M, FarOnLanes, as_told
 from stucksolver.stacks.sensed.sight import SensedSight
 from stucksolver.stacks.sensed.tracked import SensedTracker, bodies, stand_ins
@@ -237,3 +238,7 @@ def test_what_was_seen_a_moment_ago_is_known_but_for_who_may_have_come_in_since(
     later = oncoming(1.3, 8.0)
     assert 8.0 < later < first - 0.3 * 5.0
     assert oncoming(2.5, 8.0) < 10.0, "a second later nothing of it is known"
+
+
+def test_the_driver_knows_the_ids_of_those_that_only_the_camera_tracks():
+    assert FIRST_FAR_ID == FIRST_ID
