@@ -13,7 +13,7 @@ import pytest
 
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.tracking import Track
-from stucksolver.stacks.sensed.on_lanes import on_lane
+from stucksolver.stacks.sensed.on_lanes import KEEPS_SD_M, on_lane
 
 EGO = SimpleNamespace(x_m=0.0, y_m=0.0, z_m=0.0)
 LANE_D, HALF_M = 3.5, 1.75
@@ -95,3 +95,18 @@ def test_a_new_track_whose_course_nobody_knows_yet_follows_its_lane() -> None:
 )
 def test_nothing_else_is_changed(track: Track, road: Any) -> None:
     assert on_lane(track, road, EGO) == track
+
+
+@pytest.mark.parametrize("yaw_deg", [0.0, -35.0])
+def test_who_follows_its_lane_and_is_hidden_keeps_to_it_and_may_be_anywhere_along_it(yaw_deg: float) -> None:
+    yaw = -math.radians(yaw_deg)
+    ahead, side = np.array([math.cos(yaw), math.sin(yaw)]), np.array([-math.sin(yaw), math.cos(yaw)])
+    wide = np.diag([2.0, 2.0, 0.1, 1.5, 1.5]) ** 2
+    seen = replace(car(20.0, LANE_D, 8.0 * ahead[0], 8.0 * ahead[1]), yaw_rad=yaw, covariance=wide)
+    told = on_lane(replace(seen, hidden=True), lanes(yaw_deg=yaw_deg), EGO)
+    assert side @ told.covariance[:2, :2] @ side == pytest.approx(KEEPS_SD_M**2)
+    assert ahead @ told.covariance[:2, :2] @ ahead == pytest.approx(4.0)
+    assert np.linalg.eigvalsh(told.covariance).min() > 0.0
+    assert np.array_equal(on_lane(seen, lanes(yaw_deg=yaw_deg), EGO).covariance, wide), "not while it is seen"
+    crossing = replace(seen, hidden=True, vx_mps=8.0 * side[0], vy_mps=8.0 * side[1])
+    assert np.array_equal(on_lane(crossing, lanes(yaw_deg=yaw_deg), EGO).covariance, wide)

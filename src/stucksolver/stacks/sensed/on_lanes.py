@@ -15,11 +15,16 @@ from typing import Any
 import carla
 import numpy as np
 
+from stucksolver.perception.measurements import Floats
 from stucksolver.perception.percept import Percept
 from stucksolver.perception.tracking import Track
 from stucksolver.perception.tracking.groups import WHEELED
 from stucksolver.stacks.carla_stack.frames import to_local, to_world, yaw_to_local
 
+KEEPS_SD_M = 0.4
+"""Standard deviation across its lane of a vehicle that was seen to follow it and is hidden for a moment: with twice
+this on either side, a car fills a usual lane. Without it, a car that has passed and is hidden would soon be as wide as two.
+"""
 SURE_SDS = 2.0
 ACROSS_MPS = 0.15
 """Standard deviation of a track's speed across its lane next to the ego, ..."""
@@ -64,7 +69,21 @@ def on_lane(track: Track, carla_map: Any, ego: Any) -> Track:
     if beside > waypoint.lane_width / 2.0 or abs(across) > SURE_SDS * _across_sd_mps(track, yaw, away):
         return track
     turned = yaw if along >= 0.0 else math.remainder(yaw + math.pi, math.tau)
-    return replace(track, yaw_rad=turned, vx_mps=along * cos, vy_mps=along * sin)
+    covariance = _kept_in_lane(track.covariance, yaw) if track.hidden else track.covariance
+    return replace(track, yaw_rad=turned, vx_mps=along * cos, vy_mps=along * sin, covariance=covariance)
+
+
+def _kept_in_lane(covariance: Floats, yaw_rad: float) -> Floats:
+    """(5, 5): the same covariance, with at most `KEEPS_SD_M` across a lane of this direction."""
+    cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
+    turn = np.array([[cos, sin], [-sin, cos]])
+    placed = turn @ covariance[:2, :2] @ turn.T
+    if placed[1, 1] <= KEEPS_SD_M**2:
+        return covariance
+    kept: Floats = covariance.copy()
+    kept[:2, :2] = turn.T @ np.diag([placed[0, 0], KEEPS_SD_M**2]) @ turn
+    kept[:2, 2:] = kept[2:, :2] = 0.0
+    return kept
 
 
 def _across_sd_mps(track: Track, yaw_rad: float, away_m: float) -> float:
