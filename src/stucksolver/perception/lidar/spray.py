@@ -22,9 +22,10 @@ of the other size.
 CELLS_M = (0.25, 0.5)
 FEW = 2
 """A return is stray if its cell and the 26 around it contain at most this many, itself included."""
-SPRAY, THICK = 0.005, 0.03
-"""With more stray returns than the first share of all, there is spray; with more than the second, too little of a body
-can be told from it. In clear air the share was at most 0.002 on our recordings, which have no spray.
+SPRAY, THICK = 0.005, 0.015
+"""With more stray returns than the first share of all, there is spray; with more than the second, the sweep is not
+believed: what remains of thicker spray looks like people, and the vehicle brakes for them in the midst of a turn. In
+clear air the share was at most 0.002 on our recordings, which have no spray.
 """
 
 

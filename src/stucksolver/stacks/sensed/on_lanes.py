@@ -23,7 +23,7 @@ from stucksolver.stacks.carla_stack.frames import to_local, to_world, yaw_to_loc
 
 KEEPS_SD_M = 0.4
 """Standard deviation across its lane of a vehicle that was seen to follow it and is hidden for a moment: with twice
-this on either side, a car fills a usual lane. Without it, a car that has passed and is hidden would soon be as wide as two.
+this on either side, a car fills a usual lane. Otherwise, a car that has passed and is hidden is soon as wide as two.
 """
 SURE_SDS = 2.0
 ACROSS_MPS = 0.15
