@@ -20,6 +20,7 @@ from stucksolver.guard import NOBODY, Guard, RejectCode, begun_waiting
 from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine import execution
 from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
+from stucksolver.solver.machine.waiting import SENSED_WAIT_S
 
 GUARD = Guard()
 LEFT = ChangeLane(side="left", distance_m=30.0, speed_mps=5.5)
@@ -161,7 +162,7 @@ def test_by_sensors_a_plan_that_stands_for_a_gap_ends_soon_so_that_the_next_goes
             break
         world.drive(told)
     assert isinstance(told, ExecutionOutcome) and not told.finished and "gave way" in told.text
-    assert execution.SENSED_WAIT_S < world.time_s < execution.SENSED_WAIT_S + 25.0
+    assert SENSED_WAIT_S < world.time_s < SENSED_WAIT_S + 25.0
     assert GUARD.may_stand(world.view()) and abs(world.speed) < 0.2
 
 

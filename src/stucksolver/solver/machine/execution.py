@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import math
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -40,6 +39,7 @@ from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine.history import moving, passes
 from stucksolver.solver.machine.paths import along_leg, facing, path_points
 from stucksolver.solver.machine.segments import segments_of
+from stucksolver.solver.machine.waiting import Waiting
 
 ARRIVED_M = 1.5
 """A behaviour counts as driven at this distance before its end; a whole path at the distance that `landing_m` gives."""
@@ -61,10 +61,6 @@ ended.
 """
 GAP_WAIT_S = 120.0
 """A plan waits this long for a gap before its next step. Then a person is asked (`reason.rules.decide.NO_WAY_S`)."""
-SENSED_WAIT_S, GETS_ON_M = 15.0, 1.0
-"""By sensors, a plan that stands for a gap this long without getting on by so much ends: its path goes round what was
-seen when it began. The next one begins from there and goes round what is seen by then.
-"""
 RETURN_WAIT_S = 30.0
 """A vehicle at the roadside waits this long for a proven return; then the stack merges by itself. Ours: a stream that
 never ends would hold the vehicle there for good.
@@ -123,8 +119,7 @@ class Execution:
         self._way_back: Manoeuvre | None = None
         self._gives_way: GivingWay = False
         self._gave_way_s = (0.0, 0.0)
-        self._waits_from: tuple[float, float, float] | None = None
-        """Where it began to give way, x, y (m), and when (s)."""
+        self._waiting: Waiting | None = None
         self.last_verdict = Verdict()
 
     def start(self, view: FrenetScene, now_s: float) -> Verdict:
@@ -151,7 +146,7 @@ class Execution:
     def _begin(self, proven: Proven | None, leg: ProvenLeg | None, view: FrenetScene, now_s: float) -> None:
         segment, self._segments = self._segments[0], self._segments[1:]
         self._proven, self._leg, self._behavior = proven, leg, segment[0]
-        self._index, self._shown, self._waits_from = 0, False, None
+        self._index, self._shown, self._waiting = 0, False, None
         moves = proven or leg
         expected = moves.expected_s if moves else 0.0
         self._until_s = now_s + max(b.time_allowance_s(expected) for b in segment)
@@ -238,12 +233,11 @@ class Execution:
         """Brake for others with the plan still in force. Outside junctions this uses up none of its time."""
         since_s, last_s = self._gave_way_s if self._gives_way else (now_s, now_s)
         self._gave_way_s = (since_s, now_s)
-        x_m, y_m = view.ego.x_m, view.ego.y_m
-        if self._waits_from is None or math.hypot(x_m - self._waits_from[0], y_m - self._waits_from[1]) > GETS_ON_M:
-            self._waits_from = (x_m, y_m, now_s)
+        self._waiting = Waiting.after(self._waiting, view.ego, now_s)
         if view.zone_at(view.ego_s) is None:
             self._until_s += now_s - last_s
-            late = now_s - since_s > GAP_WAIT_S or self._waits_in_vain(view, now_s)
+            in_vain = self._waiting.in_vain(view.ego, now_s) and self._guard.may_stand(view)
+            late = in_vain or now_s - since_s > GAP_WAIT_S
         else:
             # The stack can get through a junction by itself; a plan does not leave it standing there.
             late = now_s > self._until_s
@@ -251,12 +245,6 @@ class Execution:
             return ExecutionOutcome(False, f"it gave way for longer than its time allowance: {verdict}", verdict)
         self._gives_way = frozenset(r.object_id for r in verdict.rejects if r.object_id is not None) or True
         return stand(verdict.brake_mps2)
-
-    def _waits_in_vain(self, view: FrenetScene, now_s: float) -> bool:
-        """True if the ego, by sensors, has stood too long for a gap (`SENSED_WAIT_S`), and may stand there."""
-        if view.ego.position_sd_m is None or self._waits_from is None or abs(view.ego.speed_mps) > STOPPED_MPS:
-            return False
-        return now_s - self._waits_from[2] > SENSED_WAIT_S and self._guard.may_stand(view)
 
     def _turn(self, leg: ProvenLeg, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
         """Continue a leg of a turn. Stop for someone near, or at the end of the leg, where the next one begins."""

@@ -1,0 +1,35 @@
+"""How long a plan by sensors stands for a gap before a new one is made."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from stucksolver.scene.surroundings import EgoState
+
+SENSED_WAIT_S, GETS_ON_M = 15.0, 1.0
+"""By sensors, a plan that stands for a gap this long without getting on by so much ends: its path goes round what was
+seen when it began. The next one begins from there and goes round what is seen by then.
+"""
+STANDS_MPS = 0.15
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """Where a plan began to give way, x, y (m), and when (s)."""
+
+    x_m: float
+    y_m: float
+    since_s: float
+
+    @staticmethod
+    def after(before: Waiting | None, ego: EgoState, now_s: float) -> Waiting:
+        """Return the same wait, or a new one if the ego has got on since."""
+        if before is None or math.hypot(ego.x_m - before.x_m, ego.y_m - before.y_m) > GETS_ON_M:
+            return Waiting(ego.x_m, ego.y_m, now_s)
+        return before
+
+    def in_vain(self, ego: EgoState, now_s: float) -> bool:
+        """True if the ego drives by sensors and has stood too long."""
+        stands = abs(ego.speed_mps) <= STANDS_MPS
+        return ego.position_sd_m is not None and stands and now_s - self.since_s > SENSED_WAIT_S
