@@ -86,7 +86,8 @@ def unyielding(case: CheckContext, giving_way: GivingWay) -> list[Reject]:
         # They need room to get past, and those who see the ego only in their own path must be able to stop. If the nose
         # is already in the room that one vehicle needed to pass, the next ones must still be able to stop.
         # Where places are uncertain, the nose may seem to be in their path while it is only beside it.
-        least = (0.0, -case.doubt_m(int(i))) if case.doubt_m(int(i)) > 0.0 else (0.0,)
+        doubt_m = case.doubt_m(int(i))
+        least = (0.0, -doubt_m) if doubt_m > 0.0 else (0.0,)
         borders = [(beside_m, inside > -beside_m) for beside_m in (policy.beside_m, *least)]
         borders = [(beside_m, reaches) for beside_m, reaches in borders if reaches.any() and not reaches[0]]
         if not borders:

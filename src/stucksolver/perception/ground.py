@@ -25,6 +25,11 @@ FEW = 2
 """Points that continue a surface."""
 
 
+def above_ground(x: Floats, y: Floats, z: Floats) -> Floats:
+    """(n,): heights above the ground of points around the LiDAR's foot (m), see `ground_heights`."""
+    return z - ground_heights(np.arctan2(y, x), np.hypot(x, y), z)
+
+
 def ground_heights(azimuth: Floats, distance: Floats, z: Floats) -> Floats:
     """Return the ground's height below each point, in the frame of `z` (m), beginning with 0 at the vehicle.
 

@@ -19,6 +19,7 @@ from stucksolver.perception.ground import ground_heights
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.measurements import Detections, Floats
 from stucksolver.perception.rig import LidarRig
+from stucksolver.perception.visibility import OVERHEAD_M
 
 BARRIER, CONE = LABELS.index("barrier"), LABELS.index("cone")
 NEAR_M = 20.0
@@ -27,8 +28,6 @@ LEAST_M = 1.0
 """A barrier whose box is narrower is not measured: the arm of a gate may lie between two rings, so that rays pass it
 by.
 """
-HIGHEST_M = 2.2
-"""Returns that begin higher come from what a vehicle passes below."""
 SECTOR_RAD = math.radians(1.0)
 LEAST_DEEP_M = 0.3
 """What returns a ray is at least this deep: a cone."""
@@ -116,7 +115,7 @@ class _Returns:
         x, y = x - lidar.mount.x_m, y - lidar.mount.y_m
         distance, azimuth = np.hypot(x, y), np.arctan2(y, x)
         above = z - ground_heights(azimuth, distance, z)
-        kept = (above < HIGHEST_M) & (distance < 2.0 * NEAR_M)
+        kept = (above < OVERHEAD_M) & (distance < 2.0 * NEAR_M)
         columns = lidar.points_per_s / (lidar.channels * lidar.turns_per_s)
         places = np.column_stack([x, y])
         return _Returns(places[kept], distance[kept], azimuth[kept], above[kept], lidar.mount.z_m, math.tau / columns)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver.perception.ground import ground_heights
+from stucksolver.perception.ground import above_ground
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.measurements import Detections, Floats
 from stucksolver.perception.rig import LidarRig
@@ -37,7 +37,7 @@ this much; from an embankment's foot, the road's edge would stand up.
 UPRIGHT_M, RAISED_M = 0.25, 0.7
 """An obstacle is this tall, or its lowest return is this high: a bar. A lower flat surface is a road."""
 UNEVEN_M = 1.0
-"""How much lower than `ground_heights` says the ground may be here, where the road's slope changes."""
+"""How much lower than `ground.ground_heights` says the ground may be here, where the road's slope changes."""
 FEWEST = 6
 """Returns of an obstacle: a person at 16 m has about 25 of the shipped LiDAR."""
 MARGIN_M = 0.4
@@ -101,7 +101,7 @@ def standing_returns(points: NDArray[np.floating], lidar: LidarRig) -> Floats:
     x, y, z = x[near], y[near], z[near]
     dx, dy = x - lidar.mount.x_m, y - lidar.mount.y_m
     # Where nothing of the ground is seen below a sign, the lowest return is the sign's own.
-    low_enough = z - ground_heights(np.arctan2(dy, dx), np.hypot(dx, dy), z) < HIGH_M + UNEVEN_M
+    low_enough = above_ground(dx, dy, z) < HIGH_M + UNEVEN_M
     within = low_enough & (x < AHEAD_M) & (np.abs(y) < ASIDE_M)
     x, y, z = x[within], y[within], z[within]
     above = z - _lowest_around(x, y, z)

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver.perception.ground import ground_heights
+from stucksolver.perception.ground import above_ground
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.lidar.extent import BARRIER
 from stucksolver.perception.measurements import Detections
@@ -24,13 +24,15 @@ NEAR_M = 20.0
 STANDS_MPS = 1.0
 """Barriers stand; the detector measures their speed with this error."""
 MARGIN_M = 0.1
-STANDS_M, LOW_M, HIGH_M = 0.25, 1.2, 2.2
-"""Returns from the first height above the ground come from the thing. No vehicle ends below the second, and the LiDAR
-sees all of a truck's side up to the third.
-"""
+STANDS_M = 0.25
+"""Returns from this height above the ground on come from the thing (m)."""
+LOW_M = 1.2
+"""No vehicle ends lower (m)."""
+HIGH_M = 2.2
+"""The LiDAR sees all of a truck's side up to this height (m)."""
 FEWEST = 20
 HIGH_SHARE = 0.05
-"""Share of the returns between the second and the third height: a sign, or a branch."""
+"""Share of the returns between `LOW_M` and `HIGH_M`: a sign, or a branch."""
 
 
 def with_low_trucks_as_barriers(detections: Detections, turn: NDArray[np.floating], lidar: LidarRig) -> Detections:
@@ -47,8 +49,7 @@ def with_low_trucks_as_barriers(detections: Detections, turn: NDArray[np.floatin
     if not len(which):
         return detections
     x, y, z = (np.asarray(turn[:, axis], np.float64) for axis in range(3))
-    dx, dy = x - lidar.mount.x_m, y - lidar.mount.y_m
-    above = z - ground_heights(np.arctan2(dy, dx), np.hypot(dx, dy), z)
+    above = above_ground(x - lidar.mount.x_m, y - lidar.mount.y_m, z)
     places = footprints(np.column_stack([detections.center, detections.size, detections.yaw]))
     label, size, center = detections.label.copy(), detections.size.copy(), detections.center.copy()
     for i in which:

@@ -39,13 +39,12 @@ from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine.history import moving, passes
 from stucksolver.solver.machine.paths import along_leg, facing, path_points
 from stucksolver.solver.machine.segments import segments_of
-from stucksolver.solver.machine.waiting import Waiting
+from stucksolver.solver.machine.waiting import STOPPED_MPS, Waiting
 
 ARRIVED_M = 1.5
 """A behaviour counts as driven at this distance before its end; a whole path at the distance that `landing_m` gives."""
 SHORT_M = 5.0
 """A path up to this long is driven in a creep for its own sake and counts as driven when a quarter is left."""
-STOPPED_MPS = 0.15
 BACK_IN_LANE_M = 0.4
 LEG_LEFT_M = 1.0
 """A leg of a turn counts as driven at this distance before its end, or at half its length if it is shorter, once

@@ -11,7 +11,8 @@ SENSED_WAIT_S, GETS_ON_M = 15.0, 1.0
 """By sensors, a plan that stands for a gap this long without getting on by so much ends: its path goes round what was
 seen when it began. The next one begins from there and goes round what is seen by then.
 """
-STANDS_MPS = 0.15
+STOPPED_MPS = 0.15
+"""A slower vehicle stands."""
 
 
 @dataclass(frozen=True)
@@ -31,5 +32,5 @@ class Waiting:
 
     def in_vain(self, ego: EgoState, now_s: float) -> bool:
         """True if the ego drives by sensors and has stood too long."""
-        stands = abs(ego.speed_mps) <= STANDS_MPS
+        stands = abs(ego.speed_mps) <= STOPPED_MPS
         return ego.position_sd_m is not None and stands and now_s - self.since_s > SENSED_WAIT_S
