@@ -123,3 +123,37 @@ def test_a_black_picture_makes_no_light_green(world: Any, street: tuple[Any, Any
         assert not eyes.blind, "the LiDAR still sees"
     finally:
         eyes.close()
+
+
+@pytest.mark.parametrize(
+    ("blueprint", "kind"), [("vehicle.ford.ambulance", ObjectKind.EMERGENCY), (CAR, ObjectKind.CAR)]
+)
+def test_the_rear_camera_recognizes_an_ambulance_with_its_lights_on(
+    world: Any, blueprint: str, kind: ObjectKind
+) -> None:
+    """A car in the same place shows that the answer comes from the picture."""
+    library, start = world.get_blueprint_library(), world.get_map().get_spawn_points()[0]
+    there = world.get_map().get_waypoint(start.location).next(25.0)[0].transform
+    there.location.z += 0.3
+    ego = world.spawn_actor(library.find("vehicle.lincoln.mkz_2020"), there)
+    other = world.spawn_actor(library.find(blueprint), start)
+    if kind is ObjectKind.EMERGENCY:
+        other.set_light_state(
+            carla.VehicleLightState(carla.VehicleLightState.Special1 | carla.VehicleLightState.Special2)
+        )
+    world.tick()
+    eyes = looked(world, ego, 80)
+    try:
+        assert eyes.percept is not None
+        behind = [
+            track
+            for track in eyes.percept.tracks
+            if 20.0 < math.hypot(track.x_m - eyes.pose.x_m, track.y_m - eyes.pose.y_m) < 30.0
+        ]
+        told = [eyes.percept.attributes[one.id] for one in behind if one.id in eyes.percept.attributes]
+        assert [(one.kind, one.emergency_lights) for one in told] == [(kind, kind is ObjectKind.EMERGENCY)]
+    finally:
+        eyes.close()
+        ego.destroy()
+        other.destroy()
+        world.tick()

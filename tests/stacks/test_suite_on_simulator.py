@@ -142,7 +142,7 @@ def test_a_lidar_of_another_channel_count_is_named(seen, monkeypatch):
 
 
 def test_a_picture_of_another_size_is_named(seen, monkeypatch):
-    narrow = other("camera", width_px=160)
-    monkeypatch.setattr(suites, "camera_setup", lambda rig, every_s: camera_setup(narrow, every_s))
+    narrow = other("camera", width_px=160).camera
+    monkeypatch.setattr(suites, "camera_setup", lambda camera, every_s: camera_setup(narrow, every_s))
     with pytest.raises(SensorError, match=r"picture is 160 x 180, the rig says 320 x 180: give the rig file"):
         readings(seen)

@@ -34,8 +34,8 @@ class SensorHealth:
 
     rig: LidarRig
     tick_s: float = 0.05
-    _picture: Pixels | None = None
-    _pictures: int = 0
+    _pictures: dict[str, tuple[Pixels, int]] = field(default_factory=dict)
+    """By camera: the last image's sample, and how often it was the same before."""
     _sweep: tuple[int, float] | None = None
     _sweeps: int = 0
     _wrong: dict[str, str] = field(default_factory=dict)
@@ -63,10 +63,10 @@ class SensorHealth:
         """Note whether the satellite fixes contradict each other."""
         self._note("GNSS", "the GNSS fixes contradict each other" if doubted else "")
 
-    def picture(self, frame: CameraFrame, moves: bool) -> CameraFrame | None:
+    def picture(self, frame: CameraFrame, moves: bool, camera: str = "camera") -> CameraFrame | None:
         """Return the image, or None if it is not plausible. `moves`: True if the vehicle moves."""
-        why = self._why_not_picture(frame, moves)
-        self._note("camera", why)
+        why = self._why_not_picture(frame, moves, camera)
+        self._note(camera, why)
         return None if why else frame
 
     def _why_not_sweep(self, sweep: LidarSweep | None) -> str:
@@ -80,14 +80,15 @@ class SensorHealth:
         self._sweep = mark
         return "the LiDAR gives the same points again and again" if self._sweeps >= SAME_SWEEPS else ""
 
-    def _why_not_picture(self, frame: CameraFrame, moves: bool) -> str:
+    def _why_not_picture(self, frame: CameraFrame, moves: bool, camera: str) -> str:
         sample = frame.rgb[::SAMPLED, ::SAMPLED].copy()
-        same = self._picture is not None and np.array_equal(sample, self._picture)
-        self._pictures = self._pictures + int(moves) if same else 0
-        self._picture = sample
+        last, times = self._pictures.get(camera, (None, 0))
+        same = last is not None and np.array_equal(sample, last)
+        times = times + int(moves) if same else 0
+        self._pictures[camera] = sample, times
         if sample.mean() < DARK or sample.std() < FLAT:
-            return "the camera's picture is black or empty"
-        return "the camera gives the same picture again and again" if self._pictures >= SAME_PICTURES else ""
+            return f"the {camera}'s picture is black or empty"
+        return f"the {camera} gives the same picture again and again" if times >= SAME_PICTURES else ""
 
     def _note(self, sensor: str, why: str) -> None:
         if why:

@@ -28,7 +28,7 @@ from stucksolver.perception.lidar.rows import with_low_trucks_as_barriers
 from stucksolver.perception.lidar.sweeps import RECENT_S, SweepBuffer
 from stucksolver.perception.measurements import CameraFrame, Floats, PoseEstimate
 from stucksolver.perception.percept import Look, Percept
-from stucksolver.perception.rig import SHIPPED, Rig, RigError, load_rig
+from stucksolver.perception.rig import SHIPPED, CameraRig, Rig, RigError, load_rig
 from stucksolver.perception.tracking import ObjectTracker, Track, boxes_of
 from stucksolver.perception.tracking.groups import WHEELED
 from stucksolver.perception.visibility import SeenSpace, footprints
@@ -131,17 +131,20 @@ class Perceiver:
         return np.column_stack([boxes_of(vehicles, pose), speed])
 
     def _pictured(self, look: Look, tracks: tuple[Track, ...]) -> Mapping[int, LightState]:
-        """Look at the new image, if there is one, and return the known states of the lights."""
+        """Look at the new images, if there are any, and return the known states of the lights."""
         if look.picture is not None and look.picture_pose is not None:
             self._picture_s = look.picture.time_s
             with self._timed("attributes"):
-                self._read_attributes(look.picture, look.picture_pose, tracks)
+                self._read_attributes(look.picture, self._rig.camera, look.picture_pose, tracks)
             with self._timed("lights"):
                 self._read_lights(look.picture, look.picture_pose, look.heads)
             with self._timed("far"):
                 found = self._far.detect(look.picture, self._rig.camera)
             with self._timed("far_view"):
                 self._follow(found, look.picture_pose, tracks)
+        if look.rear is not None and self._rig.rear_camera is not None:
+            with self._timed("rear"):
+                self._read_attributes(look.rear[0], self._rig.rear_camera, look.rear[1], tracks)
         return {light: self._shown.state(light, look.pose.time_s) for light in look.heads}
 
     def _follow(self, found: FarDetections, pose: PoseEstimate, tracks: tuple[Track, ...]) -> None:
@@ -151,9 +154,11 @@ class Perceiver:
         blockers = blockers_of(tracks, found, places, self._rig.camera, pose)
         self._view = self._view.with_look(FarLook(found, pose, blockers))
 
-    def _read_attributes(self, picture: CameraFrame, pose: PoseEstimate, tracks: tuple[Track, ...]) -> None:
+    def _read_attributes(
+        self, picture: CameraFrame, camera: CameraRig, pose: PoseEstimate, tracks: tuple[Track, ...]
+    ) -> None:
         boxes = boxes_of(tracks, pose)
-        for track, found in zip(tracks, self._attributes.read(picture, self._rig.camera, boxes), strict=True):
+        for track, found in zip(tracks, self._attributes.read(picture, camera, boxes), strict=True):
             self._memory.add(track.id, found, picture.time_s)
 
     def _read_lights(self, picture: CameraFrame, pose: PoseEstimate, heads: Mapping[int, Floats]) -> None:

@@ -28,6 +28,8 @@ class Look:
     picture_pose: PoseEstimate | None
     heads: Mapping[int, Floats]
     """Lights on the map that may be in view: boxes of their heads (k, 7), local frame."""
+    rear: tuple[CameraFrame, PoseEstimate] | None = None
+    """A new image of the rear camera, with the pose at its time."""
 
 
 @dataclass(frozen=True, eq=False)

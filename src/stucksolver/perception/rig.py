@@ -52,7 +52,7 @@ class Mount(Model):
 
 
 class CameraRig(Model):
-    """The front camera: a pinhole without distortion, its principal point in the centre."""
+    """A camera: a pinhole without distortion, its principal point in the centre."""
 
     mount: Mount
     width_px: int = Field(gt=0)
@@ -97,6 +97,9 @@ class Rig(Model):
 
     version: int
     camera: CameraRig
+    """The front camera."""
+    rear_camera: CameraRig | None = None
+    """What drives up from behind is recognized with it; None without one."""
     lidar: LidarRig
     gnss_noise_m: float
     """Standard deviation of each coordinate of a fix (m)."""

@@ -89,8 +89,8 @@ class RecordingSensors:
         self._lidar = MountedSensor(hero, lidar_setup(rig, seed))
         self._imu = MountedSensor(hero, imu_setup(rig, seed))
         self._gnss = MountedSensor(hero, gnss_setup(rig, seed))
-        self._camera = MountedSensor(hero, camera_setup(rig, picture_period_s))
-        self._instances = MountedSensor(hero, camera_setup(rig, picture_period_s, INSTANCE_CAMERA))
+        self._camera = MountedSensor(hero, camera_setup(rig.camera, picture_period_s))
+        self._instances = MountedSensor(hero, camera_setup(rig.camera, picture_period_s, INSTANCE_CAMERA))
 
     def first_picture(self) -> int | None:
         """Return the frame of the first image, or None if it has not arrived; the next ones follow periodically."""

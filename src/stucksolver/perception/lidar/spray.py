@@ -31,8 +31,6 @@ clear air the share was at most 0.002 on our recordings, which have no spray.
 
 def stray(points: Singles) -> NDArray[np.bool_]:
     """Return which points (n, 4) of a sweep in the vehicle frame are stray; far, low and very high ones never are."""
-    from scipy.ndimage import uniform_filter  # type: ignore[import-untyped]
-
     found = np.zeros(len(points), bool)
     away = np.maximum(np.abs(points[:, 0]), np.abs(points[:, 1]))
     tall = (points[:, 2] > ABOVE_M) & (points[:, 2] < TOP_M) & (away < REACH_M)
@@ -40,11 +38,16 @@ def stray(points: Singles) -> NDArray[np.bool_]:
         # The cells reach a little further than the ring, so that its points have all their neighbours.
         reach_m = outer_m + 2 * cell_m
         rows = np.flatnonzero(tall & (away < reach_m))
-        side, floors = int(2 * reach_m / cell_m) + 1, int(TOP_M / cell_m) + 1
-        x, y = (((points[rows, i] + reach_m) / cell_m).astype(np.int64) for i in (0, 1))
-        cell = (x * side + y) * floors + (points[rows, 2] / cell_m).astype(np.int64)
-        counts = np.bincount(cell, minlength=side * side * floors).reshape(side, side, floors).astype(np.float32)
-        near = 27.0 * uniform_filter(counts, 3, mode="constant").ravel()[cell]
+        # One empty cell more at each side: a cell and its neighbours are then in the grid.
+        side, floors = int(2 * reach_m / cell_m) + 3, int(TOP_M / cell_m) + 3
+        x, y = (((points[rows, i] + reach_m) / cell_m).astype(np.int64) + 1 for i in (0, 1))
+        cell = (x * side + y) * floors + (points[rows, 2] / cell_m).astype(np.int64) + 1
+        counts = np.bincount(cell, minlength=side * side * floors)
         inside = (away[rows] >= inner_m) & (away[rows] < outer_m)
-        found[rows[inside & (near < FEW + 0.5)]] = True
+        lone = np.flatnonzero(inside & (counts[cell] <= FEW))
+        neighbours = (
+            (np.arange(-1, 2)[:, None] * side + np.arange(-1, 2)).reshape(-1, 1) * floors + np.arange(-1, 2)
+        ).ravel()
+        near = counts[cell[lone, None] + neighbours].sum(axis=1)
+        found[rows[lone[near <= FEW]]] = True
     return found

@@ -25,7 +25,7 @@ def rig_of(declared: Sequence[Mapping[str, Any]], rig: Rig) -> Rig:
     """Return the rig with camera and LiDAR mounted as the agent declares.
 
     Mounts may differ from the rig file's, since they are known exactly. What the networks were trained for, the image's
-    size and field of view, may not.
+    size and field of view, may not. A leaderboard agent has no rear camera.
 
     Raises:
         SensorError: A sensor is missing or does not fit.
@@ -42,6 +42,7 @@ def rig_of(declared: Sequence[Mapping[str, Any]], rig: Rig) -> Rig:
     _check_camera(camera, rig)
     return rig.model_copy(
         update={
+            "rear_camera": None,
             "camera": rig.camera.model_copy(update={"mount": _mount(camera)}),
             "lidar": rig.lidar.model_copy(update={"mount": _mount(lidar)}),
         }

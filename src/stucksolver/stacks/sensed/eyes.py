@@ -95,6 +95,7 @@ class Eyes:
         self._worker = ThreadPoolExecutor(1, "perception")
         self._sweeps: list[tuple[LidarSweep, PoseEstimate]] = []
         self._picture: tuple[CameraFrame, PoseEstimate] | None = None
+        self._rear: tuple[CameraFrame, PoseEstimate] | None = None
         self._under_way: deque[tuple[float, Future[Percept]]] = deque()
         self._begun_s = -np.inf
         self._lags = False
@@ -154,21 +155,24 @@ class Eyes:
         sweep = self.health.sweep(measured.sweep)
         if sweep is not None:
             self._sweeps.append((sweep, self.pose))
-        if measured.picture is None:
-            return
         moves = abs(self.pose.speed_mps) > MOVES_MPS
-        picture = self.health.picture(measured.picture, moves)
+        picture = measured.picture and self.health.picture(measured.picture, moves)
         if picture is not None:
             self._picture, self.picture = (picture, self.pose), picture
+        rear = measured.rear and self.health.picture(measured.rear, moves, "rear camera")
+        if rear is not None:
+            self._rear = rear, self.pose
 
     def _begin(self) -> None:
         picture, self._picture = self._picture, None
+        rear, self._rear = self._rear, None
         look = Look(
             pose=self.pose,
             sweeps=tuple(self._sweeps),
             picture=None if picture is None else picture[0],
             picture_pose=None if picture is None else picture[1],
             heads=self._near_heads(),
+            rear=rear,
         )
         self._sweeps = []
         self._begun_s = self.now_s

@@ -9,7 +9,7 @@ from typing import cast
 
 import carla
 
-from stucksolver.perception.rig import Mount, Rig
+from stucksolver.perception.rig import CameraRig, Mount, Rig
 from stucksolver.stacks.sensed.georeference import EARTH_RADIUS_M
 
 REFERENCE_POINT = Mount(x_m=0.0, y_m=0.0, z_m=0.0)
@@ -53,9 +53,8 @@ def lidar_setup(rig: Rig, seed: int) -> SensorSetup:
     return SensorSetup("sensor.lidar.ray_cast", lidar.mount, attributes)
 
 
-def camera_setup(rig: Rig, every_s: float, type_id: str = "sensor.camera.rgb") -> SensorSetup:
-    """The front camera with one image per period, or a camera of another type at the same place."""
-    camera = rig.camera
+def camera_setup(camera: CameraRig, every_s: float, type_id: str = "sensor.camera.rgb") -> SensorSetup:
+    """A camera with one image per period, or a camera of another type at the same place."""
     attributes = {
         "image_size_x": camera.width_px,
         "image_size_y": camera.height_px,

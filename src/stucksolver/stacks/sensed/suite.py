@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import queue
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from stucksolver.perception.measurements import CameraFrame, GnssFix, ImuSample, LidarSweep, WheelSpeed
-from stucksolver.perception.rig import Rig
+from stucksolver.perception.rig import CameraRig, Rig
 from stucksolver.stacks.sensed.georeference import GeoReference
 from stucksolver.stacks.sensed.mounting import (
     SensorError,
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 
 PICTURE_EVERY_S = 0.2
 """Lamps and lights change no faster than a few times a second."""
+REAR_EVERY_S = 0.4
+"""What comes up from behind is looked at several times before it is near."""
 WAIT_S = 30.0
 """For a tick's data; the first images of a town take longest."""
 MOST_BEHIND = 2
@@ -48,6 +51,8 @@ class Measured:
     wheels: WheelSpeed
     silent: tuple[str, ...] = ()
     """Sensors that were due and gave no data."""
+    rear: CameraFrame | None = None
+    """The rear camera's image."""
 
 
 class GivesMeasurements(Protocol):
@@ -94,7 +99,9 @@ class SensorSuite:
         self._sensors: dict[str, _Sensor] = {}
         try:
             self._put("LiDAR", lidar_setup(rig, seed))
-            self._put("camera", camera_setup(rig, picture_every_s))
+            self._put("camera", camera_setup(rig.camera, picture_every_s))
+            if rig.rear_camera is not None:
+                self._put("rear camera", camera_setup(rig.rear_camera, REAR_EVERY_S))
             self._put("IMU", imu_setup(rig, seed))
             self._put("GNSS", gnss_setup(rig, seed))
         except SensorError:
@@ -115,11 +122,12 @@ class SensorSuite:
         silent = tuple(name for name, sensor in self._sensors.items() if raw[name] is None and sensor.is_due(time_s))
         return Measured(
             sweep=None if raw["LiDAR"] is None else self._sweep(raw["LiDAR"], time_s),
-            picture=None if raw["camera"] is None else self._picture(raw["camera"], time_s),
+            picture=self._picture("camera", self._rig.camera, raw, time_s),
             imu=None if raw["IMU"] is None else imu_sample(raw["IMU"], time_s),
             fix=None if raw["GNSS"] is None else gnss_fix(raw["GNSS"], self._geo, time_s),
             wheels=self._wheels(time_s),
             silent=silent,
+            rear=self._picture("rear camera", self._rig.rear_camera, raw, time_s),
         )
 
     def close(self) -> None:
@@ -141,14 +149,19 @@ class SensorSuite:
             )
         return LidarSweep(time_s, lidar_points(raw, self._lidar_to_vehicle))
 
-    def _picture(self, raw: carla.Image, time_s: float) -> CameraFrame:
-        wanted = (self._rig.camera.width_px, self._rig.camera.height_px)
-        if (raw.width, raw.height) != wanted:
+    def _picture(
+        self, name: str, camera: CameraRig | None, raw: Mapping[str, Any], time_s: float
+    ) -> CameraFrame | None:
+        image = raw.get(name)
+        if image is None or camera is None:
+            return None
+        wanted = (camera.width_px, camera.height_px)
+        if (image.width, image.height) != wanted:
             raise SensorError(
-                f"the camera's picture is {raw.width} x {raw.height}, the rig says {wanted[0]} x {wanted[1]}: "
-                "give the rig file of this camera"
+                f"the {name}'s picture is {image.width} x {image.height}, the rig says {wanted[0]} x {wanted[1]}: "
+                f"give the rig file of this {name}"
             )
-        return CameraFrame(time_s, camera_rgb(raw))
+        return CameraFrame(time_s, camera_rgb(image))
 
     def _wheels(self, time_s: float) -> WheelSpeed:
         """Like the leaderboard's speedometer this is the client's velocity, with our noise."""
