@@ -21,6 +21,7 @@ from stucksolver.perception.far_tracking import FarTracker, is_refuted
 from stucksolver.perception.far_view import FarLook, FarView, blockers_of
 from stucksolver.perception.frames import into_vehicle
 from stucksolver.perception.lidar.detector import LidarDetector
+from stucksolver.perception.lidar.ends import with_measured_ends
 from stucksolver.perception.lidar.extent import with_measured_extents
 from stucksolver.perception.lidar.low import with_measured_heights
 from stucksolver.perception.lidar.residual import standing_returns, with_unexplained
@@ -97,6 +98,7 @@ class Perceiver:
             detections = with_measured_extents(detections, points, self._rig.lidar)
             # A row is not measured as one barrier: its direction, and where it ends, would change from look to look.
             detections = with_low_trucks_as_barriers(detections, turn, self._rig.lidar)
+            detections = with_measured_ends(detections, turn, self._rig.lidar)
         with self._timed("residual"):
             standing = standing_returns(turn, self._rig.lidar)
             detections = with_unexplained(detections, standing, self._vehicles(look.pose))
