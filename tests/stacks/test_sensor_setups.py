@@ -41,7 +41,10 @@ def test_any_seed_fits_into_the_blueprints_attribute(seed):
 
 
 def test_all_cameras_of_the_rig_have_its_place_and_its_lens():
-    picture, instances = camera_setup(RIG.camera, 0.5), camera_setup(RIG.camera, 0.5, "sensor.camera.instance_segmentation")
+    picture, instances = (
+        camera_setup(RIG.camera, 0.5),
+        camera_setup(RIG.camera, 0.5, "sensor.camera.instance_segmentation"),
+    )
     assert (picture.mount, picture.attributes) == (instances.mount, instances.attributes)
     assert picture.attributes["fov"] == RIG.camera.fov_deg
     assert picture.type_id != instances.type_id

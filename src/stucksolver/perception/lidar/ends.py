@@ -31,7 +31,7 @@ STRIP_M = 0.25
 """The end is divided into strips of this width."""
 FILLED = 0.6
 """This share of the strips must have returns: a person before the vehicle fills fewer."""
-NEARER_SHARE = 0.7
+NEARER_SHARE = 0.6
 """This share of the strips begins farther away: bumpers are round, and a person may stand before one corner."""
 BEFORE_RETURNS_M = 0.05
 """The end may be this far before its returns."""
