@@ -13,6 +13,7 @@ from stucksolver_bridge.facts import place, route_places, sign_places
 from stucksolver_bridge.shared_frames import SharedFrames
 
 CAMERA = "camera"
+REAR = "rear camera"
 LIDAR = "lidar"
 IMU = "imu"
 GNSS = "gnss"
@@ -24,14 +25,16 @@ TYPES = {
     "sensor.other.gnss": GNSS,
     "sensor.speedometer": SPEED,
 }
-"""The sensors that are used, by the leaderboard's names for their types."""
+"""The sensors that are used, by the leaderboard's names for their types. A camera may also be `REAR`."""
+BACK_DEG = 90.0
+"""A camera that is turned farther to the side looks to the rear."""
 LARGEST_PICTURE_BYTES = 4096 * 4096 * 4
 LARGEST_SWEEP_BYTES = 16 * 1024 * 1024
 """A million points; a whole turn of the leaderboard's LiDAR has 60,000. Unwritten parts take no memory."""
 ALL = "sensors"
 """The name under which the solver's process asks for the newest measurements."""
 NO_PICTURE = "sensors_without_picture"
-"""The same without the camera's picture."""
+"""The same without the cameras' pictures."""
 
 
 class SensedFacts:
@@ -42,9 +45,10 @@ class SensedFacts:
         self._world = vehicle.get_world()
         self._map = carla_map
         self._sensors = [dict(one) for one in sensors]
-        self._ids = {TYPES[str(one["type"])]: str(one["id"]) for one in sensors if one["type"] in TYPES}
+        self._ids = {name: str(one["id"]) for one in sensors for name in (name_of(one),) if name is not None}
         self._data: Mapping[str, Any] = {}
-        self.frames = SharedFrames({CAMERA: LARGEST_PICTURE_BYTES, LIDAR: LARGEST_SWEEP_BYTES})
+        sizes = {CAMERA: LARGEST_PICTURE_BYTES, LIDAR: LARGEST_SWEEP_BYTES, REAR: LARGEST_PICTURE_BYTES}
+        self.frames = SharedFrames(sizes)
 
     def opening(self, route: Sequence[Any]) -> dict[str, Any]:
         """Return what is sent once at the start: map, the vehicle's size and wheels, lights, stop signs, route."""
@@ -88,12 +92,13 @@ class SensedFacts:
         """Return the newest measurements and the tick to which they belong; None if the name is unknown here."""
         if what not in (ALL, NO_PICTURE):
             return None
-        picture = None if what == NO_PICTURE else self._of(CAMERA)
+        picture, rear = (None if what == NO_PICTURE else self._of(camera) for camera in (CAMERA, REAR))
         sweep = self._of(LIDAR)
         speed = self._of(SPEED)
         return {
             "tick": self.tick(),
             CAMERA: None if picture is None else self.frames.put(CAMERA, picture),
+            REAR: None if rear is None else self.frames.put(REAR, rear),
             LIDAR: None if sweep is None else self.frames.put(LIDAR, sweep),
             IMU: numbers(self._of(IMU)),
             GNSS: numbers(self._of(GNSS)),
@@ -108,6 +113,14 @@ class SensedFacts:
         """Return the data of one of the sensors; None if it gave none."""
         given = self._data.get(self._ids.get(sensor, ""))
         return given[1] if isinstance(given, (tuple, list)) and len(given) == 2 else None
+
+
+def name_of(sensor: Mapping[str, Any]) -> str | None:
+    """Return our name for a sensor that an agent declares to the leaderboard; None if it is not used."""
+    name = TYPES.get(str(sensor.get("type")))
+    if name != CAMERA:
+        return name
+    return REAR if math.cos(math.radians(float(sensor.get("yaw", 0.0)))) < math.cos(math.radians(BACK_DEG)) else CAMERA
 
 
 def numbers(values: Any) -> list[float] | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from contextlib import contextmanager
 from types import SimpleNamespace
 
 import numpy as np
@@ -25,6 +26,16 @@ DECLARED = [
     {"type": "sensor.other.gnss", "id": "GPS"},
     {"type": "sensor.speedometer", "id": "SPEED"},
 ]
+BACK = {
+    "type": "sensor.camera.rgb",
+    "id": "BACK",
+    "x": -2.0,
+    "z": 1.6,
+    "yaw": 180.0,
+    "width": 800,
+    "height": 450,
+    "fov": 70,
+}
 RANDOM = np.random.default_rng(3)
 
 
@@ -70,11 +81,17 @@ def data(**others):
 @pytest.fixture
 def both():
     """The agent's side, and the reader at the other end."""
+    with sides(DECLARED) as found:
+        yield found
+
+
+@contextmanager
+def sides(declared):
     vehicle = StubVehicle()
-    facts = SensedFacts(vehicle, None, DECLARED)
+    facts = SensedFacts(vehicle, None, declared)
     facts._world = SimpleNamespace(get_snapshot=lambda: vehicle.get_world().get_snapshot())
     opening = {"frames": {"fd": facts.frames.fd, "size": facts.frames.size}, "xodr": ""}
-    reader = SharedMeasurements(opening, rig_of(DECLARED, RIG), facts.give, StubClock())
+    reader = SharedMeasurements(opening, rig_of(declared, RIG), facts.give, StubClock())
     yield vehicle, facts, reader
     reader.close()
     facts.close()
@@ -95,6 +112,41 @@ def test_what_arrives_is_what_was_given_in_the_vehicles_own_frame(both):
     assert read.fix.x_m == pytest.approx(math.radians(0.0002) * 6378137.0)
     assert abs(read.wheels.speed_mps - 4.0) < 0.5
     assert read.silent == ()
+
+
+def test_the_picture_to_the_rear_is_its_own_whichever_camera_is_declared_first():
+    behind = RANDOM.integers(0, 255, (450, 800, 4), np.uint8)
+    for declared in ([*DECLARED, BACK], [BACK, *DECLARED]):
+        with sides(declared) as (_, facts, reader):
+            given = data(BACK=behind)
+            facts.take_in(given)
+            read = reader.read()
+            assert np.array_equal(read.rear.rgb, behind[:, :, 2::-1])
+            assert np.array_equal(read.picture.rgb, given["CAM"][1][:, :, 2::-1])
+            facts.take_in(data())
+            reader._clock.time_s += 1.0
+            read = reader.read()
+            assert read.rear is None and read.picture is not None
+
+
+def test_without_a_camera_to_the_rear_there_is_no_picture_of_it(both):
+    _, facts, reader = both
+    facts.take_in(data())
+    assert reader.read().rear is None
+
+
+@pytest.mark.parametrize(
+    ("declared", "message"),
+    [
+        ([*DECLARED, BACK, BACK], "declares 2 cameras to the rear"),
+        ([BACK, *DECLARED[1:]], "declares 0 sensors of type sensor.camera.rgb: perception needs one front camera"),
+        ([*DECLARED, BACK | {"width": 1600}], "rear camera has pictures of 1600 x 450, the rig says 800 x 450"),
+        ([*DECLARED, BACK | {"fov": 110}], "rear camera has a field of view of 110 degrees, the rig says 70"),
+    ],
+)
+def test_a_rear_camera_that_does_not_fit_is_named(declared, message):
+    with pytest.raises(SensorError, match=message):
+        rig_of(declared, RIG)
 
 
 def test_of_two_ticks_between_two_questions_the_older_is_dropped(both):

@@ -37,6 +37,7 @@ from stucksolver_bridge.speaker import Speaker  # noqa: E402
 from stucksolver_bridge.timers import Timers  # noqa: E402
 
 CAMERA = {"x": 0.8, "y": 0.0, "z": 1.6, "roll": 0.0, "pitch": 0.0, "yaw": 0.0, "width": 1600, "height": 900, "fov": 70}
+REAR = {"x": -2.0, "y": 0.0, "z": 1.6, "roll": 0.0, "pitch": 0.0, "yaw": 180.0, "width": 800, "height": 450, "fov": 70}
 LIDAR = {"x": 0.0, "y": 0.0, "z": 2.5, "roll": 0.0, "pitch": 0.0, "yaw": -90.0}
 AT_CENTRE = {"x": 0.0, "y": 0.0, "z": 0.0, "roll": 0.0, "pitch": 0.0, "yaw": 0.0}
 
@@ -73,11 +74,15 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
             self._begin(self._config)
 
     def sensors(self) -> list[dict[str, Any]]:
-        """Return front camera, LiDAR, IMU, GNSS and speedometer, as in Bao and Li 2025 (arXiv:2510.26023)."""
+        """Return front camera, LiDAR, IMU, GNSS and speedometer, as in Bao and Li 2025 (arXiv:2510.26023).
+
+        Besides, there is a camera to the rear, which sees whether an emergency vehicle comes from behind.
+        """
         if not self._config.sensors:
             return [{"type": "sensor.speedometer", "reading_frequency": 20, "id": "SPEED"}]
         return [
             {"type": "sensor.camera.rgb", "id": "CAM_FRONT", **CAMERA},
+            {"type": "sensor.camera.rgb", "id": "CAM_BACK", **REAR},
             {"type": "sensor.lidar.ray_cast", "id": "LIDAR", **LIDAR},
             {"type": "sensor.other.imu", "sensor_tick": 0.05, "id": "IMU", **AT_CENTRE},
             {"type": "sensor.other.gnss", "sensor_tick": 0.01, "id": "GPS", **AT_CENTRE},

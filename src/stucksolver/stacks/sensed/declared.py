@@ -5,63 +5,63 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from stucksolver.perception.rig import Mount, Rig
+from stucksolver.perception.rig import CameraRig, Mount, Rig
 from stucksolver.stacks.sensed.mounting import SensorError
+from stucksolver_bridge.sensed_facts import CAMERA, GNSS, IMU, LIDAR, REAR, SPEED, name_of
 
-CAMERA, LIDAR = "sensor.camera.rgb", "sensor.lidar.ray_cast"
 NEEDED = {
-    CAMERA: "front camera",
-    LIDAR: "LiDAR",
-    "sensor.other.imu": "IMU",
-    "sensor.other.gnss": "GNSS",
-    "sensor.speedometer": "speedometer",
+    CAMERA: ("sensor.camera.rgb", "front camera"),
+    LIDAR: ("sensor.lidar.ray_cast", "LiDAR"),
+    IMU: ("sensor.other.imu", "IMU"),
+    GNSS: ("sensor.other.gnss", "GNSS"),
+    SPEED: ("sensor.speedometer", "speedometer"),
 }
-"""By the leaderboard's names for their types; one of each."""
+"""By our names: those of the leaderboard for their types, and what they are; one of each."""
 SAME_DEG = 0.01
 """Fields of view are given in whole degrees."""
 
 
 def rig_of(declared: Sequence[Mapping[str, Any]], rig: Rig) -> Rig:
-    """Return the rig with camera and LiDAR mounted as the agent declares.
+    """Return the rig with cameras and LiDAR mounted as the agent declares; it may lack the rear camera.
 
     Mounts may differ from the rig file's, since they are known exactly. What the networks were trained for, the image's
-    size and field of view, may not. A leaderboard agent has no rear camera.
+    size and field of view, may not.
 
     Raises:
         SensorError: A sensor is missing or does not fit.
     """
-    for type_id, name in NEEDED.items():
-        count = sum(one.get("type") == type_id for one in declared)
+    named: dict[str, list[Mapping[str, Any]]] = {}
+    for one in declared:
+        named.setdefault(name_of(one) or "", []).append(one)
+    for key, (type_id, name) in NEEDED.items():
+        count = len(named.get(key, ()))
         if count != 1:
             raise SensorError(
                 f"the agent declares {count} sensors of type {type_id}: perception needs one {name}; "
                 f"declare it (\"sensors\": true), or set perception to 'privileged'"
             )
-    by_type = {str(one["type"]): one for one in declared}
-    camera, lidar = by_type[CAMERA], by_type[LIDAR]
-    _check_camera(camera, rig)
-    return rig.model_copy(
-        update={
-            "rear_camera": None,
-            "camera": rig.camera.model_copy(update={"mount": _mount(camera)}),
-            "lidar": rig.lidar.model_copy(update={"mount": _mount(lidar)}),
-        }
-    )
+    rears = named.get(REAR, [])
+    if len(rears) > 1:
+        raise SensorError(f"the agent declares {len(rears)} cameras to the rear: perception uses one; declare one")
+    rear = None if rig.rear_camera is None or not rears else _declared_camera(REAR, rears[0], rig.rear_camera)
+    lidar = rig.lidar.model_copy(update={"mount": _mount(named[LIDAR][0])})
+    camera = _declared_camera(CAMERA, named[CAMERA][0], rig.camera)
+    return rig.model_copy(update={"camera": camera, "rear_camera": rear, "lidar": lidar})
 
 
-def _check_camera(camera: Mapping[str, Any], rig: Rig) -> None:
-    size = (int(camera.get("width", 0)), int(camera.get("height", 0)))
-    wanted = (rig.camera.width_px, rig.camera.height_px)
-    if size != wanted:
+def _declared_camera(name: str, declared: Mapping[str, Any], rig: CameraRig) -> CameraRig:
+    size = (int(declared.get("width", 0)), int(declared.get("height", 0)))
+    if size != (rig.width_px, rig.height_px):
         raise SensorError(
-            f"the agent's camera has pictures of {size[0]} x {size[1]}, the rig says {wanted[0]} x {wanted[1]}: "
-            "give the rig file of this camera"
+            f"the agent's {name} has pictures of {size[0]} x {size[1]}, the rig says {rig.width_px} x {rig.height_px}: "
+            f"give the rig file of this {name}"
         )
-    if abs(float(camera.get("fov", 0.0)) - rig.camera.fov_deg) > SAME_DEG:
+    if abs(float(declared.get("fov", 0.0)) - rig.fov_deg) > SAME_DEG:
         raise SensorError(
-            f"the agent's camera has a field of view of {camera.get('fov')} degrees, the rig says "
-            f"{rig.camera.fov_deg:g}: give the rig file of this camera"
+            f"the agent's {name} has a field of view of {declared.get('fov')} degrees, the rig says "
+            f"{rig.fov_deg:g}: give the rig file of this {name}"
         )
+    return rig.model_copy(update={"mount": _mount(declared)})
 
 
 def _mount(declared: Mapping[str, Any]) -> Mount:

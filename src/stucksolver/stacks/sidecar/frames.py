@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver.perception.measurements import CameraFrame, GnssFix, ImuSample, LidarSweep, WheelSpeed
-from stucksolver.perception.rig import Rig
+from stucksolver.perception.rig import CameraRig, Rig
 from stucksolver.stacks.sensed.georeference import GeoReference
 from stucksolver.stacks.sensed.mounting import SensorError
 from stucksolver.stacks.sensed.readings import camera_rgb, gnss_fix, imu_sample, lidar_points, wheel_speed_mps
 from stucksolver.stacks.sensed.suite import EARLY_S, PICTURE_EVERY_S, Measured
-from stucksolver_bridge.sensed_facts import ALL, CAMERA, GNSS, IMU, LIDAR, NO_PICTURE, SPEED
+from stucksolver_bridge.sensed_facts import ALL, CAMERA, GNSS, IMU, LIDAR, NO_PICTURE, REAR, SPEED
 
 PIXEL = "B"
 """The format of a byte in `memoryview`."""
@@ -69,7 +69,7 @@ class SharedMeasurements:
         self._clock.turn_to(told["tick"])
         time_s = self._clock.time_s
         due = [LIDAR, IMU, GNSS, SPEED, *([CAMERA] if looks else [])]
-        picture = self._picture(told[CAMERA], time_s)
+        picture = self._picture(CAMERA, self._rig.camera, told[CAMERA], time_s)
         if picture is not None:
             self._next_picture_s = time_s + PICTURE_EVERY_S
         return Measured(
@@ -79,23 +79,26 @@ class SharedMeasurements:
             fix=self._fix(told[GNSS], time_s),
             wheels=self._wheels(told[SPEED], time_s),
             silent=tuple(name for name in due if told[name] is None),
+            rear=self._picture(REAR, self._rig.rear_camera, told.get(REAR), time_s),
         )
 
     def close(self) -> None:
         """Do nothing: the sensors belong to the other process."""
         self._memory.close()
 
-    def _picture(self, told: Mapping[str, Any] | None, time_s: float) -> CameraFrame | None:
-        if told is None:
+    def _picture(
+        self, name: str, camera: CameraRig | None, told: Mapping[str, Any] | None, time_s: float
+    ) -> CameraFrame | None:
+        if told is None or camera is None:
             return None
-        shape, camera = told["shape"], self._rig.camera
+        shape = told["shape"]
         if len(shape) != 3 or tuple(shape[:2]) != (camera.height_px, camera.width_px) or shape[2] != 4:
             size = " x ".join(str(one) for one in (*shape[1::-1], *shape[2:])) or str(told["format"])
             raise SensorError(
-                f"the camera's picture is {size}, the rig says {camera.width_px} x {camera.height_px} x 4 bytes: "
-                "give the rig file of this camera"
+                f"the {name}'s picture is {size}, the rig says {camera.width_px} x {camera.height_px} x 4 bytes: "
+                f"give the rig file of this {name}"
             )
-        pixels = self._array("camera", told, PIXEL, np.dtype(np.uint8))
+        pixels = self._array(name, told, PIXEL, np.dtype(np.uint8))
         raw: Any = SimpleNamespace(raw_data=pixels, height=shape[0], width=shape[1])
         return CameraFrame(time_s, camera_rgb(raw))
 
