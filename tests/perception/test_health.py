@@ -87,6 +87,15 @@ def test_pictures_of_a_car_that_stops_and_goes_are_believed_as_long_as_they_chan
         assert health.picture(standing, moves=True) is standing
 
 
+def test_each_camera_is_judged_by_its_own_pictures(health):
+    same = picture()
+    for _ in range(SAME_PICTURES + 1):
+        assert health.picture(picture(), moves=True) is not None
+        held = health.picture(same, moves=True, camera="rear camera")
+    assert held is None
+    assert health.faults == ("the rear camera gives the same picture again and again",)
+
+
 def test_a_silent_lidar_is_named(health):
     assert health.sweep(None) is None
     assert health.faults == ("the LiDAR is silent",)
