@@ -89,6 +89,10 @@ class Body:
     strength: float = 0.0
     """Running mean of the scores of the last looks, where a miss counts as 0."""
     hidden: bool = False
+    looked_s: float = 0.0
+    """Time of the look before this one."""
+    concealed_s: float = 0.0
+    """How long the standing ego itself has hidden it since it was last detected (s)."""
     motion: Motion = Motion.UNDECIDED
     standing_since_s: float | None = None
     moved_at_s: float | None = None
@@ -219,7 +223,7 @@ def update(body: Body, seen: Measured, i: int) -> None:
     if body.motion is not Motion.STANDING:
         _along_its_axis(body)
     _resize(body, seen, i)
-    body.last_seen_s, body.hidden = seen.time_s, False
+    body.last_seen_s, body.hidden, body.concealed_s = seen.time_s, False, 0.0
     _remember(body, seen, i)
 
 

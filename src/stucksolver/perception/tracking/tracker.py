@@ -82,6 +82,7 @@ class ObjectTracker:
         """
         seen = measured(detections.part(association.one_for_each_place(detections)), pose)
         for body in self._bodies:
+            body.looked_s = body.time_s
             predict(body, seen.time_s, held=abs(pose.speed_mps) < HELD_MPS)
         kept = [body for body in self._bodies if body.id in self._confirmed and body.motion is Motion.STANDING]
         before = existence.that_return(kept, pose, standing) if standing is not None else {}
@@ -128,10 +129,12 @@ class ObjectTracker:
         for body, excused, seen_free in zip(missed, hidden.tolist(), free.tolist(), strict=True):
             x, y = float(body.x[0]), float(body.x[1])
             taken = association.inside_another(found, x, y) or association.beside_its_like(found, body)
+            away = math.hypot(body.x[0] - pose.x_m, body.x[1] - pose.y_m)
             if excused and not taken:
                 body.hidden = True
+                if abs(pose.speed_mps) < HELD_MPS:
+                    existence.conceal(body, away, pose.time_s)
             else:
-                away = math.hypot(body.x[0] - pose.x_m, body.x[1] - pose.y_m)
                 existence.miss(body, away, seen_free or taken)
 
     def _bear(self, seen: Measured, left: list[int], found: list[Body], still: list[Body]) -> None:
