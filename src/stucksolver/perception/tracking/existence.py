@@ -113,6 +113,12 @@ def that_return(bodies: list[Body], pose: PoseEstimate, standing: Floats) -> dic
     return found
 
 
+def explained_by(found: list[Body], pose: PoseEstimate, standing: Floats) -> NDArray[np.bool_]:
+    """(m,): True for the returns (see `that_return`) that come from one of the detected bodies."""
+    boxes = into_vehicle(np.array([(*b.x[:3], *b.size, b.x[3]) for b in found]).reshape(-1, 7), pose)
+    return within(footprints(boxes), standing[:, 0], standing[:, 1], BOX_MARGIN_M, BOX_MARGIN_M)
+
+
 def ended(body: Body, now_s: float, confirmed: bool) -> bool:
     """Return True if a body is to be dropped."""
     unseen_s = now_s - body.last_seen_s - body.concealed_s

@@ -25,7 +25,7 @@ from stucksolver.perception.tracking.body import (
     set_off,
     update,
 )
-from stucksolver.perception.tracking.groups import GROUP_OF_LABEL, GROUPS
+from stucksolver.perception.tracking.groups import GROUP_OF_LABEL, GROUPS, WHEELED
 from stucksolver.perception.tracking.motion import Evidence, Motion
 from stucksolver.perception.tracking.noise import Measured, measured
 from stucksolver.perception.tracking.track import Track
@@ -94,6 +94,13 @@ class ObjectTracker:
         taken = {j for _, j in pairs}
         met = {body.id for body in found}
         missed = [body for body in self._bodies if body.id not in met]
+        if standing is not None:
+            # The rear of a bus that has driven on is within the long box that it left behind.
+            lost = [body for body in missed if body.id in before and WHEELED[body.label]]
+            vehicles = [body for body in found if WHEELED[body.label]]
+            others = standing[~existence.explained_by(vehicles, pose, standing)]
+            gone = {body.id for body in lost} - existence.that_return(lost, pose, others).keys()
+            before = {name: odds for name, odds in before.items() if name not in gone}
         self._miss(missed, found, pose, space)
         for body in kept:
             body.odds = max(body.odds, before.get(body.id, body.odds))
