@@ -115,6 +115,24 @@ def test_it_waits_for_whoever_crosses(kind):
     assert wait_of(decide(stepping)) is WaitReason.PEOPLE
 
 
+@pytest.mark.parametrize(
+    ("kind", "sd_m", "stood_s", "moved_s_ago", "waits"),
+    [
+        (ObjectKind.ANIMAL, 0.2, 62.0, None, False),
+        (ObjectKind.ANIMAL, 0.2, 58.0, None, True),
+        (ObjectKind.ANIMAL, 0.2, 62.0, 80.0, True),
+        (ObjectKind.ANIMAL, None, 62.0, None, True),
+        (ObjectKind.PEDESTRIAN, 0.2, 62.0, None, True),
+    ],
+    ids=["box", "not for long", "it came", "ground truth", "a person"],
+)
+def test_by_sensors_an_animal_that_never_moved_is_passed(kind, sd_m, stood_s, moved_s_ago, waits):
+    """Boxes and cones are often taken for one."""
+    lead = thing("lead", 62.0, kind=kind, length=1.0, width=0.5, stationary_s=stood_s, moved_s_ago=moved_s_ago)
+    decision = decide(World(TWO_WAY, [lead.model_copy(update={"position_sd_m": sd_m})]))
+    assert (decision.analysis.wait is WaitReason.PEOPLE) == (decision.plan is None) == waits
+
+
 def test_people_who_walk_away_hold_nobody_up():
     away = World(TWO_WAY, [thing("walker", 60.0, -3.0, kind=ObjectKind.PEDESTRIAN, sideways=-1.2)])
     assert decide(away).analysis.wait is None

@@ -149,6 +149,21 @@ def test_by_sensors_it_waits_for_a_person_who_may_stand_before_its_corner(ahead_
     assert (ego.x < 10.5) == waits
 
 
+@pytest.mark.parametrize("sensed", [True, False])
+def test_by_sensors_it_halts_at_once_before_who_steps_out_close_ahead(sensed):
+    """Where places are exact, the last of the speed takes its time."""
+    world, ego, driver = scene(speed=1.0)
+    if sensed:
+        ego.perceiver = Sensed(world, ego)
+        driver = BehaviorDriver(ego, "normal", DriverOptions(ignore_traffic_lights=True))
+        driver.set_destination(carla.Location(250.0, HOME, 0.0))
+    began = ego.x
+    world.add("walker.pedestrian.1", ego.x + 5.0, HOME, bounding_box=box(0.2, 0.2, 0.9))
+    drive(world, ego, driver, 3.0)
+    assert ego.speed < 0.06
+    assert (ego.x - began < 0.18) == sensed
+
+
 def test_an_ego_put_somewhere_else_goes_on_from_there():
     world, ego, driver = scene()
     drive(world, ego, driver, 2.0)

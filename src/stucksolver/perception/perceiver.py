@@ -20,6 +20,7 @@ from stucksolver.perception.camera.weights import WeightsError
 from stucksolver.perception.far_tracking import FarTracker, is_refuted
 from stucksolver.perception.far_view import FarLook, FarView, blockers_of
 from stucksolver.perception.frames import into_vehicle
+from stucksolver.perception.lidar.crowd import with_neighbours
 from stucksolver.perception.lidar.detector import LidarDetector
 from stucksolver.perception.lidar.ends import with_measured_ends
 from stucksolver.perception.lidar.extent import with_measured_extents
@@ -101,7 +102,9 @@ class Perceiver:
             detections = with_measured_ends(detections, turn, self._rig.lidar)
         with self._timed("residual"):
             standing = standing_returns(turn, self._rig.lidar)
-            detections = with_unexplained(detections, standing, self._vehicles(look.pose))
+            vehicles = self._vehicles(look.pose)
+            detections = with_neighbours(detections, turn, vehicles)
+            detections = with_unexplained(detections, standing, vehicles)
             detections = with_measured_heights(detections, points)
         with self._timed("tracking"):
             tracks = self._tracker.update(detections, look.pose, seen, standing)

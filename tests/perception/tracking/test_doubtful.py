@@ -72,3 +72,21 @@ def test_rays_that_pass_over_a_bag_do_not_show_that_it_is_gone():
     bag, walker = (7, (0.5, 0.5, 0.3)), (PEDESTRIAN, (0.5, 0.5, 1.8))
     assert (missed(*bag, looks=8), missed(*walker, looks=8)) == (1, 0)
     assert missed(*bag, looks=25) == 0, "it is not found for too long"
+
+
+def test_who_has_walked_here_and_stands_does_not_become_a_bicycle():
+    """Two who stand close together look like one."""
+    rng, tracker = np.random.default_rng(3), ObjectTracker()
+    walks = follow(tracker, lambda t: ((5.0, -4.0 + 1.3 * t), (0.0, 1.3)), 2.5, rng, label=PEDESTRIAN)
+    assert walks and walks[0].moved_at_s is not None
+    here = (5.0, -0.75)
+    follow(tracker, lambda t: (here, (0.0, 0.0)), 3.0, rng, start_s=2.5, label=PEDESTRIAN)
+    told = follow(tracker, lambda t: (here, (0.0, 0.0)), 8.0, rng, start_s=5.5, label=BICYCLE, size=(1.5, 0.7, 1.7))
+    assert [track.label for track in told] == [PEDESTRIAN]
+
+
+def test_a_parked_bicycle_first_taken_for_a_person_becomes_a_bicycle():
+    rng, tracker = np.random.default_rng(4), ObjectTracker()
+    follow(tracker, lambda t: ((5.0, -0.75), (0.0, 0.0)), 3.0, rng, label=PEDESTRIAN)
+    told = follow(tracker, lambda t: ((5.0, -0.75), (0.0, 0.0)), 8.0, rng, start_s=3.0, label=BICYCLE)
+    assert [track.label for track in told] == [BICYCLE]

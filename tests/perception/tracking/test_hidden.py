@@ -50,6 +50,18 @@ def test_what_lies_below_the_lowest_beam_is_remembered():
     assert len(told) == 1
 
 
+def test_what_lies_before_the_nose_is_not_forgotten_while_the_ego_stands():
+    """Rays pass above it, and nobody has seen it go."""
+    tracker, bag = ObjectTracker(), {"label": 7, "size": (0.5, 0.4, 0.15)}
+    follow(tracker, lambda _: ((9.0, 0.0), (0.0, 0.0)), 3.0, np.random.default_rng(1), **bag)
+    for k in range(600):
+        told = tracker.update(nothing(3.0 + k * STEP_S), pose(3.0 + k * STEP_S, x=5.6))
+    assert len(told) == 1
+    for k in range(600, 920):
+        told = tracker.update(nothing(3.0 + k * STEP_S), pose(3.0 + k * STEP_S, x=8.0, speed=0.3))
+    assert told == ()
+
+
 def test_who_is_beyond_range_is_remembered_for_a_while_only():
     tracker = ObjectTracker()
     follow(tracker, lambda _: ((30.0, 5.0), (0.0, 0.0)), 3.0, np.random.default_rng(2))

@@ -68,3 +68,16 @@ def test_one_that_was_driving_is_not_held_back_by_returns():
 def test_a_thing_at_its_rear_is_a_part_of_it_and_a_person_is_a_person():
     assert [LABELS[track.label] for track in told_after(behind_a_van(), 2.0, rear(), "barrier")] == ["truck"]
     assert {LABELS[t.label] for t in told_after(behind_a_van(), 2.0, rear(), "pedestrian")} == {"truck", "pedestrian"}
+
+
+def test_the_rear_of_a_bus_that_has_driven_on_does_not_keep_the_place_that_it_left():
+    """Its new box is 5 m ahead; its rear is within the old one, 11 m long."""
+    tracker, rng = ObjectTracker(), np.random.default_rng(4)
+    bus = {"label": LABELS.index("truck"), "size": (11.0, 2.5, 3.1)}
+    follow(tracker, lambda _: ((12.9, 0.0), (0.0, 0.0)), 3.0, rng, **bus)
+    told, rays = (), rear(x=12.4)
+    for k in range(40):
+        t = 3.0 + k * STEP_S
+        told = tracker.update(detections(t, [(17.9, 0.0)], rng, noise=0.3, **bus), pose(t), None, rays)
+    assert len(told) == 1
+    assert told[0].x_m > 17.0

@@ -41,6 +41,7 @@ REGAINED_M = 0.3
 """Another side of it is visible then: its centre may be measured this much elsewhere."""
 
 
+PEDESTRIAN = LABELS.index("pedestrian")
 STIRRED_M, STIRRED_S = 0.5, 10.0
 """Whoever comes to rest this near to where it stood, within this time, has not moved: boxes wander while the ego turns
 or backs up.
@@ -88,6 +89,10 @@ class Body:
     strength: float = 0.0
     """Running mean of the scores of the last looks, where a miss counts as 0."""
     hidden: bool = False
+    looked_s: float = 0.0
+    """Time of the look before this one."""
+    concealed_s: float = 0.0
+    """How long the standing ego itself has hidden it since it was last detected (s)."""
     motion: Motion = Motion.UNDECIDED
     standing_since_s: float | None = None
     moved_at_s: float | None = None
@@ -218,7 +223,7 @@ def update(body: Body, seen: Measured, i: int) -> None:
     if body.motion is not Motion.STANDING:
         _along_its_axis(body)
     _resize(body, seen, i)
-    body.last_seen_s, body.hidden = seen.time_s, False
+    body.last_seen_s, body.hidden, body.concealed_s = seen.time_s, False, 0.0
     _remember(body, seen, i)
 
 
@@ -261,11 +266,19 @@ def _along_its_axis(body: Body) -> None:
 def _remember(body: Body, seen: Measured, i: int) -> None:
     body.hits += 1
     body.votes = body.votes * VOTES_FORGET
-    body.votes[seen.label[i]] += seen.score[i]
+    body.votes[_voted(body, int(seen.label[i]))] += seen.score[i]
     noise, z = seen.noise[i], seen.z[i]
     body.samples[:-1] = body.samples[1:]
     place, speed = (noise[0, 0] + noise[1, 1]) / 2.0, (noise[4, 4] + noise[5, 5]) / 2.0
     body.samples[-1] = seen.time_s, z[0], z[1], z[4], z[5], place, speed
+
+
+def _voted(body: Body, label: int) -> int:
+    """Return the label that a detection votes for. Who has walked here and stands does not become a bicycle: people who
+    stand close together look like one.
+    """
+    walked = body.label == PEDESTRIAN and body.motion is Motion.STANDING and body.moved_at_s is not None
+    return PEDESTRIAN if walked and LABELS[label] in body.group.labels else label
 
 
 def _same_heading(body: Body, yaw: float, score: float) -> float:

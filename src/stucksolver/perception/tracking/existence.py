@@ -57,6 +57,8 @@ FEWEST_OF_A_THING = 4
 """... and this many for anything else."""
 WAY_M = 1.5
 """Half the width of the vehicle's way (m)."""
+CONCEALED_M = 5.0
+"""The LiDAR's lowest beam passes above low things that are nearer than this (m)."""
 OCCLUSION_MARGIN = 0.8
 """Share of an object's width that must be covered by a nearer one for it to count as hidden."""
 
@@ -78,6 +80,12 @@ def miss(body: Body, distance_m: float, free: bool) -> None:
     body.hidden = False
     body.strength *= 1.0 - STRENGTH_GAIN
     body.odds += math.log(1.0 - found)
+
+
+def conceal(body: Body, distance_m: float, now_s: float) -> None:
+    """Note that the standing ego's own nose hides a thing: it is not forgotten, or the ego would set off over it."""
+    if body.group.lifeless and distance_m < CONCEALED_M:
+        body.concealed_s += now_s - body.looked_s
 
 
 def that_return(bodies: list[Body], pose: PoseEstimate, standing: Floats) -> dict[int, float]:
@@ -105,9 +113,15 @@ def that_return(bodies: list[Body], pose: PoseEstimate, standing: Floats) -> dic
     return found
 
 
+def explained_by(found: list[Body], pose: PoseEstimate, standing: Floats) -> NDArray[np.bool_]:
+    """(m,): True for the returns (see `that_return`) that come from one of the detected bodies."""
+    boxes = into_vehicle(np.array([(*b.x[:3], *b.size, b.x[3]) for b in found]).reshape(-1, 7), pose)
+    return within(footprints(boxes), standing[:, 0], standing[:, 1], BOX_MARGIN_M, BOX_MARGIN_M)
+
+
 def ended(body: Body, now_s: float, confirmed: bool) -> bool:
     """Return True if a body is to be dropped."""
-    unseen_s = now_s - body.last_seen_s
+    unseen_s = now_s - body.last_seen_s - body.concealed_s
     if body.odds < GONE or (not confirmed and unseen_s > UNCONFIRMED_S):
         return True
     if body.hidden and float(np.linalg.eigvalsh(body.p[:2, :2])[-1]) > NOWHERE_M**2:

@@ -25,7 +25,7 @@ from stucksolver.perception.tracking.body import (
     set_off,
     update,
 )
-from stucksolver.perception.tracking.groups import GROUP_OF_LABEL, GROUPS
+from stucksolver.perception.tracking.groups import GROUP_OF_LABEL, GROUPS, WHEELED
 from stucksolver.perception.tracking.motion import Evidence, Motion
 from stucksolver.perception.tracking.noise import Measured, measured
 from stucksolver.perception.tracking.track import Track
@@ -82,6 +82,7 @@ class ObjectTracker:
         """
         seen = measured(detections.part(association.one_for_each_place(detections)), pose)
         for body in self._bodies:
+            body.looked_s = body.time_s
             predict(body, seen.time_s, held=abs(pose.speed_mps) < HELD_MPS)
         kept = [body for body in self._bodies if body.id in self._confirmed and body.motion is Motion.STANDING]
         before = existence.that_return(kept, pose, standing) if standing is not None else {}
@@ -93,6 +94,13 @@ class ObjectTracker:
         taken = {j for _, j in pairs}
         met = {body.id for body in found}
         missed = [body for body in self._bodies if body.id not in met]
+        if standing is not None:
+            # The rear of a bus that has driven on is within the long box that it left behind.
+            lost = [body for body in missed if body.id in before and WHEELED[body.label]]
+            vehicles = [body for body in found if WHEELED[body.label]]
+            others = standing[~existence.explained_by(vehicles, pose, standing)]
+            gone = {body.id for body in lost} - existence.that_return(lost, pose, others).keys()
+            before = {name: odds for name, odds in before.items() if name not in gone}
         self._miss(missed, found, pose, space)
         for body in kept:
             body.odds = max(body.odds, before.get(body.id, body.odds))
@@ -128,10 +136,12 @@ class ObjectTracker:
         for body, excused, seen_free in zip(missed, hidden.tolist(), free.tolist(), strict=True):
             x, y = float(body.x[0]), float(body.x[1])
             taken = association.inside_another(found, x, y) or association.beside_its_like(found, body)
+            away = math.hypot(body.x[0] - pose.x_m, body.x[1] - pose.y_m)
             if excused and not taken:
                 body.hidden = True
+                if abs(pose.speed_mps) < HELD_MPS:
+                    existence.conceal(body, away, pose.time_s)
             else:
-                away = math.hypot(body.x[0] - pose.x_m, body.x[1] - pose.y_m)
                 existence.miss(body, away, seen_free or taken)
 
     def _bear(self, seen: Measured, left: list[int], found: list[Body], still: list[Body]) -> None:

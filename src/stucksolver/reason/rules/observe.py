@@ -26,6 +26,9 @@ MOVING_MPS = 0.5
 CROSSING_MPS = 0.3
 KERB_ZONE_M = 2.0
 """People this near to the path may step into it (m)."""
+LIKE_A_THING_S = 60.0
+"""An animal that has not moved for this long, as seen by sensors, may be a box (s). Animals stand on a road for half a
+minute."""
 PARKED_OFFSET_M = 0.4
 """A vehicle further than this from the lane's centre is beside the traffic, not in it (m)."""
 AHEAD_M = 60.0
@@ -96,9 +99,10 @@ def near_path(o: SceneObject) -> bool:
 
 def intent(scene: Scene, o: SceneObject, limits: WaitLimits) -> Intent:
     """Return what an object is about to do, from its motion, position and lights."""
-    if o.kind in (ObjectKind.PEDESTRIAN, ObjectKind.ANIMAL):
+    thing = o.kind in STATIC_KINDS or o.kind is ObjectKind.UNKNOWN or stands_like_a_thing(o)
+    if o.kind in (ObjectKind.PEDESTRIAN, ObjectKind.ANIMAL) and not thing:
         return _on_foot(o)
-    if o.kind in STATIC_KINDS or o.kind is ObjectKind.UNKNOWN:
+    if thing:
         return Intent.OBSTRUCTING if o.in_path else Intent.UNKNOWN
     if o.speed_along_mps < -MOVING_MPS:
         return Intent.ONCOMING
@@ -111,6 +115,15 @@ def intent(scene: Scene, o: SceneObject, limits: WaitLimits) -> Intent:
     if beside_lane_centre(o):
         return Intent.PARKED
     return Intent.QUEUEING if _in_queue(scene, o, limits) else Intent.STOPPED
+
+
+def stands_like_a_thing(o: SceneObject) -> bool:
+    """True for an animal that has stood since sensors first saw it: boxes and cones are often taken for one.
+
+    The guard still keeps as far from it as from any animal.
+    """
+    unmoved = o.moved_s_ago is None and (o.stationary_s or 0.0) >= LIKE_A_THING_S
+    return o.kind is ObjectKind.ANIMAL and bool(o.position_sd_m) and unmoved
 
 
 def beside_lane_centre(o: SceneObject) -> bool:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stucksolver.decision.passing import ROOM_TO_RETURN_M
 from stucksolver.reason.rules.attempts import failed_for
-from stucksolver.reason.rules.observe import beside_lane_centre
+from stucksolver.reason.rules.observe import beside_lane_centre, stands_like_a_thing
 from stucksolver.scene import (
     MOTOR_VEHICLES,
     VULNERABLE,
@@ -145,7 +145,7 @@ def said_of(blocking: SceneObject) -> str:
 
 def stays(o: SceneObject) -> bool:
     """True if it will still be there however long the ego waits: a thing, or a broken-down vehicle."""
-    return bool(o.hazard_lights) or o.kind not in MOTOR_VEHICLES | VULNERABLE
+    return bool(o.hazard_lights) or o.kind not in MOTOR_VEHICLES | VULNERABLE or stands_like_a_thing(o)
 
 
 def too_narrow(scene: Scene, lane: SceneLane, target: PassTarget) -> str | None:

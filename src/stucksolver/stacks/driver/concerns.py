@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from stucksolver.stacks.driver.behavior import (
     KMH,
+    STANDING_MPS,
     Profile,
     cruise_speed,
     emergency,
@@ -28,6 +29,7 @@ from stucksolver.stacks.driver.vehicle_model import VehicleModel
 DEFAULT_LIMIT_KMH = 30.0
 _SPEED_PREVIEW_S = 0.4
 _SPEED_GAIN = 1.2
+_HALTS_MPS2, _STANDS_MPS = 2.0, 0.05
 _TURNS = ("left", "right")
 
 
@@ -139,7 +141,20 @@ class Concerns:
         hard = emergency(speed, hazard.gap, hazard.speed)
         if hard is not None:
             return hard
+        fall_back = self._profile.speed_decrease_kmh * KMH
+        return toward_gap(speed, self._room_m(hazard), hazard.speed, self.deceleration, fall_back)
+
+    def halt(self, hazard: Hazard, speed: float) -> float:
+        """Halt before somebody or something that stands or crosses with less room than wanted; infinity otherwise.
+
+        `hazard` brakes ever less as the speed falls, over the last metre: after a late stop, or when someone steps out
+        close ahead, the ego would creep up to them.
+        """
+        close = self._room_m(hazard) < 0.0 and hazard.speed < STANDING_MPS
+        return -_HALTS_MPS2 if close and speed > _STANDS_MPS else math.inf
+
+    def _room_m(self, hazard: Hazard) -> float:
+        """Return how far the ego may still go on (m); negative if it is nearer than wanted."""
         following, profile = self._planner.following, self._profile
         standing = self._options.follow_gap_m if following else profile.braking_distance_m
-        room = hazard.gap - wanted_gap(profile, standing, hazard.speed)
-        return toward_gap(speed, room, hazard.speed, self.deceleration, profile.speed_decrease_kmh * KMH)
+        return hazard.gap - wanted_gap(profile, standing, hazard.speed)

@@ -274,6 +274,8 @@ class BehaviorDriver:
             math.inf if crossing.look_m is None else concerns.slow_to(LOOKING_MPS, crossing.look_m, speed),
             -self._hold_mps2 if self._holding else math.inf,
         ]
+        if self._perception.doubt_m > 0.0:
+            allowed += [concerns.halt(hazard, speed) for hazard in hazards]
         return min(allowed + [concerns.hazard(hazard, speed) for hazard in hazards])
 
     def _others_first(self, speed: float, around: NearbyBodies, held: bool) -> GiveWayDecision:

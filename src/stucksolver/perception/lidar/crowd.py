@@ -1,0 +1,117 @@
+"""People who stand close to somebody whom the detector named.
+
+Two people half a metre apart are often one box to the network, on one of them or between both. The other one's rays
+came back, too. So near the vehicle what stands beside a person, further from its middle than a body reaches, is
+another one. A walking person is not wider than that above the knees.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.perception.labels import LABELS
+from stucksolver.perception.measurements import Detections, Floats
+from stucksolver.perception.visibility import footprints, within
+
+AHEAD_M = (1.5, 6.0)
+"""From beside the nose on, and as far as the road is as level as under the vehicle, and a person has hundreds of
+returns.
+"""
+ASIDE_M = 3.0
+OWN_LENGTH_M, OWN_WIDTH_M = 2.5, 1.0
+"""Half sizes: returns from within come from the vehicle itself. Closer than `visibility.OWN_LENGTH_M`: who leans on the
+bumper must be seen, and in front of the doors nothing of the body sticks out."""
+LOW_M, HIGH_M = 0.7, 2.0
+"""Height above the vehicle's road (m): not the legs, which reach further in a stride."""
+BODY_M = 0.4
+"""From the middle of a box to the outermost return of its person: half a body, and the box's error."""
+OUT_M, OUT = 0.5, 4
+"""As many returns of another person are further than this from the named one (m): an elbow, or a coat, is not."""
+BESIDE_M = 1.0
+"""Further from everybody, `residual` asks what it is."""
+LAG_S = 0.2
+"""The box of who moves may lag by as much."""
+EXPLAINS = 0.2
+"""Score from which a detection explains the returns around it."""
+MARGIN_M = 0.4
+"""Boxes of anything else are this much smaller than what they stand for."""
+FEWEST, SHARE = 10, 0.1
+"""Returns that make another person: this many, and this share of those from the named one."""
+TALL_M = 0.3
+"""They extend over this height."""
+CELL_M = 0.2
+SIZE_M = 0.5
+HEIGHT_M = 1.7
+SCORE = 0.5
+"""As for the obstacles of `residual`: two of these confirm a track."""
+
+PEDESTRIAN = LABELS.index("pedestrian")
+
+
+def with_neighbours(detections: Detections, points: NDArray[np.floating], known: Floats) -> Detections:
+    """Return the detections, and after them those who stand close to a detected person.
+
+    Args:
+        detections: In the vehicle frame.
+        points: (n, 3 or more): x, y, z (m) of one full turn in the vehicle frame.
+        known: (k, 8): tracked vehicles, see `residual.with_unexplained`.
+    """
+    sure = detections.score >= EXPLAINS
+    person = sure & (detections.label == PEDESTRIAN)
+    middle = detections.center[person, :2]
+    if not len(middle):
+        return detections
+    reach = BODY_M + LAG_S * np.hypot(*detections.velocity[person].T)
+    others = np.column_stack([detections.center, detections.size, detections.yaw])[sure & ~person]
+    x, y, z = _close(points)
+    away = np.hypot(x[:, None] - middle[:, 0], y[:, None] - middle[:, 1])
+    own = (away < reach).any(axis=1)
+    bodies = footprints(np.vstack([others, np.reshape(known, (-1, 8))[:, :7]]))
+    left = ~own & (away < BESIDE_M).any(axis=1) & ~within(bodies, x, y, MARGIN_M, MARGIN_M)
+    if left.sum() < FEWEST:
+        return detections
+    returns = np.column_stack([x, y, z])[left]
+    nearest = away[left].argmin(axis=1)
+    lead = (away[left] - reach).min(axis=1)
+    named = (away < reach).sum(axis=0)
+    found = []
+    for group in _groups(returns):
+        enough = group.sum() >= max(FEWEST, SHARE * named[nearest[group]].max())
+        reaches = (lead[group] > OUT_M - BODY_M).sum() >= OUT
+        if enough and reaches and np.ptp(returns[group, 2]) >= TALL_M:
+            found.append((returns[group, :2].min(axis=0) + returns[group, :2].max(axis=0)) / 2)
+    return _joined(detections, np.array(found).reshape(-1, 2))
+
+
+def _close(points: NDArray[np.floating]) -> tuple[Floats, Floats, Floats]:
+    """Return x, y, z of the returns close ahead that may come from a person's upper body."""
+    x, y, z = (np.asarray(points[:, axis], np.float64) for axis in range(3))
+    near = (x > AHEAD_M[0]) & (x < AHEAD_M[1]) & (np.abs(y) < ASIDE_M) & (z > LOW_M) & (z < HIGH_M)
+    near &= (x > OWN_LENGTH_M) | (np.abs(y) > OWN_WIDTH_M)
+    return x[near], y[near], z[near]
+
+
+def _groups(returns: Floats) -> list[NDArray[np.bool_]]:
+    """Return which of the returns (m, 3) belong together, for each cluster."""
+    from scipy import ndimage  # type: ignore[import-untyped]
+
+    cells = np.floor((returns[:, :2] - returns[:, :2].min(axis=0)) / CELL_M).astype(np.int64)
+    taken = np.zeros(cells.max(axis=0) + 1, np.bool_)
+    taken[cells[:, 0], cells[:, 1]] = True
+    groups, count = ndimage.label(taken, np.ones((3, 3)))
+    of = groups[cells[:, 0], cells[:, 1]]
+    return [of == n for n in range(1, count + 1)]
+
+
+def _joined(detections: Detections, places: Floats) -> Detections:
+    n = len(places)
+    return Detections(
+        detections.time_s,
+        np.concatenate([detections.label, np.full(n, PEDESTRIAN)]),
+        np.concatenate([detections.score, np.full(n, SCORE)]),
+        np.concatenate([detections.center, np.column_stack([places, np.full(n, HEIGHT_M / 2)])]),
+        np.concatenate([detections.size, np.tile((SIZE_M, SIZE_M, HEIGHT_M), (n, 1))]),
+        np.concatenate([detections.yaw, np.zeros(n)]),
+        np.concatenate([detections.velocity, np.zeros((n, 2))]),
+    )
