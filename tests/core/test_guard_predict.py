@@ -201,9 +201,10 @@ def test_gaps_to_what_stands_are_those_of_the_boxes_at_each_station(aside_m, par
             assert gaps[k, j] == pytest.approx(float(expected), abs=1e-9)
 
 
-def hypotheses(speed, x, ego_mps=3.0, sideways=0.0, y=0.0, over_at_m=None):
+def hypotheses(speed, x, ego_mps=3.0, sideways=0.0, y=0.0, over_at_m=None, across_sd_m=None):
     """How many ways somebody may go on. The ego keeps to its lane, or is in theirs from `over_at_m` on."""
-    view = World(straight_road(), [thing("it", x, y, speed=speed, sideways=sideways)], speed=ego_mps).view()
+    it = thing("it", x, y, speed=speed, sideways=sideways).model_copy(update={"across_sd_m": across_sd_m})
+    view = World(straight_road(), [it], speed=ego_mps).view()
     d = np.zeros(40) if over_at_m is None else np.where(0.5 * np.arange(40) < over_at_m, 0.0, y)
     path = Manoeuvre(50.0 + 0.5 * np.arange(40), d, np.full(40, 5.0))
     t = np.arange(0.0, 4.0, 0.2)
@@ -227,3 +228,20 @@ def test_who_is_beside_us_still_overtakes_while_we_can_stop_out_of_their_way():
     assert hypotheses(7.0, 53.0, y=3.5, over_at_m=6.0, ego_mps=5.9) == 2, "nor at this speed"
     assert hypotheses(7.0, 56.0, y=3.5, over_at_m=6.0) == 2, "past our front: a leader"
     assert hypotheses(3.5, 53.0, y=3.5, over_at_m=6.0) == 2, "not quicker than we are"
+
+
+@pytest.mark.parametrize(("gap_m", "ways"), [(0.4, 1), (0.35, 1), (0.15, 2)])
+def test_beside_who_is_placed_vaguely_their_room_is_not_kept_besides_the_uncertainty(gap_m, ways):
+    """With 0.3 m beside where they seem to be, or with none if they are nearer by two standard deviations."""
+    y = 1.85 / 2 + 1.9 / 2 + gap_m
+    assert hypotheses(7.0, 53.0, y=y, ego_mps=0.0, over_at_m=6.0, across_sd_m=0.1) == ways
+    assert hypotheses(7.0, 53.0, y=y, ego_mps=0.0, over_at_m=6.0) == (1 if gap_m > 0.3 else 2)
+
+
+def test_the_room_of_who_passes_is_that_of_the_policy_or_the_uncertainty_whichever_is_more():
+    objects = [thing("it", 53.0, 3.5).model_copy(update={"across_sd_m": sd}) for sd in (None, 0.1, 0.2)]
+    path = Manoeuvre(50.0 + 0.5 * np.arange(40), np.zeros(40), np.full(40, 5.0))
+    case = CheckContext(World(straight_road(), objects).view(), path, POLICY)
+    assert [case.room_m(i) for i in range(3)] == pytest.approx(
+        [POLICY.entry.beside_m, POLICY.entry.beside_m - 0.2, 0.0]
+    )

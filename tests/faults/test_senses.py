@@ -14,7 +14,7 @@ from worlds import LANE_M, World, drive, straight_road, stubborn, thing
 from stucksolver import CONTINUE, StuckSolver
 from stucksolver.decision import Execute
 from stucksolver.guard import RejectCode
-from stucksolver.scene import CameraImage
+from stucksolver.scene import CameraImage, ObjectKind
 from stucksolver.solver import EventKind
 from stucksolver.solver.camera import CameraWatch
 from stucksolver.solver.senses import HOLD_S, SAME_S, Senses
@@ -188,6 +188,16 @@ def test_an_object_is_kept_for_a_second_where_it_must_be_and_no_longer(gone):
             assert shown["car"].x_m == pytest.approx(world.objects[0].x_m, abs=1e-6)
         world.dt = 0.1
         world.drive(CONTINUE)
+
+
+@pytest.mark.parametrize(("kind", "sd_m", "kept"), [("car", None, True), ("car", 0.2, False), ("bicycle", 0.2, True)])
+def test_what_a_tracker_has_ended_is_kept_only_if_it_is_vulnerable(kind, sd_m, kept):
+    one = thing("it", 100.0, LANE_M, kind=ObjectKind(kind), speed=3.0).model_copy(update={"position_sd_m": sd_m})
+    seen, senses = World(TWO_WAY, [one, thing("other", 80.0)]).surroundings(), Senses()
+    senses.look(lambda: seen, 0.0)
+    later = seen.model_copy(update={"objects": seen.objects[1:], "frame": seen.frame + 1, "time_s": seen.time_s + 0.1})
+    shown = senses.look(lambda: later, 0.1)
+    assert ("it" in {o.id for o in shown.objects}) is kept
 
 
 # ---- a position that jumps

@@ -44,7 +44,7 @@ def _is_before_us(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
     """(profiles,): True if the object is ahead when the ego's body enters its path, or if the body never does."""
     view, path, policy = case.view, case.path, case.policy.entry
     room = np.abs(np.interp(station, path.s, path.d) - view.d[i]) - np.interp(station, path.s, case.reach)
-    meets = room < view.across[i] + policy.beside_m
+    meets = room < view.across[i] + case.room_m(i)
     first = meets.argmax(axis=1)
     ways = np.arange(len(station))
     ahead = view.s[i] + view.vs[i] * t[first] - view.along[i] - station[ways, first] - view.ego.length_m / 2

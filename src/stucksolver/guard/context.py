@@ -75,6 +75,14 @@ class CheckContext:
         """Return how much nearer to the ego an object seems, across the road, since both places are uncertain (m)."""
         return float(self.view.doubt_m[i]) + SURE_SDS * (self.view.ego.position_sd_m or 0.0)
 
+    def room_m(self, i: int) -> float:
+        """Return the room that an object needs beside the ego (m), besides the uncertainty in its box.
+
+        From where the object is taken to be, the room is that of `EntryPolicy` or the uncertainty, whichever is more.
+        With the sum of both, an ego that waits beside a stream with that room would count as one in the stream's path.
+        """
+        return max(self.policy.entry.beside_m - float(self.view.doubt_m[i]), 0.0)
+
     def inside(self, lane: Lane) -> Mask:
         """(stations,): True where the body reaches into a lane by more than a few centimetres."""
         known = self._inside.get(id(lane))

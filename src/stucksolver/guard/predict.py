@@ -203,6 +203,6 @@ def _stops_before(case: CheckContext, i: int) -> bool:
     """True if the ego, braking now, stops before its body reaches the path of an object beside it."""
     view, path, ego = case.view, case.path, case.view.ego
     room = np.abs(path.d - view.d[i]) - case.reach - view.across[i]
-    meets = np.flatnonzero(room < case.policy.entry.beside_m)
+    meets = np.flatnonzero(room < case.room_m(i))
     way_m = float(path.s[meets[0]] - path.s[0]) if len(meets) else np.inf
     return way_m > way_to_stop(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from stucksolver.scene import EgoState, Surroundings, TrackedObject
+from stucksolver.scene.objects import VULNERABLE
 from stucksolver.scene.sound import why_unsound
 
 HOLD_S = 1.0
@@ -109,7 +110,11 @@ class Senses:
         return ego
 
     def _kept(self, objects: tuple[TrackedObject, ...], now_s: float) -> tuple[TrackedObject, ...]:
-        """Return the objects seen now and those seen a moment ago."""
+        """Return the objects seen now and those seen a moment ago.
+
+        A tracker that states how well it knows places has its own memory: it keeps what is hidden, and ends a track
+        when it has looked there often enough. Only vulnerable road users are kept longer than it says.
+        """
         seen = self._seen
         for o in objects:
             seen[o.id] = (o, now_s)
@@ -119,7 +124,8 @@ class Senses:
         for name, (o, when) in list(seen.items()):
             if when == now_s:
                 continue
-            if 0.0 <= now_s - when <= HOLD_S + SAME_S:
+            remembers = o.position_sd_m is not None and o.kind not in VULNERABLE
+            if 0.0 <= now_s - when <= HOLD_S + SAME_S and not remembers:
                 held.append(_gone_on(o, now_s - when))
             else:
                 del seen[name]

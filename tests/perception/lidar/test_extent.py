@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,10 +13,12 @@ from stucksolver.perception.labels import LABELS
 from stucksolver.perception.lidar.extent import NEAR_M, with_measured_extents
 from stucksolver.perception.lidar.rows import with_low_trucks_as_barriers
 from stucksolver.perception.measurements import Detections
+from stucksolver.perception.tracking.association import one_for_each_place
 
 CONE_M = (0.34, 0.34, 0.63)
 TRAILER_M = (2.4, 2.9, 3.5)
 ROAD = np.zeros((0, 7))
+PARTS = ("label", "score", "center", "size", "yaw", "velocity")
 
 
 def box(x, y, size, yaw=0.0):
@@ -70,6 +73,19 @@ def test_a_cone_is_where_its_returns_are(x, off, seed):
     right, left = sides(measured(named("cone", x, 0.5 + off, (0.5, 0.5, 0.65)), box(x, 0.5, CONE_M), seed=seed))
     assert left == pytest.approx(0.71, abs=0.12)
     assert right == pytest.approx(0.29, abs=0.12)
+
+
+@pytest.mark.parametrize(("other", "moves"), [("animal", True), ("debris", True), ("pedestrian", False)])
+def test_a_cone_that_is_also_taken_for_an_animal_stays_one_thing(other, moves):
+    """It was found weakly as an animal at the same place. Measured apart, the animal stood beside the cone."""
+    size = (0.5, 0.5, 0.65)
+    cone, twin = named("cone", 6.0, 0.95, size), named(other, 6.05, 0.95, size)
+    both = Detections(0.5, *(np.concatenate([getattr(one, part) for one in (cone, twin)]) for part in PARTS))
+    both = replace(both, score=np.array([0.7, 0.2]))
+    told = measured(both, box(6.0, 0.5, CONE_M))
+    assert told.center[0, 1] == pytest.approx(0.5, abs=0.12)
+    assert bool(told.center[1, 1] < 0.75) is moves
+    assert (len(one_for_each_place(told)) == 1) is moves
 
 
 def test_a_cone_beside_a_trailer_is_not_as_wide_as_both():

@@ -19,9 +19,10 @@ from stucksolver.perception.ground import ground_heights
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.measurements import Detections, Floats
 from stucksolver.perception.rig import LidarRig
+from stucksolver.perception.tracking.association import SAME_PLACE_M
 from stucksolver.perception.visibility import OVERHEAD_M
 
-BARRIER, CONE = LABELS.index("barrier"), LABELS.index("cone")
+BARRIER, CONE, PERSON = LABELS.index("barrier"), LABELS.index("cone"), LABELS.index("pedestrian")
 NEAR_M = 20.0
 """Farther away, too few rays pass beside a thing."""
 LEAST_M = 1.0
@@ -89,8 +90,19 @@ def with_measured_extents(detections: Detections, points: NDArray[np.floating], 
         if found is not None and found.sides.max() > measure.widest_m:
             found = _measured(box, returns, replace(measure, outside_m=0.0), below_m)
         if found is not None:
+            center[_same_under_other_names(detections, int(i)) & ~fits, :2] += found.middle + foot - center[i, :2]
             center[i, :2], size[i, :2], yaw[i] = found.middle + foot, found.sides, found.yaw
     return replace(detections, center=center, size=size, yaw=yaw)
+
+
+def _same_under_other_names(detections: Detections, i: int) -> NDArray[np.bool_]:
+    """(n,): True for what the network found at the place of detection `i` with another label.
+
+    It moves with it. Otherwise a cone that the network also takes for a weak animal would become a cone and an animal
+    beside it. A person stays where it was found: people stand close to things.
+    """
+    away = np.hypot(*(detections.center[:, :2] - detections.center[i, :2]).T)
+    return np.asarray((away < SAME_PLACE_M) & (detections.label != detections.label[i]) & (detections.label != PERSON))
 
 
 @dataclass(frozen=True, eq=False)
