@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import carla
 
 from stucksolver.stacks.driver.behavior import STANDING_MPS, profile_named
+from stucksolver.stacks.driver.changing import Changing, OnLine
 from stucksolver.stacks.driver.concerns import USUAL, Concerns, Motion
 from stucksolver.stacks.driver.controllers import MAX_STEER, PedalController, SteerController
 from stucksolver.stacks.driver.give_way import FREE, LOOKING_MPS, GiveWay, GiveWayDecision, Moving
@@ -30,6 +31,7 @@ from stucksolver.stacks.driver.pull_out import (
     moving,
     somebody_comes,
 )
+from stucksolver.stacks.driver.route_bodies import on_route
 from stucksolver.stacks.driver.route_line import rejoining_length
 from stucksolver.stacks.driver.routing import trace_route
 from stucksolver.stacks.driver.stop_signs import StopSignWatch, stop_places
@@ -74,6 +76,8 @@ class BehaviorDriver:
         self._lights = LightWatch([])
         self._signs = StopSignWatch([], self._model.half_length)
         self._give_way = self._giving_way([])
+        self._changing: Changing | None = None
+        """Its lane changes, by sensors."""
         self._route: tuple[RoutePoint, ...] = ()
         self._holding = False
         self._hold_mps2 = self._options.follow_deceleration
@@ -136,6 +140,8 @@ class BehaviorDriver:
         self._planner.set_route(self._route, motion.pose, motion.speed)
         self._holding = False
         self._watch_line()
+        doubt_m = self._perception.doubt_m
+        self._changing = Changing(self._route, self._planner.route_line, doubt_m) if doubt_m > 0.0 else None
 
     def _watch_line(self) -> None:
         """Find the lights, stop signs and junctions of the route's line."""
@@ -179,6 +185,8 @@ class BehaviorDriver:
         """Drive the route again, from the nearest point of it that lies ahead."""
         motion = self._motion()
         self._planner.release(motion.pose, motion.speed)
+        if self._changing is not None:
+            self._changing.forget_line()
         self._holding = False
         self._ignored = frozenset()
 
@@ -209,7 +217,16 @@ class BehaviorDriver:
         )
 
     def _decide(self, motion: Motion, around: NearbyBodies) -> None:
-        """Called before each step, for a driver that chooses its line; this one keeps to its route."""
+        """Called before each step, to choose the line: its route. By sensors, lanes are changed in gaps."""
+        planner, line, profile = self._planner, self._planner.route_line, self._profile
+        if self._changing is None or line is None or planner.following or self._holding or planner.arrived:
+            return
+        bodies = on_route(line, planner.route_s, around)
+        cruise = self._concerns.top_speed(self._vehicle.get_speed_limit())
+        here = OnLine(planner.route_s, planner.beside_m, max(motion.speed, 0.0), cruise, bodies, self._model)
+        other = self._changing.other_line(line, here, profile.lateral_accel, profile.deceleration)
+        if other is not None:
+            planner.take(other, motion.pose)
 
     def _giving_way(self, met: Sequence[Meeting]) -> GiveWay:
         return GiveWay(met, self._profile, self._model, sensed=self._perception.doubt_m > 0.0)
@@ -217,7 +234,8 @@ class BehaviorDriver:
     @property
     def _at_the_roadside(self) -> bool:
         planner = self._planner
-        return planner.route_line is not None and not planner.following and abs(planner.beside_m) > BESIDE_M
+        meant = 0.0 if self._changing is None else self._changing.meant_m(planner.route_s)
+        return planner.route_line is not None and not planner.following and abs(planner.beside_m - meant) > BESIDE_M
 
     def _pulls_out(self, motion: Motion, around: NearbyBodies) -> bool:
         """True if the ego may return to its lane now. While it stands, the way there is searched for as well."""
@@ -273,6 +291,7 @@ class BehaviorDriver:
             math.inf if crossing.leader is None else concerns.behind(*crossing.leader, speed),
             math.inf if crossing.look_m is None else concerns.slow_to(LOOKING_MPS, crossing.look_m, speed),
             -self._hold_mps2 if self._holding else math.inf,
+            math.inf if self._changing is None or self._planner.following else self._changing.allowed(concerns, speed),
         ]
         return min(allowed + [concerns.hazard(hazard, speed) for hazard in hazards])
 

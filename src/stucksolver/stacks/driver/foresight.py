@@ -14,8 +14,8 @@ from stucksolver.scene.boxes import separation
 from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.path import Array, Path, Projection
 from stucksolver.stacks.driver.perception import NearbyBodies
+from stucksolver.stacks.driver.route_bodies import Flags, RouteBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
-from stucksolver.stacks.planner.route_bodies import Flags, RouteBodies
 
 STEP_S = 0.2
 HORIZON_S = 4.0
