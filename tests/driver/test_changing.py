@@ -12,6 +12,7 @@ from stucksolver.stacks.driver.lane_changes import ChangeWatch, LaneChange
 from stucksolver.stacks.driver.perception import Perception
 
 LEFT, RIGHT = LANE_Y[-1], LANE_Y[-2]
+ROADSIDE = 8.0
 
 
 class Sensed:
@@ -93,3 +94,26 @@ def test_without_a_gap_it_waits_before_its_lane_ends():
     for k in range(40):
         world.add("vehicle.a", 60.0 - 9.0 * k, RIGHT, speed=10.0)
     assert not touched(world, ego, driver, 20.0)
+
+
+@pytest.mark.parametrize(
+    ("y", "speed", "sensed", "heeded"),
+    [
+        (ROADSIDE, 1.8, True, True),
+        (ROADSIDE, 0.0, True, False),
+        (LEFT, 1.8, True, False),
+        (ROADSIDE, 1.8, False, False),
+    ],
+    ids=["sets off", "is parked", "drives in the lane beside", "with ground truth"],
+)
+def test_who_sets_off_at_the_roadside_is_expected_to_pull_out(y, speed, sensed, heeded):
+    world = FakeWorld(straight_road())
+    ego = world.add_ego(80.0, RIGHT, 0.0, 7.5)
+    ego.speed_limit = 30.0
+    if sensed:
+        ego.perceiver = Sensed(world, ego)
+    driver = BehaviorDriver(ego, "normal", DriverOptions(ignore_traffic_lights=True), world.map)
+    driver.set_destination(carla.Location(390.0, RIGHT, 0.0))
+    world.add("vehicle.a", 86.0, y, speed=speed)
+    driver.run_step()
+    assert (driver.hazard is not None) == heeded

@@ -13,6 +13,7 @@ from stucksolver.stacks.driver.behavior import STANDING_MPS, profile_named
 from stucksolver.stacks.driver.changing import Changing, OnLine
 from stucksolver.stacks.driver.concerns import USUAL, Concerns, Motion
 from stucksolver.stacks.driver.controllers import MAX_STEER, PedalController, SteerController
+from stucksolver.stacks.driver.foresight import entering, slow_beside
 from stucksolver.stacks.driver.give_way import FREE, LOOKING_MPS, GiveWay, GiveWayDecision, Moving
 from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.interface import DrivePoint, RoutePoint
@@ -281,8 +282,9 @@ class BehaviorDriver:
         margin = self._side_margin_m if self._at_the_roadside else None
         heeds = self._options.heeds_on_path or not self._planner.following
         found = concerns.hazards(path, way, around, margin, self._perception.doubt_m) if heeds else []
+        found += self._pulling_out(path, around)
         hazards = [h for h in found if h.actor_id not in unheeded]
-        self._hazard = hazards[0] if hazards else None
+        self._hazard = min(hazards, key=lambda hazard: hazard.gap, default=None)
         allowed = [
             concerns.cruise(path, speed, self._vehicle.get_speed_limit(), self._command(), brisk),
             concerns.end(path, speed),
@@ -294,6 +296,22 @@ class BehaviorDriver:
             math.inf if self._changing is None or self._planner.following else self._changing.allowed(concerns, speed),
         ]
         return min(allowed + [concerns.hazard(hazard, speed) for hazard in hazards])
+
+    def _pulling_out(self, path: Path, around: NearbyBodies) -> list[Hazard]:
+        """By sensors, return who pulls out into the way from beside it: once it is in the way it is too late."""
+        if self._changing is None or self._planner.following:
+            return []
+        where = self._planner.where
+        seen = on_route(path, where.s, around)
+        found = entering(seen, where, self._model)
+        slow = slow_beside(seen, where, self._model)
+        return found + [one for one in slow if self._is_off_the_lanes(around, one.actor_id)]
+
+    def _is_off_the_lanes(self, around: NearbyBodies, actor_id: int) -> bool:
+        """True if a body is on no lane of moving traffic."""
+        k = around.actor_id.index(actor_id)
+        place = carla.Location(float(around.x[k]), float(around.y[k]), float(around.bottom[k]))
+        return self._map.get_waypoint(place, project_to_road=False) is None
 
     def _others_first(self, speed: float, around: NearbyBodies, held: bool) -> GiveWayDecision:
         """Return who comes at the next junction of the route. On a given path whoever gave it has checked.
