@@ -52,6 +52,11 @@ class Changing:
         """Another line than the one given last is driven."""
         self._shifts = []
 
+    @property
+    def pace_mps(self) -> float:
+        """Pace of the lane that is being entered (m/s); 0 if none is."""
+        return self._watch.pace_mps
+
     def meant_m(self, s_m: float) -> float:
         """Return the intended offset from the route's line at an arc length of it (m, right positive)."""
         return float(offset_of(self._shifts, np.array([s_m]))[0])

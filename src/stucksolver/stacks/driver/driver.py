@@ -36,6 +36,7 @@ from stucksolver.stacks.driver.route_bodies import on_route
 from stucksolver.stacks.driver.route_line import rejoining_length
 from stucksolver.stacks.driver.routing import trace_route
 from stucksolver.stacks.driver.stop_signs import StopSignWatch, stop_places
+from stucksolver.stacks.driver.stream_pace import PacedConcerns, pace_behind_mps
 from stucksolver.stacks.driver.vehicle_model import vehicle_model
 
 FOLLOW_MAX_STEER = 1.0
@@ -71,6 +72,9 @@ class BehaviorDriver:
         self._planner = LocalPlanner(self._profile.lateral_accel, self._profile.deceleration)
         self._concerns = Concerns(self._profile, self._options, self._model, self._planner)
         self._perception = bodies_around(vehicle, self.sees_m, (*BODILESS, *DRIVEN_OVER))
+        self._paced = PacedConcerns(self._profile, self._options, self._model, self._planner)
+        if self._perception.doubt_m > 0.0:
+            self._concerns = self._paced
         self._side_margin_m = SIDE_MARGIN_M + self._perception.doubt_m
         self._steering = SteerController(self._model)
         self._pedals = PedalController()
@@ -223,7 +227,11 @@ class BehaviorDriver:
         if self._changing is None or line is None or planner.following or self._holding or planner.arrived:
             return
         bodies = on_route(line, planner.route_s, around)
-        cruise = self._concerns.top_speed(self._vehicle.get_speed_limit())
+        limit_kmh, half_m = self._vehicle.get_speed_limit(), self._model.half_length
+        behind = pace_behind_mps(bodies, planner.route_s, planner.beside_m, motion.speed, half_m)
+        joined = self._give_way.flow_mps if self._give_way.going else 0.0
+        self._paced.heed(max(joined, self._changing.pace_mps), behind, limit_kmh, self._tick_s())
+        cruise = self._concerns.top_speed(limit_kmh)
         here = OnLine(planner.route_s, planner.beside_m, max(motion.speed, 0.0), cruise, bodies, self._model)
         other = self._changing.other_line(line, here, profile.lateral_accel, profile.deceleration)
         if other is not None:
@@ -325,7 +333,9 @@ class BehaviorDriver:
         line = planner.route_line
         if line is None or planner.following or self._holding:
             return FREE
-        top = self._concerns.top_speed(self._vehicle.get_speed_limit())
+        paced = self._concerns is self._paced
+        limit_kmh = self._vehicle.get_speed_limit()
+        top = self._paced.own_top_speed(limit_kmh) if paced else self._concerns.top_speed(limit_kmh)
         return self._give_way.look(line, planner.route_s, Moving(speed, top), around, self._tick_s())
 
     def _for_lines(self, speed: float) -> float:

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from stucksolver.stacks.driver.give_way import FASTER_MPS
 from stucksolver.stacks.driver.interface import RoutePoint
 from stucksolver.stacks.driver.offsets import Shift
 from stucksolver.stacks.driver.path import Array, Path
-from stucksolver.stacks.driver.route_bodies import Flags, RouteBodies
+from stucksolver.stacks.driver.route_bodies import RouteBodies
 from stucksolver.stacks.driver.route_line import LEAST_STEP_M, change_length, rejoining_length, smooth_step
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
@@ -42,12 +43,6 @@ SLOWER_MPS2 = 1.5
 DRIFTS_MPS = 0.5
 """By sensors, the speeds of others are off by up to this (m/s): their places drift by as much for `DRIFTS_S`."""
 DRIFTS_S = 2.0
-REACTS_S = 1.0
-"""By sensors, whoever comes from behind is expected to brake this long after the ego is in its lane (s), ..."""
-YIELDS_MPS2 = 2.0
-"""... with this deceleration (m/s²). Without that no stream faster than the limit could be joined by an ego that keeps
-to the limit.
-"""
 _IN_LANE_M = 1.3
 _LEADER_M = 15.0
 _HELD_S = 1.5
@@ -164,8 +159,8 @@ class ChangeWatch:
     """Decides, for one route, when each change begins."""
 
     def __init__(self, changes: Sequence[LaneChange], doubt_m: float = 0.0) -> None:
-        """`doubt_m`: how far bodies may be from where sensors see them (m). By sensors, the ego keeps to its cruise
-        speed in a faster stream, too, and the speeds of others are not exact.
+        """`doubt_m`: how far bodies may be from where sensors see them (m). By sensors, the speeds of others are not
+        exact, and the ego takes the pace of another lane only if that is clearly faster.
         """
         self._doubt_m = doubt_m
         self._due = _one_after_another(changes) if doubt_m > 0.0 else list(changes)
@@ -257,7 +252,7 @@ class _Lane:
         """True if the ego, changing over within `length_m` from now on, comes too near to nobody."""
         cruise = self._here.cruise_mps
         if self._doubt_m > 0.0:
-            return self._meets_nobody(length_m, cruise)
+            return self._meets_nobody(length_m, self.pace_mps if self.pace_mps > cruise + FASTER_MPS else cruise)
         top = max(cruise, self.pace_mps)
         return any(self._meets_nobody(length_m, pace) for pace in (top, self.pace_mps or top))
 
@@ -272,22 +267,8 @@ class _Lane:
         gone = others.vs * t[:, None]
         if self._doubt_m > 0.0:
             keep = keep + self._doubt_m + DRIFTS_MPS * np.minimum(t, DRIFTS_S)[:, None]
-            gone = gone - self._yielded(t, s, abreast)
         near = np.abs(others.s + gone - s[:, None]) < keep
         return not bool((abreast & near).any())
-
-    def _yielded(self, t: Array, s: Array, abreast: Flags) -> Array:
-        """(times, others): by how much those who come from behind have fallen back, once the ego is in their lane (m).
-
-        `s` are the ego's arc lengths at the times `t`, `abreast` tells when it is in the way of whom.
-        """
-        others = self._others
-        speed = np.gradient(s, t)[:, None]
-        since = np.where(abreast.any(axis=0), t[np.argmax(abreast, axis=0)], math.inf) + REACTS_S
-        brakes_s = np.maximum(t[:, None] - since, 0.0)
-        slower = np.minimum(YIELDS_MPS2 * brakes_s, np.maximum(others.vs - speed, 0.0))
-        slower = np.where(others.s < self._here.s_m, slower, 0.0)
-        return np.asarray(np.cumsum(slower, axis=0) * STEP_S)
 
     def _driven(self, t: Array, pace: float) -> Array:
         """Return the metres driven: towards the pace, at first held back by a leader in the old lane."""

@@ -27,6 +27,7 @@ from stucksolver.stacks.driver.perception import HAZARD_LAMPS, NearbyBodies
 from stucksolver.stacks.driver.pull_out import BESIDE_M as ROADSIDE_M
 from stucksolver.stacks.driver.route_bodies import AHEAD_M, on_route
 from stucksolver.stacks.driver.route_line import rejoining_length
+from stucksolver.stacks.driver.stream_pace import HURRIED
 from stucksolver.stacks.planner.berth import Berths
 from stucksolver.stacks.planner.blockers import SLOW_SHARE, STANDS_MPS, TOUCHES_M, Blockers
 from stucksolver.stacks.planner.crossing import CrossingGiveWay
@@ -41,7 +42,7 @@ from stucksolver.stacks.planner.passes import (
     proposals,
 )
 from stucksolver.stacks.planner.sides import Sides, sides_of
-from stucksolver.stacks.planner.streams import FASTEST_MPS, HURRIED, StreamConcerns, StreamGiveWay, pace_behind_mps
+from stucksolver.stacks.planner.streams import FASTEST_MPS, StreamConcerns, StreamGiveWay, pace_behind_mps
 from stucksolver.stacks.planner.turns import squared, stream_ways
 from stucksolver.stacks.planner.yielding import EMERGENCY_LAMPS, STRETCH_M, aside, comes_behind, is_past, may_return
 
