@@ -7,11 +7,11 @@ import pytest
 
 pytest.importorskip("carla")
 
+from stucksolver.stacks.driver.foresight import TurnRates, allowed_acceleration
 from stucksolver.stacks.driver.path import Pose, make_path
 from stucksolver.stacks.driver.perception import NearbyBodies
+from stucksolver.stacks.driver.route_bodies import on_route
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
-from stucksolver.stacks.planner.foresight import TurnRates, allowed_acceleration
-from stucksolver.stacks.planner.route_bodies import on_route
 
 MODEL = VehicleModel(2.4, 1.0, 2.9, 1.2)
 LINE = make_path(np.arange(0.0, 300.0), np.zeros(300), np.full(300, 30.0))

@@ -8,9 +8,9 @@ import pytest
 from planner_stage import LEFT, RIGHT, LitWorld, drive
 
 from stucksolver.stacks.driver import DriverOptions
+from stucksolver.stacks.driver.lane_changes import lane_changes
+from stucksolver.stacks.driver.offsets import Shift, offset_of
 from stucksolver.stacks.planner import PlannerDriver
-from stucksolver.stacks.planner.lane_changes import lane_changes
-from stucksolver.stacks.planner.offsets import Shift, offset_of
 
 
 def scene(speed=10.0, limit_kmh=50.0):

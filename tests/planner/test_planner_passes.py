@@ -9,11 +9,11 @@ from planner_stage import RIGHT, LitWorld
 
 from stucksolver.stacks.driver.path import make_path
 from stucksolver.stacks.driver.perception import NearbyBodies
+from stucksolver.stacks.driver.route_bodies import on_route
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 from stucksolver.stacks.planner import PlannerDriver
 from stucksolver.stacks.planner.blockers import Blockers
 from stucksolver.stacks.planner.passes import Situation, cost_s, group_of, is_clear, pass_path, proposals, rollout
-from stucksolver.stacks.planner.route_bodies import on_route
 from stucksolver.stacks.planner.sides import Sides
 
 MODEL = VehicleModel(2.4, 1.0, 2.9, 1.2)

@@ -15,9 +15,9 @@ from stucksolver.stacks.driver.local_planner import LocalPlanner
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import make_path
+from stucksolver.stacks.driver.route_bodies import RouteBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 from stucksolver.stacks.planner.passes import Situation
-from stucksolver.stacks.planner.route_bodies import RouteBodies
 from stucksolver.stacks.planner.sides import Sides
 from stucksolver.stacks.planner.streams import StreamConcerns, StreamGiveWay, pace_behind_mps
 

@@ -11,6 +11,7 @@ import pytest
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.tracking import Track
 from stucksolver.stacks.driver.perception import Perception
+from stucksolver.stacks.sensed.posts import KnownPosts
 from stucksolver.stacks.sensed.tracked import SensedBodies, is_flat
 
 
@@ -62,6 +63,7 @@ def test_a_driver_by_sensors_drives_over_loose_dirt_and_brakes_for_the_rest() ->
     read: Any = SensedBodies.__new__(SensedBodies)
     read._eyes, read._range_m = SimpleNamespace(percept=None, now_s=0.0), 60.0
     read._near, read._far = SimpleNamespace(told=lambda _: tracks), SimpleNamespace(told=lambda _: ())
+    read._posts = KnownPosts([])
     assert read.read(0.0, 0.0).actor_id == (2, 3)
 
 

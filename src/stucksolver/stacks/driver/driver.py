@@ -10,8 +10,10 @@ from typing import Any, ClassVar
 import carla
 
 from stucksolver.stacks.driver.behavior import STANDING_MPS, profile_named
+from stucksolver.stacks.driver.changing import Changing, OnLine
 from stucksolver.stacks.driver.concerns import USUAL, Concerns, Motion
 from stucksolver.stacks.driver.controllers import MAX_STEER, PedalController, SteerController
+from stucksolver.stacks.driver.foresight import entering, slow_beside
 from stucksolver.stacks.driver.give_way import FREE, LOOKING_MPS, GiveWay, GiveWayDecision, Moving
 from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.interface import DrivePoint, RoutePoint
@@ -30,9 +32,11 @@ from stucksolver.stacks.driver.pull_out import (
     moving,
     somebody_comes,
 )
+from stucksolver.stacks.driver.route_bodies import on_route
 from stucksolver.stacks.driver.route_line import rejoining_length
 from stucksolver.stacks.driver.routing import trace_route
 from stucksolver.stacks.driver.stop_signs import StopSignWatch, stop_places
+from stucksolver.stacks.driver.stream_pace import PacedConcerns, pace_behind_mps
 from stucksolver.stacks.driver.vehicle_model import vehicle_model
 
 FOLLOW_MAX_STEER = 1.0
@@ -68,12 +72,17 @@ class BehaviorDriver:
         self._planner = LocalPlanner(self._profile.lateral_accel, self._profile.deceleration)
         self._concerns = Concerns(self._profile, self._options, self._model, self._planner)
         self._perception = bodies_around(vehicle, self.sees_m, (*BODILESS, *DRIVEN_OVER))
+        self._paced = PacedConcerns(self._profile, self._options, self._model, self._planner)
+        if self._perception.doubt_m > 0.0:
+            self._concerns = self._paced
         self._side_margin_m = SIDE_MARGIN_M + self._perception.doubt_m
         self._steering = SteerController(self._model)
         self._pedals = PedalController()
         self._lights = LightWatch([])
         self._signs = StopSignWatch([], self._model.half_length)
         self._give_way = self._giving_way([])
+        self._changing: Changing | None = None
+        """Its lane changes, by sensors."""
         self._route: tuple[RoutePoint, ...] = ()
         self._holding = False
         self._hold_mps2 = self._options.follow_deceleration
@@ -136,6 +145,8 @@ class BehaviorDriver:
         self._planner.set_route(self._route, motion.pose, motion.speed)
         self._holding = False
         self._watch_line()
+        doubt_m = self._perception.doubt_m
+        self._changing = Changing(self._route, self._planner.route_line, doubt_m) if doubt_m > 0.0 else None
 
     def _watch_line(self) -> None:
         """Find the lights, stop signs and junctions of the route's line."""
@@ -179,6 +190,8 @@ class BehaviorDriver:
         """Drive the route again, from the nearest point of it that lies ahead."""
         motion = self._motion()
         self._planner.release(motion.pose, motion.speed)
+        if self._changing is not None:
+            self._changing.forget_line()
         self._holding = False
         self._ignored = frozenset()
 
@@ -209,7 +222,20 @@ class BehaviorDriver:
         )
 
     def _decide(self, motion: Motion, around: NearbyBodies) -> None:
-        """Called before each step, for a driver that chooses its line; this one keeps to its route."""
+        """Called before each step, to choose the line: its route. By sensors, lanes are changed in gaps."""
+        planner, line, profile = self._planner, self._planner.route_line, self._profile
+        if self._changing is None or line is None or planner.following or self._holding or planner.arrived:
+            return
+        bodies = on_route(line, planner.route_s, around)
+        limit_kmh, half_m = self._vehicle.get_speed_limit(), self._model.half_length
+        behind = pace_behind_mps(bodies, planner.route_s, planner.beside_m, motion.speed, half_m)
+        joined = self._give_way.flow_mps if self._give_way.going else 0.0
+        self._paced.heed(max(joined, self._changing.pace_mps), behind, limit_kmh, self._tick_s())
+        cruise = self._concerns.top_speed(limit_kmh)
+        here = OnLine(planner.route_s, planner.beside_m, max(motion.speed, 0.0), cruise, bodies, self._model)
+        other = self._changing.other_line(line, here, profile.lateral_accel, profile.deceleration)
+        if other is not None:
+            planner.take(other, motion.pose)
 
     def _giving_way(self, met: Sequence[Meeting]) -> GiveWay:
         return GiveWay(met, self._profile, self._model, sensed=self._perception.doubt_m > 0.0)
@@ -217,7 +243,8 @@ class BehaviorDriver:
     @property
     def _at_the_roadside(self) -> bool:
         planner = self._planner
-        return planner.route_line is not None and not planner.following and abs(planner.beside_m) > BESIDE_M
+        meant = 0.0 if self._changing is None else self._changing.meant_m(planner.route_s)
+        return planner.route_line is not None and not planner.following and abs(planner.beside_m - meant) > BESIDE_M
 
     def _pulls_out(self, motion: Motion, around: NearbyBodies) -> bool:
         """True if the ego may return to its lane now. While it stands, the way there is searched for as well."""
@@ -263,8 +290,9 @@ class BehaviorDriver:
         margin = self._side_margin_m if self._at_the_roadside else None
         heeds = self._options.heeds_on_path or not self._planner.following
         found = concerns.hazards(path, way, around, margin, self._perception.doubt_m) if heeds else []
+        found += self._pulling_out(path, around)
         hazards = [h for h in found if h.actor_id not in unheeded]
-        self._hazard = hazards[0] if hazards else None
+        self._hazard = min(hazards, key=lambda hazard: hazard.gap, default=None)
         allowed = [
             concerns.cruise(path, speed, self._vehicle.get_speed_limit(), self._command(), brisk),
             concerns.end(path, speed),
@@ -273,10 +301,27 @@ class BehaviorDriver:
             math.inf if crossing.leader is None else concerns.behind(*crossing.leader, speed),
             math.inf if crossing.look_m is None else concerns.slow_to(LOOKING_MPS, crossing.look_m, speed),
             -self._hold_mps2 if self._holding else math.inf,
+            math.inf if self._changing is None or self._planner.following else self._changing.allowed(concerns, speed),
         ]
         if self._perception.doubt_m > 0.0:
             allowed += [concerns.halt(hazard, speed) for hazard in hazards]
         return min(allowed + [concerns.hazard(hazard, speed) for hazard in hazards])
+
+    def _pulling_out(self, path: Path, around: NearbyBodies) -> list[Hazard]:
+        """By sensors, return who pulls out into the way from beside it: once it is in the way it is too late."""
+        if self._changing is None or self._planner.following:
+            return []
+        where = self._planner.where
+        seen = on_route(path, where.s, around)
+        found = entering(seen, where, self._model)
+        slow = slow_beside(seen, where, self._model)
+        return found + [one for one in slow if self._is_off_the_lanes(around, one.actor_id)]
+
+    def _is_off_the_lanes(self, around: NearbyBodies, actor_id: int) -> bool:
+        """True if a body is on no lane of moving traffic."""
+        k = around.actor_id.index(actor_id)
+        place = carla.Location(float(around.x[k]), float(around.y[k]), float(around.bottom[k]))
+        return self._map.get_waypoint(place, project_to_road=False) is None
 
     def _others_first(self, speed: float, around: NearbyBodies, held: bool) -> GiveWayDecision:
         """Return who comes at the next junction of the route. On a given path whoever gave it has checked.
@@ -290,7 +335,9 @@ class BehaviorDriver:
         line = planner.route_line
         if line is None or planner.following or self._holding:
             return FREE
-        top = self._concerns.top_speed(self._vehicle.get_speed_limit())
+        paced = self._concerns is self._paced
+        limit_kmh = self._vehicle.get_speed_limit()
+        top = self._paced.own_top_speed(limit_kmh) if paced else self._concerns.top_speed(limit_kmh)
         return self._give_way.look(line, planner.route_s, Moving(speed, top), around, self._tick_s())
 
     def _for_lines(self, speed: float) -> float:

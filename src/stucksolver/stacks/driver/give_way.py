@@ -53,6 +53,10 @@ SENSED_HORIZON_S = 12.0
 """By sensors the drives are predicted for so long: up to a ramp's end, and `JOINED_S` more. Else a gap on a ramp of six
 seconds would seem long enough until the ego is half-way down, and can go neither on nor back.
 """
+FASTER_MPS = 2.0
+"""By sensors, a stream that is faster than the ego's own speed by more than this (m/s) is joined at its pace, ..."""
+FASTEST_MPS = 22.0
+"""... up to this (m/s)."""
 _ON_WAY_M = 1.5
 _ALONG_COS = math.cos(math.radians(45.0))
 LOOKING_MPS = 5.0
@@ -150,6 +154,8 @@ class GiveWay:
         self._waited_s = 0.0
         self._habits = Habits(self.shown_m)
         self._pace_before, self._now_s = LanePace(), 0.0
+        self.flow_mps = 0.0
+        """By sensors: pace of a faster stream that the ego joins at the junction ahead (m/s); 0 without one."""
 
     @property
     def waits_at(self) -> tuple[Meeting | None, float]:
@@ -237,7 +243,10 @@ class GiveWay:
 
     def _top_mps(self, motion: Moving, coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> float:
         """Return the ego's highest speed with the present traffic (m/s)."""
-        return min(motion.top_mps, pace_of_flow(coming))
+        pace = pace_of_flow(coming)
+        fast = self._sensed and motion.top_mps + FASTER_MPS < pace < math.inf
+        self.flow_mps = min(pace, FASTEST_MPS) if fast else 0.0
+        return self.flow_mps or min(motion.top_mps, pace)
 
     def _gone(self, meeting: Meeting, found: Met, front: float, speed: float) -> GiveWayDecision:
         """Past the waiting place, still brake for whoever comes regardless, but not in another's way."""

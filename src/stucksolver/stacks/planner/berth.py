@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from stucksolver.stacks.driver.offsets import Shift
+from stucksolver.stacks.driver.route_bodies import Flags, RouteBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
-from stucksolver.stacks.planner.offsets import Shift
 from stucksolver.stacks.planner.passes import TWO_WHEELER_M
-from stucksolver.stacks.planner.route_bodies import Flags, RouteBodies
 from stucksolver.stacks.planner.sides import Room, Sides
 
 DOOR_M = 0.9

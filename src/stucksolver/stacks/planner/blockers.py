@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from stucksolver.stacks.driver.route_bodies import RouteBodies
 from stucksolver.stacks.planner.passes import TWO_WHEELER_M, Situation
-from stucksolver.stacks.planner.route_bodies import RouteBodies
 
 REACH_M = 20.0
 """How far ahead of the bumper blockers are looked for, besides `REACH_S`."""

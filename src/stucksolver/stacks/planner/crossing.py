@@ -17,8 +17,9 @@ from stucksolver.stacks.driver.give_way import Drive, GiveWayDecision, Margin, M
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.path import Path
 from stucksolver.stacks.driver.perception import NearbyBodies
+from stucksolver.stacks.driver.stream_pace import HURRIED
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
-from stucksolver.stacks.planner.streams import HURRIED, StreamGiveWay
+from stucksolver.stacks.planner.streams import StreamGiveWay
 from stucksolver.stacks.planner.turns import stream_ways
 
 CROSSES = Pace(2.0, 1.65)

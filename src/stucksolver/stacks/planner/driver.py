@@ -16,19 +16,21 @@ import numpy as np
 
 from stucksolver.stacks.driver import BehaviorDriver, DrivePoint, DriverOptions, RoutePoint
 from stucksolver.stacks.driver.concerns import Motion
+from stucksolver.stacks.driver.foresight import TurnRates, allowed_acceleration, entering
 from stucksolver.stacks.driver.give_way import GiveWay
 from stucksolver.stacks.driver.hazards import nearest_hazards, sweep
+from stucksolver.stacks.driver.lane_changes import SLOWER_MPS2, ChangeWatch, lane_changes
 from stucksolver.stacks.driver.meeting_ways import Meeting
+from stucksolver.stacks.driver.offsets import Shift, offset_of, shifted_path
 from stucksolver.stacks.driver.path import Path
 from stucksolver.stacks.driver.perception import HAZARD_LAMPS, NearbyBodies
 from stucksolver.stacks.driver.pull_out import BESIDE_M as ROADSIDE_M
+from stucksolver.stacks.driver.route_bodies import AHEAD_M, on_route
 from stucksolver.stacks.driver.route_line import rejoining_length
+from stucksolver.stacks.driver.stream_pace import HURRIED
 from stucksolver.stacks.planner.berth import Berths
 from stucksolver.stacks.planner.blockers import SLOW_SHARE, STANDS_MPS, TOUCHES_M, Blockers
 from stucksolver.stacks.planner.crossing import CrossingGiveWay
-from stucksolver.stacks.planner.foresight import TurnRates, allowed_acceleration, entering
-from stucksolver.stacks.planner.lane_changes import SLOWER_MPS2, ChangeWatch, lane_changes
-from stucksolver.stacks.planner.offsets import Shift, offset_of, shifted_path
 from stucksolver.stacks.planner.passes import (
     ROOM_AFTER_M,
     Pass,
@@ -39,9 +41,8 @@ from stucksolver.stacks.planner.passes import (
     pass_path,
     proposals,
 )
-from stucksolver.stacks.planner.route_bodies import AHEAD_M, on_route
 from stucksolver.stacks.planner.sides import Sides, sides_of
-from stucksolver.stacks.planner.streams import FASTEST_MPS, HURRIED, StreamConcerns, StreamGiveWay, pace_behind_mps
+from stucksolver.stacks.planner.streams import FASTEST_MPS, StreamConcerns, StreamGiveWay, pace_behind_mps
 from stucksolver.stacks.planner.turns import squared, stream_ways
 from stucksolver.stacks.planner.yielding import EMERGENCY_LAMPS, STRETCH_M, aside, comes_behind, is_past, may_return
 

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from stucksolver.stacks.driver.path import Array, Path
+from stucksolver.stacks.driver.route_bodies import Flags, RouteBodies
 from stucksolver.stacks.driver.route_line import beside, rejoining_length, slowed, smooth_step
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
-from stucksolver.stacks.planner.route_bodies import Flags, RouteBodies
 from stucksolver.stacks.planner.sides import Room, Sides
 
 STEP_S = 0.2

@@ -30,12 +30,11 @@ from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path
 from stucksolver.stacks.driver.perception import NearbyBodies
+from stucksolver.stacks.driver.stream_pace import HURRIED
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
 from stucksolver.stacks.planner.passes import Situation
 from stucksolver.stacks.planner.riders import crossing_riders
 
-HURRIED = Pace(2.0, 1.4)
-"""How to drive into a gap of a stream: up to 4 m/s² ahead, and some 4 m/s² sideways."""
 LEAST_GAP_M = 2.5
 """Bumper gap to the leader in a stream, while traffic comes up from behind."""
 SLOWER_MPS = 0.4

@@ -15,9 +15,11 @@ from stucksolver.perception.tracking import Track
 from stucksolver.scene import ObjectKind, TrackedObject
 from stucksolver.scene.objects import ON_FOOT
 from stucksolver.stacks.carla_stack.contact import Footprint, Pushing
+from stucksolver.stacks.carla_stack.frames import to_local
 from stucksolver.stacks.driver.perception import HAZARD_LAMPS, NearbyBodies
 from stucksolver.stacks.sensed.far_told import TRACK_LABELS, FarOnLanes
 from stucksolver.stacks.sensed.on_lanes import OnLanes
+from stucksolver.stacks.sensed.posts import KnownPosts
 
 if TYPE_CHECKING:
     from stucksolver.stacks.sensed.eyes import Eyes
@@ -60,15 +62,16 @@ class SensedBodies:
         self._eyes, self._range_m = eyes, range_m
         carla_map = eyes.vehicle.get_world().get_map()
         self._near, self._far = OnLanes(carla_map), FarOnLanes(carla_map, eyes.vehicle)
+        self._posts = KnownPosts([to_local(one.transform.location) for one in carla_map.get_all_landmarks()])
 
     def read(self, ego_x: float, ego_y: float) -> NearbyBodies:
         """Return all tracks within range of a point of CARLA's world, predicted to this tick.
 
         Flat ones are left out: every car drives over loose dirt, as the driver with ground truth does
-        (`driver.DRIVEN_OVER`).
+        (`driver.DRIVEN_OVER`). Posts that the map knows are no people.
         """
         percept = self._eyes.percept
-        near = [track for track in self._near.told(percept) if not is_flat(track)]
+        near = [self._posts.told(track) for track in self._near.told(percept) if not is_flat(track)]
         found = bodies((*near, *self._far.told(percept)), self._eyes.now_s)
         return found.part((np.abs(found.x - ego_x) < self._range_m) & (np.abs(found.y - ego_y) < self._range_m))
 

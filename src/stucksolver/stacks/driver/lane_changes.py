@@ -7,16 +7,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from stucksolver.stacks.driver.give_way import FASTER_MPS
 from stucksolver.stacks.driver.interface import RoutePoint
+from stucksolver.stacks.driver.offsets import Shift
 from stucksolver.stacks.driver.path import Array, Path
+from stucksolver.stacks.driver.route_bodies import RouteBodies
 from stucksolver.stacks.driver.route_line import LEAST_STEP_M, change_length, rejoining_length, smooth_step
-from stucksolver.stacks.planner.offsets import Shift
-from stucksolver.stacks.planner.passes import Situation
+from stucksolver.stacks.driver.vehicle_model import VehicleModel
 
 if TYPE_CHECKING:
     import carla
@@ -38,6 +40,9 @@ KEEP_S = 0.15
 BESIDE_M = 0.3
 FASTER_MPS2 = 2.5
 SLOWER_MPS2 = 1.5
+DRIFTS_MPS = 0.5
+"""By sensors, the speeds of others are off by up to this (m/s): their places drift by as much for `DRIFTS_S`."""
+DRIFTS_S = 2.0
 _IN_LANE_M = 1.3
 _LEADER_M = 15.0
 _HELD_S = 1.5
@@ -45,6 +50,34 @@ _LOOKS_S = 1.5
 _PUT_OFF_M = 25.0
 _MOVES_MPS = 0.5
 _SAME_M = 1.0
+
+
+class OnRoute(Protocol):
+    """The ego in the route's frame, and who is around."""
+
+    @property
+    def s_m(self) -> float:
+        """Its arc length on the route's line (m)."""
+
+    @property
+    def d_m(self) -> float:
+        """Its offset from that line (m, right positive)."""
+
+    @property
+    def speed_mps(self) -> float:
+        """Its speed (m/s)."""
+
+    @property
+    def cruise_mps(self) -> float:
+        """Its speed if nothing held it back (m/s)."""
+
+    @property
+    def bodies(self) -> RouteBodies:
+        """The bodies around."""
+
+    @property
+    def model(self) -> VehicleModel:
+        """Its body."""
 
 
 @dataclass(frozen=True)
@@ -106,11 +139,31 @@ def _place(line: Path, route: Sequence[RoutePoint], index: int) -> float:
     return float(line.s[int(np.argmin(away))])
 
 
+def _one_after_another(changes: Sequence[LaneChange]) -> list[LaneChange]:
+    """Return them, each only where the route's line is in the lane that it leaves or enters: `LaneChange.line_at` knows
+    of one change only. Otherwise one that begins early would look at the wrong lane, before the line has changed to
+    the lane that it leaves.
+    """
+    found = []
+    for k, change in enumerate(changes):
+        first, last = change.first_m, change.last_m
+        if k > 0:
+            first = max(first, changes[k - 1].begins_m + changes[k - 1].length_m)
+        if k + 1 < len(changes):
+            last = min(last, changes[k + 1].begins_m)
+        found.append(replace(change, first_m=min(first, change.begins_m), last_m=last))
+    return found
+
+
 class ChangeWatch:
     """Decides, for one route, when each change begins."""
 
-    def __init__(self, changes: Sequence[LaneChange]) -> None:
-        self._due = list(changes)
+    def __init__(self, changes: Sequence[LaneChange], doubt_m: float = 0.0) -> None:
+        """`doubt_m`: how far bodies may be from where sensors see them (m). By sensors, the speeds of others are not
+        exact, and the ego takes the pace of another lane only if that is clearly faster.
+        """
+        self._doubt_m = doubt_m
+        self._due = _one_after_another(changes) if doubt_m > 0.0 else list(changes)
         self._starts: dict[LaneChange, tuple[float, float]] = {}
         """Start and length of a change that does not begin as the route says."""
         self._going = False
@@ -134,7 +187,7 @@ class ChangeWatch:
                 found.append(Shift(-change.lateral_m, *own, start, start + length))
         return found
 
-    def look(self, here: Situation) -> None:
+    def look(self, here: OnRoute) -> None:
         """Take a tick into account."""
         self.wait_m, self.pace_mps, self.most_mps, self.judged = None, 0.0, math.inf, frozenset()
         while self._due and here.s_m > self._ends(self._due[0]):
@@ -143,7 +196,7 @@ class ChangeWatch:
         if not self._due:
             return
         change = self._due[0]
-        lane = _Lane(here, change)
+        lane = _Lane(here, change, self._doubt_m)
         if here.s_m < max(change.first_m, change.begins_m - EARLY_M) or lane.is_empty:
             return
         if self._going:
@@ -172,8 +225,8 @@ class ChangeWatch:
 class _Lane:
     """The lane that will be entered, and the vehicles in it."""
 
-    def __init__(self, here: Situation, change: LaneChange) -> None:
-        self._here, self._change = here, change
+    def __init__(self, here: OnRoute, change: LaneChange, doubt_m: float) -> None:
+        self._here, self._change, self._doubt_m = here, change, doubt_m
         bodies = here.bodies
         self._e = bodies.d + change.line_at(bodies.s)
         near = np.abs(bodies.s - here.s_m) < NEAR_M
@@ -197,7 +250,10 @@ class _Lane:
 
     def is_clear(self, length_m: float) -> bool:
         """True if the ego, changing over within `length_m` from now on, comes too near to nobody."""
-        top = max(self._here.cruise_mps, self.pace_mps)
+        cruise = self._here.cruise_mps
+        if self._doubt_m > 0.0:
+            return self._meets_nobody(length_m, self.pace_mps if self.pace_mps > cruise + FASTER_MPS else cruise)
+        top = max(cruise, self.pace_mps)
         return any(self._meets_nobody(length_m, pace) for pace in (top, self.pace_mps or top))
 
     def _meets_nobody(self, length_m: float, pace: float) -> bool:
@@ -208,7 +264,10 @@ class _Lane:
         e = own_e + (self._change.lateral_m - own_e) * smooth_step((s - here.s_m) / length_m)
         abreast = np.abs(e[:, None] - self._others_e) < model.half_width + others.aside + BESIDE_M
         keep = model.half_length + others.along + KEEP_M + KEEP_S * np.abs(others.vs)
-        near = np.abs(others.s + others.vs * t[:, None] - s[:, None]) < keep
+        gone = others.vs * t[:, None]
+        if self._doubt_m > 0.0:
+            keep = keep + self._doubt_m + DRIFTS_MPS * np.minimum(t, DRIFTS_S)[:, None]
+        near = np.abs(others.s + gone - s[:, None]) < keep
         return not bool((abreast & near).any())
 
     def _driven(self, t: Array, pace: float) -> Array:

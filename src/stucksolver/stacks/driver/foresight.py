@@ -14,8 +14,8 @@ from stucksolver.scene.boxes import separation
 from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.path import Array, Path, Projection
 from stucksolver.stacks.driver.perception import NearbyBodies
+from stucksolver.stacks.driver.route_bodies import Flags, RouteBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
-from stucksolver.stacks.planner.route_bodies import Flags, RouteBodies
 
 STEP_S = 0.2
 HORIZON_S = 4.0
@@ -41,6 +41,10 @@ _COMES_MPS = -1.0
 _IN_LANE_M = 0.6
 ENTERS_FROM_M = 2.2
 """Vehicles that pull out are looked for this far beside the ego's way."""
+SETS_OFF_MPS = 1.0
+"""By sensors, what is slower may only seem to move (m/s)."""
+SLOW_MPS = 6.0
+"""Whoever is faster at the roadside has not just set off (m/s)."""
 ENTERS_SLOPE = 0.04
 """Metres towards the ego's way per metre along it at which a vehicle is pulling out."""
 
@@ -94,12 +98,25 @@ def allowed_acceleration(
 
 def entering(bodies: RouteBodies, where: Projection, model: VehicleModel) -> list[Hazard]:
     """Return vehicles ahead beside the ego's way that pull out into it, as if they were in it already."""
-    aside = bodies.d - where.lateral
-    free = np.abs(aside) - bodies.aside - model.half_width
+    towards = -np.sign(bodies.d - where.lateral) * bodies.vd > ENTERS_SLOPE * np.abs(bodies.vs)
+    return _beside(bodies, where, model, (bodies.speed > _MOVES_MPS) & towards)
+
+
+def slow_beside(bodies: RouteBodies, where: Projection, model: VehicleModel) -> list[Hazard]:
+    """Return vehicles ahead beside the ego's way that drive slowly, as if they were in it already.
+
+    If they are at the roadside they have set off and will pull out. Sensors notice a start after some 0.8 s, and a turn
+    later still.
+    """
+    return _beside(bodies, where, model, (bodies.speed > SETS_OFF_MPS) & (bodies.vs < SLOW_MPS))
+
+
+def _beside(bodies: RouteBodies, where: Projection, model: VehicleModel, which: Flags) -> list[Hazard]:
+    """Return those of the vehicles ahead beside the ego's way that drive in its direction, as hazards in it."""
+    free = np.abs(bodies.d - where.lateral) - bodies.aside - model.half_width
     gap = bodies.s - bodies.along - where.s - model.half_length
     beside = (free > 0.0) & (free < ENTERS_FROM_M) & (gap > -1.0) & (gap < NEAR_M) & ~bodies.is_walker
-    out = (bodies.speed > _MOVES_MPS) & (-np.sign(aside) * bodies.vd > ENTERS_SLOPE * np.abs(bodies.vs))
-    found = np.flatnonzero(beside & out & (bodies.vs > 0.0)).tolist()
+    found = np.flatnonzero(beside & which & (bodies.vs > 0.0)).tolist()
     return [Hazard(int(bodies.actor_id[k]), max(float(gap[k]), 0.0), float(bodies.vs[k]), False) for k in found]
 
 

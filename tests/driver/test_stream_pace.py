@@ -1,0 +1,53 @@
+"""By sensors, a stream much faster than the known limit is driven in at its own pace; with ground truth it is not."""
+
+from __future__ import annotations
+
+import carla
+import pytest
+
+from driver.fakes import FakeWorld
+from driver.roads import straight_road
+from driver.test_changing import RIGHT, Sensed
+from driver.test_give_way import AT_THE_LINE, CAR, DT_S, LINE, WAIT_S, comers, way
+from stucksolver.stacks.driver import BehaviorDriver, DriverOptions
+from stucksolver.stacks.driver.behavior import PROFILES
+from stucksolver.stacks.driver.give_way import GiveWay, Moving
+from stucksolver.stacks.driver.meeting_ways import Meeting
+
+LIMITED_MPS = 7.5
+
+
+def top_speed(behind_mps, sensed=True):
+    world = FakeWorld(straight_road())
+    ego = world.add_ego(80.0, RIGHT, 0.0, LIMITED_MPS)
+    ego.speed_limit = 30.0
+    if sensed:
+        ego.perceiver = Sensed(world, ego)
+    driver = BehaviorDriver(ego, "normal", DriverOptions(ignore_traffic_lights=True), world.map)
+    driver.set_destination(carla.Location(390.0, RIGHT, 0.0))
+    world.add("vehicle.a", 50.0, RIGHT, speed=behind_mps)
+    fastest, nearest_m = 0.0, 30.0
+    for _ in range(120):
+        ego.apply_control(driver.run_step())
+        world.tick()
+        fastest = max(fastest, ego.speed)
+        nearest_m = min(nearest_m, ego.x - world.actors[1].x)
+    return fastest, nearest_m
+
+
+def test_who_comes_from_behind_much_faster_than_the_limit_does_not_run_into_the_ego():
+    fastest, nearest_m = top_speed(13.0)
+    assert fastest == pytest.approx(13.0, abs=1.0)
+    assert nearest_m > 7.0
+
+
+@pytest.mark.parametrize(("behind_mps", "sensed"), [(8.5, True), (13.0, False)], ids=["little faster", "ground truth"])
+def test_otherwise_it_keeps_to_its_limit(behind_mps, sensed):
+    assert top_speed(behind_mps, sensed)[0] < LIMITED_MPS + 0.5
+
+
+@pytest.mark.parametrize(("pace", "sensed", "flow"), [(16.0, True, 16.0), (8.5, True, 0.0), (16.0, False, 0.0)])
+def test_a_stream_is_joined_at_its_pace_if_that_is_much_faster(pace, sensed, flow):
+    watch = GiveWay([Meeting(WAIT_S, (way(joins=True),))], PROFILES["normal"], CAR, sensed=sensed)
+    watch.look(LINE, AT_THE_LINE, Moving(0.0, LIMITED_MPS), comers((10.0, pace)), DT_S)
+    assert watch.flow_mps == flow
