@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from tests.perception.tracking.scenes import STEP_S, detections, follow, nothing, pose
 from tests.perception.tracking.test_hidden import everywhere
 from tests.perception.tracking.test_object_tracker import joined
@@ -12,7 +13,7 @@ from tests.perception.tracking.test_object_tracker import joined
 from stucksolver.perception.tracking import ObjectTracker
 from stucksolver.perception.tracking.association import one_for_each_place
 
-BICYCLE, BARRIER, PEDESTRIAN = 2, 6, 3
+BICYCLE, BARRIER, PEDESTRIAN, CONE = 2, 6, 3, 5
 
 
 def two(time_s, rng, first=0.9, second=0.5):
@@ -72,3 +73,29 @@ def test_rays_that_pass_over_a_bag_do_not_show_that_it_is_gone():
     bag, walker = (7, (0.5, 0.5, 0.3)), (PEDESTRIAN, (0.5, 0.5, 1.8))
     assert (missed(*bag, looks=8), missed(*walker, looks=8)) == (1, 0)
     assert missed(*bag, looks=25) == 0, "it is not found for too long"
+
+
+@pytest.mark.parametrize(
+    ("label", "aside_m", "after_s", "born"),
+    [
+        (CONE, 1.4, -0.45, False),
+        (CONE, 1.4, 0.3, False),
+        (CONE, 1.4, 0.9, True),
+        (CONE, 2.2, 0.3, True),
+        (PEDESTRIAN, 1.4, 0.3, True),
+    ],
+)
+def test_no_thing_comes_to_be_beside_a_car_that_passes_nor_in_its_tail(label, aside_m, after_s, born):
+    """The car's rear passes a place 15 m ahead; `after_s` later, something is found there, beside the car's way."""
+    rng, tracker, speed = np.random.default_rng(4), ObjectTracker(), 7.0
+
+    def path(t):
+        return (15.0 + 2.25 + speed * (t - 2.0), 4.0), (speed, 0.0)
+
+    follow(tracker, path, 2.0 + after_s, rng)
+    now = 2.0 + after_s
+    place, velocity = path(now)
+    car = detections(now, [place], rng, velocity)
+    thing = detections(now, [(15.0, 4.0 - aside_m)], rng, label=label, size=(0.5, 0.5, 0.7), score=0.9, noise=0.1)
+    told = tracker.update(joined(car, thing), pose(now))
+    assert (label in [track.label for track in told]) is born
