@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from tests.perception.tracking.scenes import STEP_S, detections, follow, nothing, pose
 from tests.perception.tracking.test_hidden import everywhere
 from tests.perception.tracking.test_object_tracker import joined
@@ -12,7 +13,7 @@ from tests.perception.tracking.test_object_tracker import joined
 from stucksolver.perception.tracking import ObjectTracker
 from stucksolver.perception.tracking.association import one_for_each_place
 
-BICYCLE, BARRIER, PEDESTRIAN = 2, 6, 3
+BICYCLE, BARRIER, PEDESTRIAN, CONE = 2, 6, 3, 5
 
 
 def two(time_s, rng, first=0.9, second=0.5):
@@ -90,3 +91,29 @@ def test_a_parked_bicycle_first_taken_for_a_person_becomes_a_bicycle():
     follow(tracker, lambda t: ((5.0, -0.75), (0.0, 0.0)), 3.0, rng, label=PEDESTRIAN)
     told = follow(tracker, lambda t: ((5.0, -0.75), (0.0, 0.0)), 8.0, rng, start_s=3.0, label=BICYCLE)
     assert [track.label for track in told] == [BICYCLE]
+
+
+@pytest.mark.parametrize(
+    ("label", "aside_m", "after_s", "born"),
+    [
+        (CONE, 1.4, -0.45, False),
+        (CONE, 1.4, 0.3, False),
+        (CONE, 1.4, 0.9, True),
+        (CONE, 2.2, 0.3, True),
+        (PEDESTRIAN, 1.4, 0.3, True),
+    ],
+)
+def test_no_thing_comes_to_be_beside_a_car_that_passes_nor_in_its_tail(label, aside_m, after_s, born):
+    """The car's rear passes a place 15 m ahead; `after_s` later, something is found there, beside the car's way."""
+    rng, tracker, speed = np.random.default_rng(4), ObjectTracker(), 7.0
+
+    def path(t):
+        return (15.0 + 2.25 + speed * (t - 2.0), 4.0), (speed, 0.0)
+
+    follow(tracker, path, 2.0 + after_s, rng)
+    now = 2.0 + after_s
+    place, velocity = path(now)
+    car = detections(now, [place], rng, velocity)
+    thing = detections(now, [(15.0, 4.0 - aside_m)], rng, label=label, size=(0.5, 0.5, 0.7), score=0.9, noise=0.1)
+    told = tracker.update(joined(car, thing), pose(now))
+    assert (label in [track.label for track in told]) is born

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.measurements import Detections, Floats
 from stucksolver.perception.tracking.body import Body
-from stucksolver.perception.tracking.groups import GROUP_OF_LABEL
+from stucksolver.perception.tracking.groups import GROUP_OF_LABEL, WHEELED
+from stucksolver.perception.tracking.motion import Motion
 from stucksolver.perception.tracking.noise import Measured
 
 GATE = 49.0
@@ -28,6 +29,12 @@ SAME_THING_M = 0.5
 """Two things whose middles are this near are one, found once here and once there."""
 SAME_PLACE_M = 0.35
 """Nor can there be one this near."""
+SWEEPS_S = 0.5
+"""The network sees the sweeps of this time."""
+TAIL_BESIDE_M = 0.5
+"""How far beside the way of a vehicle its tail draws a thing: by a cone's width."""
+DRIVES_MPS = 2.0
+"""The tail of a slower vehicle is as short as a thing."""
 
 
 def assign(bodies: list[Body], seen: Measured) -> list[tuple[int, int]]:
@@ -54,6 +61,27 @@ def inside_another(bodies: list[Body], x: float, y: float) -> bool:
         cos, sin = np.cos(body.x[3]), np.sin(body.x[3])
         dx, dy = x - body.x[0], y - body.x[1]
         if abs(dx * cos + dy * sin) < body.size[0] / 2 and abs(dy * cos - dx * sin) < body.size[1] / 2:
+            return True
+    return False
+
+
+def in_a_wake(bodies: list[Body], x: float, y: float) -> bool:
+    """True if one of these bodies drives past a place, or did in the last sweeps.
+
+    The network sees the sweeps of half a second at once: what drives past has a tail of returns. A cone beside it is
+    then found once more, or drawn towards the tail. Where something has just driven, no thing stands.
+    """
+    for body in bodies:
+        speed = float(np.hypot(body.x[4], body.x[5]))
+        if not WHEELED[body.label] or body.motion is not Motion.MOVING or speed < DRIVES_MPS:
+            continue
+        cos, sin = body.x[4] / speed, body.x[5] / speed
+        dx, dy = x - body.x[0], y - body.x[1]
+        behind, beside = -(dx * cos + dy * sin), abs(dy * cos - dx * sin)
+        if (
+            -body.size[0] / 2 < behind < body.size[0] / 2 + speed * SWEEPS_S
+            and beside < body.size[1] / 2 + TAIL_BESIDE_M
+        ):
             return True
     return False
 

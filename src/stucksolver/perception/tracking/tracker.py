@@ -147,8 +147,11 @@ class ObjectTracker:
     def _bear(self, seen: Measured, left: list[int], found: list[Body], still: list[Body]) -> None:
         """`still` was not detected, but is there: a thing in its box is a part of it. A person may be a person."""
         for j in left:
-            others = [*found, *still] if GROUPS[GROUP_OF_LABEL[seen.label[j]]].lifeless else found
-            if seen.score[j] < BIRTH_SCORE or association.inside_another(others, *seen.z[j, :2].tolist()):
+            lifeless, place = GROUPS[GROUP_OF_LABEL[seen.label[j]]].lifeless, seen.z[j, :2].tolist()
+            others = [*found, *still] if lifeless else found
+            if seen.score[j] < BIRTH_SCORE or association.inside_another(others, *place):
+                continue
+            if lifeless and association.in_a_wake(found, *place):
                 continue
             body = born(self._next, seen, j)
             self._next += 1
