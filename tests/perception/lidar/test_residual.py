@@ -143,6 +143,13 @@ def test_the_rear_of_a_car_that_drives_on_is_no_obstacle():
     assert added(turn(car), found) == []
 
 
+def test_the_rear_of_a_bus_that_drives_ahead_is_no_person():
+    """Its box is too short. Close behind one that stands there may be somebody."""
+    bus, told = (13.5, 0.0, 10.9, 2.4, 3.1), (13.6, 0.0, 8.8, 2.6, 3.1)
+    assert added(turn(bus), known=tracked(told, speed=0.5)) != []
+    assert added(turn(bus), known=tracked(told, speed=2.0)) == []
+
+
 def test_who_walks_close_behind_a_car_that_stands_is_an_obstacle():
     car, person = (12.0, 0.0, 4.5, 1.9, 1.5), (8.6, 0.0, *PERSON)
     assert [one[0] for one in added(turn(car, person), known=tracked(car))] == ["pedestrian"]

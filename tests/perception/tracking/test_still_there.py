@@ -75,7 +75,7 @@ def test_the_rear_of_a_bus_that_has_driven_on_does_not_keep_the_place_that_it_le
     tracker, rng = ObjectTracker(), np.random.default_rng(4)
     bus = {"label": LABELS.index("truck"), "size": (11.0, 2.5, 3.1)}
     follow(tracker, lambda _: ((12.9, 0.0), (0.0, 0.0)), 3.0, rng, **bus)
-    told, rays = (), rear(x=12.4)
+    told, rays = (), rear(x=11.8)  # its new box begins 0.6 m further on
     for k in range(40):
         t = 3.0 + k * STEP_S
         told = tracker.update(detections(t, [(17.9, 0.0)], rng, noise=0.3, **bus), pose(t), None, rays)

@@ -44,6 +44,8 @@ MARGIN_M = 0.4
 """Boxes are this much smaller than what they stand for: mirrors, loads, the error of the box."""
 SMEARED_S = 0.2
 """A turn takes 0.1 s, and the box of what moves may lag by as much: returns from its ends lie outside of it."""
+LONG_M, DRIVES_MPS, SHORT_M = 6.0, 1.0, 0.7
+"""The box of a bus or truck that drives may end this much too early (m): the network sees its rear only."""
 EXPLAINS = 0.2
 """Score from which a detection explains the returns around it."""
 SCORE = 0.5
@@ -72,7 +74,8 @@ def with_unexplained(detections: Detections, standing: Floats, known: Floats) ->
     named = np.column_stack([detections.center, detections.size, detections.yaw, speed])[sure]
     boxes = np.vstack([named, np.reshape(known, (-1, 8))])
     bodies = footprints(boxes)
-    bodies[:, 3] += SMEARED_S * boxes[:, 7]
+    too_short = (boxes[:, 3] > LONG_M) & (boxes[:, 7] > DRIVES_MPS)
+    bodies[:, 3] += SMEARED_S * boxes[:, 7] + SHORT_M * too_short
     left = standing[~within(bodies, standing[:, 0], standing[:, 1], MARGIN_M, MARGIN_M)]
     if len(left) < FEWEST:
         return detections

@@ -47,6 +47,8 @@ LOW_M, LOW_THING_M = 0.5, 1.0
 """The rays that show a place to be free may pass above something lower (`visibility.HEIGHT_M`). A thing of the second
 height does not run away: a cone that a passing car hides for a moment, or that is found only now and then, is kept.
 """
+SHORT_M = 1.0
+"""The box of a long vehicle may end this much too early (m): the network sees its rear only."""
 BOX_MARGIN_M = 0.2
 """Returns from within this margin around a box come from its object (m), ..."""
 LOW_SHARE = 0.3
@@ -116,7 +118,7 @@ def that_return(bodies: list[Body], pose: PoseEstimate, standing: Floats) -> dic
 def explained_by(found: list[Body], pose: PoseEstimate, standing: Floats) -> NDArray[np.bool_]:
     """(m,): True for the returns (see `that_return`) that come from one of the detected bodies."""
     boxes = into_vehicle(np.array([(*b.x[:3], *b.size, b.x[3]) for b in found]).reshape(-1, 7), pose)
-    return within(footprints(boxes), standing[:, 0], standing[:, 1], BOX_MARGIN_M, BOX_MARGIN_M)
+    return within(footprints(boxes), standing[:, 0], standing[:, 1], SHORT_M, BOX_MARGIN_M)
 
 
 def ended(body: Body, now_s: float, confirmed: bool) -> bool:
