@@ -62,6 +62,14 @@ def test_what_lies_before_the_nose_is_not_forgotten_while_the_ego_stands():
     assert told == ()
 
 
+def test_what_was_hardly_found_before_the_nose_is_forgotten():
+    tracker, ghost = ObjectTracker(), {"label": 7, "size": (0.7, 0.7, 0.2), "score": 0.45}
+    follow(tracker, lambda _: ((9.0, 0.0), (0.0, 0.0)), 0.8, np.random.default_rng(1), **ghost)
+    for k in range(600):
+        told = tracker.update(nothing(0.8 + k * STEP_S), pose(0.8 + k * STEP_S, x=5.6))
+    assert told == ()
+
+
 def test_who_is_beyond_range_is_remembered_for_a_while_only():
     tracker = ObjectTracker()
     follow(tracker, lambda _: ((30.0, 5.0), (0.0, 0.0)), 3.0, np.random.default_rng(2))

@@ -61,6 +61,10 @@ WAY_M = 1.5
 """Half the width of the vehicle's way (m)."""
 CONCEALED_M = 5.0
 """The LiDAR's lowest beam passes above low things that are nearer than this (m)."""
+CONCEALED_SCORE = 5.0
+"""Sum of the scores of the looks at a thing that is surely there: ten good looks. Now and then the network sees a thing
+where none is.
+"""
 OCCLUSION_MARGIN = 0.8
 """Share of an object's width that must be covered by a nearer one for it to count as hidden."""
 
@@ -85,8 +89,10 @@ def miss(body: Body, distance_m: float, free: bool) -> None:
 
 
 def conceal(body: Body, distance_m: float, now_s: float) -> None:
-    """Note that the standing ego's own nose hides a thing: it is not forgotten, or the ego would set off over it."""
-    if body.group.lifeless and distance_m < CONCEALED_M:
+    """Note that the standing ego's own nose hides a thing: what is surely there is not forgotten, or the ego would set
+    off over it.
+    """
+    if body.group.lifeless and distance_m < CONCEALED_M and body.scores >= CONCEALED_SCORE:
         body.concealed_s += now_s - body.looked_s
 
 

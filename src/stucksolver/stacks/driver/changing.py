@@ -74,9 +74,12 @@ class Changing:
         join_m = rejoining_length(JOINS_FROM_M, here.speed_mps)
         return shifted_path(line, here.s_m, here.d_m, wanted, join_m, lateral_accel, deceleration)
 
-    def allowed(self, concerns: Concerns, speed: float) -> float:
-        """Return the acceleration that waiting for a gap allows: slower than the lane beside, to the end of its own."""
+    def allowed(self, concerns: Concerns, speed: float, behind_mps: float) -> float:
+        """Return the acceleration that waiting for a gap allows: slower than the lane beside, to the end of its own.
+
+        `behind_mps`: speed of who follows in the own lane (m/s). An ego that became slower than that would be hit.
+        """
         if self._lost or self._watch.wait_m is None:
             return math.inf
-        slips_back = max(self._watch.most_mps - speed, -SLOWER_MPS2)
+        slips_back = max(max(self._watch.most_mps, behind_mps) - speed, -SLOWER_MPS2)
         return min(slips_back, concerns.stop_line(self._watch.wait_m, speed))

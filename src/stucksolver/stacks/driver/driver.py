@@ -83,6 +83,8 @@ class BehaviorDriver:
         self._give_way = self._giving_way([])
         self._changing: Changing | None = None
         """Its lane changes, by sensors."""
+        self._behind_mps = 0.0
+        """By sensors, the speed of who follows it in its lane (m/s); 0 if nobody does."""
         self._route: tuple[RoutePoint, ...] = ()
         self._holding = False
         self._hold_mps2 = self._options.follow_deceleration
@@ -228,9 +230,9 @@ class BehaviorDriver:
             return
         bodies = on_route(line, planner.route_s, around)
         limit_kmh, half_m = self._vehicle.get_speed_limit(), self._model.half_length
-        behind = pace_behind_mps(bodies, planner.route_s, planner.beside_m, motion.speed, half_m)
+        self._behind_mps = pace_behind_mps(bodies, planner.route_s, planner.beside_m, motion.speed, half_m)
         joined = self._give_way.flow_mps if self._give_way.going else 0.0
-        self._paced.heed(max(joined, self._changing.pace_mps), behind, limit_kmh, self._tick_s())
+        self._paced.heed(max(joined, self._changing.pace_mps), self._behind_mps, limit_kmh, self._tick_s())
         cruise = self._concerns.top_speed(limit_kmh)
         here = OnLine(planner.route_s, planner.beside_m, max(motion.speed, 0.0), cruise, bodies, self._model)
         other = self._changing.other_line(line, here, profile.lateral_accel, profile.deceleration)
@@ -301,11 +303,17 @@ class BehaviorDriver:
             math.inf if crossing.leader is None else concerns.behind(*crossing.leader, speed),
             math.inf if crossing.look_m is None else concerns.slow_to(LOOKING_MPS, crossing.look_m, speed),
             -self._hold_mps2 if self._holding else math.inf,
-            math.inf if self._changing is None or self._planner.following else self._changing.allowed(concerns, speed),
+            self._waiting_for_a_lane(speed),
         ]
         if self._perception.doubt_m > 0.0:
             allowed += [concerns.halt(hazard, speed) for hazard in hazards]
         return min(allowed + [concerns.hazard(hazard, speed) for hazard in hazards])
+
+    def _waiting_for_a_lane(self, speed: float) -> float:
+        """By sensors, return the acceleration that waiting for a gap in the next lane allows."""
+        if self._changing is None or self._planner.following:
+            return math.inf
+        return self._changing.allowed(self._concerns, speed, self._behind_mps)
 
     def _pulling_out(self, path: Path, around: NearbyBodies) -> list[Hazard]:
         """By sensors, return who pulls out into the way from beside it: once it is in the way it is too late."""
