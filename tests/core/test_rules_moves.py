@@ -189,6 +189,13 @@ def test_it_backs_up_less_where_there_is_less_room_behind():
     assert behaviors_of(tight)[0].distance_m == 2.0
 
 
+@pytest.mark.parametrize(("sd_m", "back_m"), [(0.05, 1.4), (None, 2.0)])
+def test_refused_for_its_sight_behind_it_backs_up_less_by_sensors(sd_m, back_m):
+    tight = World(TWO_WAY, [thing("lead", 57.75, position_sd_m=sd_m), thing("behind", 40.0)])
+    moves = behaviors_of(after(tight, RejectCode.UNSEEN, "back_up", "borrow_oncoming_lane", ago_s=10.0))
+    assert moves[0].name == "back_up" and moves[0].distance_m == back_m
+
+
 def test_with_too_little_sight_it_gets_back_and_aside_and_passes_from_there():
     refused = RejectCode.ONCOMING_SIGHT
     near, far = World(TWO_WAY, [thing("lead", 60.0)]), World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3)])

@@ -25,6 +25,8 @@ MORE_M, ENOUGH_M = 4.0, 12.0
 """If that was still too near, it backs up by the first distance more, up to the second."""
 REAR_MARGIN_M, LOOK_REAR_MARGIN_M = 2.5, 8.0
 """Distance kept behind when backing up for room, and to see more (m). The guard checks for traffic."""
+SIGHT_ENDS_M = 1.1
+"""The sight of sensors ends up to this far before a vehicle."""
 BESIDE_M = 0.55
 LOOK_M = 6.0
 LOOK_ROOM_M = 9.0
@@ -100,7 +102,7 @@ def to_be_seen(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryP
     if not isinstance(first, ChangeLane | BorrowOncomingLane):
         return plan
     gap = lead.gap_m or 0.0
-    way = _back_m(scene, max(ROOM_M - gap, 1.0)) if not backs and gap < NOSE_ROOM_M else None
+    way = _back_m(scene, lead, max(ROOM_M - gap, 1.0)) if not backs and gap < NOSE_ROOM_M else None
     if way is not None:
         backs = [BackUp(distance_m=way)]
     nose = NoseOut(side=first.side if isinstance(first, ChangeLane) else "left")
@@ -113,16 +115,21 @@ def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Recover
     failed = failed_for(scene, PlanFailure.NO_ROOM_TO_SWING_OUT) or look_larger(scene, (lead,))
     near = gap < SWING_M or (failed and gap < ENOUGH_M)
     room = max(ROOM_M, min(gap + MORE_M, ENOUGH_M)) if failed else ROOM_M
-    way = _back_m(scene, min(max(room - gap, 1.0), 8.0))
+    way = _back_m(scene, lead, min(max(room - gap, 1.0), 8.0))
     if not near or scene.ego.speed_mps > 0.2 or lead.speed_along_mps > 0.2 or way is None:
         return plan
     return plan.model_copy(update={"behaviors": (BackUp(distance_m=way), *plan.behaviors)})
 
 
-def _back_m(scene: Scene, wanted_m: float) -> float | None:
-    """Return the distance to back up (m), as wanted or as there is room; None if that is too little to help."""
+def _back_m(scene: Scene, lead: SceneObject, wanted_m: float) -> float | None:
+    """Return the distance to back up (m), as wanted or as there is room; None if that is too little to help.
+
+    The guard asks for sight, and if it has refused for that, sensors see less far than to who stands behind.
+    """
+    unseen = bool(lead.position_sd_m) and failed_for(scene, RejectCode.UNSEEN)
+    margin_m = REAR_MARGIN_M + (SIGHT_ENDS_M if unseen else 0.0)
     ways = (math.floor(10.0 * wanted_m * share) / 10.0 for share in (1.0, 0.75, 0.5, 0.35))
-    return next((way for way in ways if way >= 1.0 and may_back_up(scene, way, REAR_MARGIN_M)), None)
+    return next((way for way in ways if way >= 1.0 and may_back_up(scene, way, margin_m)), None)
 
 
 def to_see_more(scene: Scene, target: PassTarget, plan: RecoveryPlan) -> Way | None:
