@@ -230,7 +230,7 @@ class GiveWay:
         """Return the ego's drive if it goes now."""
         horizon_s = SENSED_HORIZON_S if self._sensed else HORIZON_S
         gone = foretold(line, s, speed, top_mps, self._profile, self.pace.bends, self._lag_s(), horizon_s=horizon_s)
-        return Drive(line, gone, self._model)
+        return Drive(line, gone, self._model, followers=not self._sensed)
 
     def _must_go(self, speed: float, room: float) -> bool:
         """True if the ego can no longer stop before the others' way, `room` metres ahead; see `NOSE_M`."""
@@ -391,12 +391,19 @@ class Drive:
     """The predicted positions of the ego if it goes now."""
 
     def __init__(
-        self, line: Path, s: Array, model: VehicleModel, slips: bool = False, joined_s: float = JOINED_S
+        self,
+        line: Path,
+        s: Array,
+        model: VehicleModel,
+        slips: bool = False,
+        joined_s: float = JOINED_S,
+        followers: bool = True,
     ) -> None:
         """`slips`: in a bend the body points less far round than its centre moves, which matters on a tight one.
-        `joined_s`: see `JOINED_S`.
+        `joined_s`: see `JOINED_S`. `followers`: who follows on the common way counts as a leader, too, which it does if
+        the ego has joined with little room.
         """
-        self._joined_s = joined_s
+        self._joined_s, self._followers = joined_s, followers
         self._s = s
         self._t = STEP_S * np.arange(len(s))
         self._x, self._y, self._yaw = line.at(s)
@@ -415,7 +422,9 @@ class Drive:
             elif not way.joins:
                 passing.add(other.actor_id)
             elif likely:
-                leaders.append(self._leader(way, other))
+                leader = self._leader(way, other)
+                if self._followers or leader.gap_m > -2.0 * self._model.half_length:
+                    leaders.append(leader)
         clear = passing.difference(actor_id for _, actor_id in met)
         return Met(tuple(way for way, _ in met), frozenset(clear), min(leaders, default=None))
 
