@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import replace
 
 import numpy as np
@@ -251,6 +252,21 @@ def test_by_sensors_an_ego_that_gives_up_just_past_the_line_stays_there(past_m, 
     assert look(coming, s=s, speed=speed).wait_m == pytest.approx(to_the_way_m), (
         "with ground truth it goes up to the way"
     )
+
+
+def test_by_sensors_who_follows_on_the_common_way_is_no_leader():
+    """It has joined before a car, and would brake to get behind it."""
+    here = comers((0.0, 0.0))
+    follower = dataclasses.replace(
+        here, x=here.x + 3.0, y=np.zeros(1), yaw=np.zeros(1), vx=np.full(1, 10.0), vy=np.zeros(1)
+    )
+    joining, s = Meeting(WAIT_S, (way(joins=True),)), MEET_S + 9.5
+    told = [
+        look(follower, s=s, speed=9.0, watch=GiveWay([joining], PROFILES["normal"], CAR, sensed=one))
+        for one in (True, False)
+    ]
+    assert told[0].leader is None and told[0].wait_m is None
+    assert told[1].leader is not None and told[1].leader.gap_m < -2.0 * CAR.half_length, "with ground truth it is one"
 
 
 def test_by_sensors_an_ego_that_has_set_off_does_not_give_up_for_one_noisy_look():
