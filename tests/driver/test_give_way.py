@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import replace
 
 import numpy as np
@@ -257,9 +256,7 @@ def test_by_sensors_an_ego_that_gives_up_just_past_the_line_stays_there(past_m, 
 def test_by_sensors_who_follows_on_the_common_way_is_no_leader():
     """It has joined before a car, and would brake to get behind it."""
     here = comers((0.0, 0.0))
-    follower = dataclasses.replace(
-        here, x=here.x + 3.0, y=np.zeros(1), yaw=np.zeros(1), vx=np.full(1, 10.0), vy=np.zeros(1)
-    )
+    follower = replace(here, x=here.x + 3.0, y=np.zeros(1), yaw=np.zeros(1), vx=np.full(1, 10.0), vy=np.zeros(1))
     joining, s = Meeting(WAIT_S, (way(joins=True),)), MEET_S + 9.5
     told = [
         look(follower, s=s, speed=9.0, watch=GiveWay([joining], PROFILES["normal"], CAR, sensed=one))
