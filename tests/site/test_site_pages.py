@@ -115,8 +115,9 @@ def test_every_page_opens_in_a_browser_without_another_host_or_a_script_that_fai
 
 def test_search_finds_a_word_without_another_host(address, browser):
     with contextlib.closing(browser.new_page()) as page:
-        page.goto(f"{address}/index.html")
-        page.fill("input.md-search__input", "immobilized")
+        page.goto(f"{address}/index.html", wait_until="networkidle")
+        # The page listens for keys, not for what is filled in, and only once its scripts have run.
+        page.locator("input.md-search__input").press_sequentially("immobilized", delay=50.0)
         page.wait_for_selector(".md-search-result__item")
 
 
