@@ -16,10 +16,9 @@ from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import make_path
 from stucksolver.stacks.driver.route_bodies import RouteBodies
+from stucksolver.stacks.driver.stream_pace import pace_behind_mps
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
-from stucksolver.stacks.planner.passes import Situation
-from stucksolver.stacks.planner.sides import Sides
-from stucksolver.stacks.planner.streams import StreamConcerns, StreamGiveWay, pace_behind_mps
+from stucksolver.stacks.planner.streams import StreamConcerns, StreamGiveWay
 
 PROFILE, MODEL = profile_named("normal"), VehicleModel(2.4, 1.0, 2.9, 1.2)
 LINE = make_path(np.arange(0.0, 300.0), np.zeros(300), np.full(300, 30.0))
@@ -119,5 +118,4 @@ def test_the_pace_of_who_follows_closely_in_the_same_lane_is_kept(gap_m, aside_m
     bodies = RouteBodies(
         np.array([5]), flags, np.array([x]), np.array([aside_m]), zero + 2.4, zero + 0.9, zero + 11.0, zero
     )
-    sides = Sides(np.arange(0.0, 300.0), np.tile([1.75, 3.5, 0.0, 3.5], (300, 1)))
-    assert pace_behind_mps(Situation(100.0, 0.0, 10.9, 7.5, bodies, sides, MODEL)) == pace
+    assert pace_behind_mps(bodies, 100.0, 0.0, 10.9, MODEL.half_length) == pace

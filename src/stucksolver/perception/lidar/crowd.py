@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver.perception.labels import LABELS
+from stucksolver.perception.lidar.clusters import clusters_of, with_standing
 from stucksolver.perception.measurements import Detections, Floats
 from stucksolver.perception.visibility import footprints, within
 
@@ -76,12 +77,15 @@ def with_neighbours(detections: Detections, points: NDArray[np.floating], known:
     lead = (away[left] - reach).min(axis=1)
     named = (away < reach).sum(axis=0)
     found = []
-    for group in _groups(returns):
+    cells = np.floor((returns[:, :2] - returns[:, :2].min(axis=0)) / CELL_M).astype(np.int64)
+    for group in clusters_of(cells):
         enough = group.sum() >= max(FEWEST, SHARE * named[nearest[group]].max())
         reaches = (lead[group] > OUT_M - BODY_M).sum() >= OUT
         if enough and reaches and np.ptp(returns[group, 2]) >= TALL_M:
             found.append((returns[group, :2].min(axis=0) + returns[group, :2].max(axis=0)) / 2)
-    return _joined(detections, np.array(found).reshape(-1, 2))
+    places, n = np.array(found).reshape(-1, 2), len(found)
+    center = np.column_stack([places, np.full(n, HEIGHT_M / 2)])
+    return with_standing(detections, np.full(n, PEDESTRIAN), SCORE, center, np.tile((SIZE_M, SIZE_M, HEIGHT_M), (n, 1)))
 
 
 def _close(points: NDArray[np.floating]) -> tuple[Floats, Floats, Floats]:
@@ -90,28 +94,3 @@ def _close(points: NDArray[np.floating]) -> tuple[Floats, Floats, Floats]:
     near = (x > AHEAD_M[0]) & (x < AHEAD_M[1]) & (np.abs(y) < ASIDE_M) & (z > LOW_M) & (z < HIGH_M)
     near &= (x > OWN_LENGTH_M) | (np.abs(y) > OWN_WIDTH_M)
     return x[near], y[near], z[near]
-
-
-def _groups(returns: Floats) -> list[NDArray[np.bool_]]:
-    """Return which of the returns (m, 3) belong together, for each cluster."""
-    from scipy import ndimage  # type: ignore[import-untyped]
-
-    cells = np.floor((returns[:, :2] - returns[:, :2].min(axis=0)) / CELL_M).astype(np.int64)
-    taken = np.zeros(cells.max(axis=0) + 1, np.bool_)
-    taken[cells[:, 0], cells[:, 1]] = True
-    groups, count = ndimage.label(taken, np.ones((3, 3)))
-    of = groups[cells[:, 0], cells[:, 1]]
-    return [of == n for n in range(1, count + 1)]
-
-
-def _joined(detections: Detections, places: Floats) -> Detections:
-    n = len(places)
-    return Detections(
-        detections.time_s,
-        np.concatenate([detections.label, np.full(n, PEDESTRIAN)]),
-        np.concatenate([detections.score, np.full(n, SCORE)]),
-        np.concatenate([detections.center, np.column_stack([places, np.full(n, HEIGHT_M / 2)])]),
-        np.concatenate([detections.size, np.tile((SIZE_M, SIZE_M, HEIGHT_M), (n, 1))]),
-        np.concatenate([detections.yaw, np.zeros(n)]),
-        np.concatenate([detections.velocity, np.zeros((n, 2))]),
-    )

@@ -15,14 +15,11 @@ from numpy.typing import NDArray
 
 from stucksolver.perception.ground import above_ground
 from stucksolver.perception.labels import LABELS
+from stucksolver.perception.lidar.nearby import NEAR_M, standing_nearby
 from stucksolver.perception.measurements import Detections, Floats
 from stucksolver.perception.rig import LidarRig
 
 VEHICLES = (LABELS.index("car"), LABELS.index("truck"))
-NEAR_M = 20.0
-"""Farther away, too few rays hit an end."""
-STANDS_MPS = 1.0
-"""What is faster is smeared by its own motion within a turn of the LiDAR."""
 LOW_M, HIGH_M = 0.35, 1.6
 """Returns between these heights above the ground come from bumper, bonnet or boot, not from the road or the roof."""
 BEFORE_M, BEHIND_M = 0.9, 1.0
@@ -45,9 +42,7 @@ def with_measured_ends(detections: Detections, turn: NDArray[np.floating], lidar
         turn: (n, 3 or more): x, y, z (m) of the last full turn in the vehicle frame at the same time.
         lidar: Where the LiDAR is mounted.
     """
-    away = np.hypot(detections.center[:, 0], detections.center[:, 1])
-    stands = np.hypot(detections.velocity[:, 0], detections.velocity[:, 1]) < STANDS_MPS
-    which = np.flatnonzero(np.isin(detections.label, VEHICLES) & stands & (away < NEAR_M))
+    which = standing_nearby(detections, VEHICLES)
     if not len(which):
         return detections
     foot = np.array([lidar.mount.x_m, lidar.mount.y_m])

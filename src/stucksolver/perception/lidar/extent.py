@@ -22,7 +22,9 @@ from stucksolver.perception.rig import LidarRig
 from stucksolver.perception.tracking.association import SAME_PLACE_M
 from stucksolver.perception.visibility import OVERHEAD_M
 
-BARRIER, CONE, PERSON = LABELS.index("barrier"), LABELS.index("cone"), LABELS.index("pedestrian")
+BARRIER = LABELS.index("barrier")
+CONE = LABELS.index("cone")
+PERSON = LABELS.index("pedestrian")
 NEAR_M = 20.0
 """Farther away, too few rays pass beside a thing."""
 LEAST_M = 1.0

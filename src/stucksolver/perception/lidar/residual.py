@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stucksolver.perception.ground import above_ground
 from stucksolver.perception.labels import LABELS
+from stucksolver.perception.lidar.clusters import clusters_of, with_standing
 from stucksolver.perception.measurements import Detections, Floats
 from stucksolver.perception.rig import LidarRig
 from stucksolver.perception.visibility import OWN_LENGTH_M, footprints, within
@@ -44,8 +45,12 @@ MARGIN_M = 0.4
 """Boxes are this much smaller than what they stand for: mirrors, loads, the error of the box."""
 SMEARED_S = 0.2
 """A turn takes 0.1 s, and the box of what moves may lag by as much: returns from its ends lie outside of it."""
-LONG_M, DRIVES_MPS, SHORT_M = 6.0, 1.0, 0.7
-"""The box of a bus or truck that drives may end this much too early (m): the network sees its rear only."""
+LONG_M = 6.0
+"""A vehicle that is longer is a bus or truck."""
+DRIVES_MPS = 1.0
+"""A vehicle that is faster drives."""
+SHORT_M = 0.7
+"""The box of a bus or truck that drives may end this much too early: the network sees its rear only."""
 EXPLAINS = 0.2
 """Score from which a detection explains the returns around it."""
 SCORE = 0.5
@@ -66,8 +71,6 @@ def with_unexplained(detections: Detections, standing: Floats, known: Floats) ->
         known: (k, 8): x, y, z, length, width, height, yaw, speed (m, rad, m/s) of vehicles that are tracked, in the
             vehicle frame. If the network misses one of them for a look, its returns are not another obstacle.
     """
-    from scipy import ndimage  # type: ignore[import-untyped]
-
     standing = standing[standing[:, 2] > LOW_M]
     sure = detections.score >= EXPLAINS
     speed = np.hypot(detections.velocity[:, 0], detections.velocity[:, 1])
@@ -79,12 +82,7 @@ def with_unexplained(detections: Detections, standing: Floats, known: Floats) ->
     left = standing[~within(bodies, standing[:, 0], standing[:, 1], MARGIN_M, MARGIN_M)]
     if len(left) < FEWEST:
         return detections
-    cells = _cells(left[:, 0], left[:, 1])
-    taken = np.zeros(cells.max(axis=0) + 1, np.bool_)
-    taken[cells[:, 0], cells[:, 1]] = True
-    groups, count = ndimage.label(taken, np.ones((3, 3)))
-    group = groups[cells[:, 0], cells[:, 1]]
-    found = [left[group == n] for n in range(1, count + 1)]
+    found = [left[group] for group in clusters_of(_cells(left[:, 0], left[:, 1]))]
     return _joined(detections, [one for one in found if len(one) >= FEWEST and _stands(one[:, 2])])
 
 
@@ -113,7 +111,7 @@ def standing_returns(points: NDArray[np.floating], lidar: LidarRig) -> Floats:
 
 def _lowest_around(x: Floats, y: Floats, z: Floats) -> Floats:
     """(m,): height of the lowest return in the cells around each, but not much lower than the road in front."""
-    from scipy import ndimage
+    from scipy import ndimage  # type: ignore[import-untyped]
 
     cells = _cells(x, y)
     lowest = np.full((round((AHEAD_M - OWN_LENGTH_M) / CELL_M) + 1, round(2 * ASIDE_M / CELL_M) + 1), np.inf)
@@ -139,13 +137,4 @@ def _joined(detections: Detections, found: list[Floats]) -> Detections:
     person = (size[:, :2].max(axis=1) <= PERSON_WIDE_M) & (top >= PERSON_TALL_M)
     # Only the near side of a body returns rays, so its middle is not known better than that.
     center = np.column_stack([(low[:, :2] + high[:, :2]) / 2, top / 2])
-    n = len(found)
-    return Detections(
-        detections.time_s,
-        np.concatenate([detections.label, np.where(person, PEDESTRIAN, BARRIER)]),
-        np.concatenate([detections.score, np.full(n, SCORE)]),
-        np.concatenate([detections.center, center]),
-        np.concatenate([detections.size, size]),
-        np.concatenate([detections.yaw, np.zeros(n)]),
-        np.concatenate([detections.velocity, np.zeros((n, 2))]),
-    )
+    return with_standing(detections, np.where(person, PEDESTRIAN, BARRIER), SCORE, center, size)

@@ -14,15 +14,12 @@ from numpy.typing import NDArray
 from stucksolver.perception.ground import above_ground
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.lidar.extent import BARRIER
+from stucksolver.perception.lidar.nearby import standing_nearby
 from stucksolver.perception.measurements import Detections
 from stucksolver.perception.rig import LidarRig
 from stucksolver.perception.visibility import footprints, within
 
 TRUCK = LABELS.index("truck")
-NEAR_M = 20.0
-"""Farther away, rays are 0.2 m apart from one ring to the next."""
-STANDS_MPS = 1.0
-"""Barriers stand; the detector measures their speed with this error."""
 MARGIN_M = 0.1
 STANDS_M = 0.25
 """Returns from this height above the ground on come from the thing (m)."""
@@ -43,9 +40,7 @@ def with_low_trucks_as_barriers(detections: Detections, turn: NDArray[np.floatin
         turn: (n, 3 or more): x, y, z (m) of the last full turn in the vehicle frame at the same time.
         lidar: Where the LiDAR is mounted.
     """
-    away = np.hypot(detections.center[:, 0], detections.center[:, 1])
-    stands = np.hypot(detections.velocity[:, 0], detections.velocity[:, 1]) < STANDS_MPS
-    which = np.flatnonzero((detections.label == TRUCK) & stands & (away < NEAR_M))
+    which = standing_nearby(detections, (TRUCK,))
     if not len(which):
         return detections
     x, y, z = (np.asarray(turn[:, axis], np.float64) for axis in range(3))

@@ -24,17 +24,18 @@ KEEPS_S = 4.0
 """The pace of a stream is kept for so long after it has been joined: those behind come round the corner (s)."""
 
 
-class PacedConcerns(Concerns):
+class FlowConcerns(Concerns):
     """The driver's concerns, with a stream's pace instead of a lower limit."""
 
     flow_mps = 0.0
     """Pace of the stream that the ego joins or drives in (m/s); 0 without one."""
-    _joined_mps, _since_s = 0.0, 0.0
+    _joins = False
+    """True if that is faster than the limit, as of the last look at the cruising speed."""
 
     def cruise(self, path: Path, speed: float, limit_kmh: float, command: str, pace: Pace) -> float:
         """Keep to the path's bounds and to the limit, or to the stream's pace if that is faster."""
-        if self.flow_mps > super().top_speed(limit_kmh):
-            command, pace = "", max(pace, HURRIED)
+        self._joins = self.flow_mps > super().top_speed(limit_kmh)
+        command, pace = ("", max(pace, HURRIED)) if self._joins else (command, pace)
         return super().cruise(path, speed, limit_kmh, command, pace)
 
     def top_speed(self, limit_kmh: float) -> float:
@@ -45,12 +46,18 @@ class PacedConcerns(Concerns):
         """Return the speed (m/s) without any stream."""
         return super().top_speed(limit_kmh)
 
+
+class PacedConcerns(FlowConcerns):
+    """The concerns of the driver by sensors, which finds the pace by `heed`."""
+
+    _joined_mps, _since_s = 0.0, 0.0
+
     def heed(self, joined_mps: float, behind_mps: float, limit_kmh: float, dt_s: float) -> None:
         """Take the pace of a stream (m/s) that the ego joins, or of who is behind, if it is clearly above the limit.
 
         `dt_s` is the time since the last call (s).
         """
-        slow = super().top_speed(limit_kmh) + FASTER_MPS
+        slow = self.own_top_speed(limit_kmh) + FASTER_MPS
         if joined_mps > slow:
             self._joined_mps, self._since_s = joined_mps, 0.0
         self._since_s += dt_s

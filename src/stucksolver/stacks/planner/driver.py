@@ -17,7 +17,7 @@ import numpy as np
 from stucksolver.stacks.driver import BehaviorDriver, DrivePoint, DriverOptions, RoutePoint
 from stucksolver.stacks.driver.concerns import Motion
 from stucksolver.stacks.driver.foresight import TurnRates, allowed_acceleration, entering
-from stucksolver.stacks.driver.give_way import GiveWay
+from stucksolver.stacks.driver.give_way import FASTEST_MPS, GiveWay
 from stucksolver.stacks.driver.hazards import nearest_hazards, sweep
 from stucksolver.stacks.driver.lane_changes import SLOWER_MPS2, ChangeWatch, lane_changes
 from stucksolver.stacks.driver.meeting_ways import Meeting
@@ -27,7 +27,7 @@ from stucksolver.stacks.driver.perception import HAZARD_LAMPS, NearbyBodies
 from stucksolver.stacks.driver.pull_out import BESIDE_M as ROADSIDE_M
 from stucksolver.stacks.driver.route_bodies import AHEAD_M, on_route
 from stucksolver.stacks.driver.route_line import rejoining_length
-from stucksolver.stacks.driver.stream_pace import HURRIED
+from stucksolver.stacks.driver.stream_pace import HURRIED, pace_behind_mps
 from stucksolver.stacks.planner.berth import Berths
 from stucksolver.stacks.planner.blockers import SLOW_SHARE, STANDS_MPS, TOUCHES_M, Blockers
 from stucksolver.stacks.planner.crossing import CrossingGiveWay
@@ -42,7 +42,7 @@ from stucksolver.stacks.planner.passes import (
     proposals,
 )
 from stucksolver.stacks.planner.sides import Sides, sides_of
-from stucksolver.stacks.planner.streams import FASTEST_MPS, StreamConcerns, StreamGiveWay, pace_behind_mps
+from stucksolver.stacks.planner.streams import StreamConcerns, StreamGiveWay
 from stucksolver.stacks.planner.turns import squared, stream_ways
 from stucksolver.stacks.planner.yielding import EMERGENCY_LAMPS, STRETCH_M, aside, comes_behind, is_past, may_return
 
@@ -222,7 +222,8 @@ class PlannerDriver(BehaviorDriver):
     def _keep_pace(self, here: Situation) -> None:
         """Drive no slower than the stream that the ego joins, or than traffic from behind."""
         stream = self._give_way.flow_mps if isinstance(self._give_way, StreamGiveWay) and self._give_way.going else 0.0
-        self._streams.flow_mps = min(max(stream, pace_behind_mps(here), self._changes.pace_mps), FASTEST_MPS)
+        behind = pace_behind_mps(here.bodies, here.s_m, here.d_m, here.speed_mps, here.model.half_length)
+        self._streams.flow_mps = min(max(stream, behind, self._changes.pace_mps), FASTEST_MPS)
 
     def _makes_room(self, line: Path, here: Situation, motion: Motion) -> bool:
         """True if the ego moves aside for an emergency vehicle behind it from now on."""

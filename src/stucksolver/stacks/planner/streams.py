@@ -10,11 +10,9 @@ import math
 from collections.abc import Sequence
 from typing import ClassVar
 
-import numpy as np
-
-from stucksolver.stacks.driver.behavior import Profile, toward_gap
-from stucksolver.stacks.driver.concerns import Concerns, Pace
+from stucksolver.stacks.driver.behavior import toward_gap
 from stucksolver.stacks.driver.give_way import (
+    FASTEST_MPS,
     FULL_MPS2,
     GiveWay,
     GiveWayDecision,
@@ -25,14 +23,10 @@ from stucksolver.stacks.driver.give_way import (
     pace_of_flow,
 )
 from stucksolver.stacks.driver.hazards import Hazard
-from stucksolver.stacks.driver.local_planner import LocalPlanner
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
-from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import Path
 from stucksolver.stacks.driver.perception import NearbyBodies
-from stucksolver.stacks.driver.stream_pace import HURRIED
-from stucksolver.stacks.driver.vehicle_model import VehicleModel
-from stucksolver.stacks.planner.passes import Situation
+from stucksolver.stacks.driver.stream_pace import FlowConcerns
 from stucksolver.stacks.planner.riders import crossing_riders
 
 LEAST_GAP_M = 2.5
@@ -41,18 +35,10 @@ SLOWER_MPS = 0.4
 """The ego lets the gap grow by driving this much slower than its leader."""
 BEHIND_M = 2.0
 """A vehicle whose rear is farther behind our front than our length and this is no leader."""
-FOLLOWS_S = 2.0
-"""A vehicle nearer behind than this follows the ego, besides `FOLLOWS_M`."""
-COMES_S = 4.0
-"""A vehicle that will be there within this time counts as well, besides `FOLLOWS_M`."""
-FOLLOWS_M = 4.0
-_IN_LANE_M = 1.3
 _SAME_PLACE_M = 0.1
 _HALTS_MPS2 = 2.0
 _STANDS_MPS = 0.05
 _SAME_PACE_MPS = 1.5
-FASTEST_MPS = 22.0
-"""Highest speed at which a stream is joined."""
 
 
 class StreamGiveWay(GiveWay):
@@ -107,25 +93,8 @@ class StreamGiveWay(GiveWay):
         return self.flow_mps or motion.top_mps
 
 
-class StreamConcerns(Concerns):
-    """The driver's concerns, with a stream's pace instead of a lower limit."""
-
-    def __init__(self, profile: Profile, options: DriverOptions, model: VehicleModel, planner: LocalPlanner) -> None:
-        super().__init__(profile, options, model, planner)
-        self.flow_mps = 0.0
-        """Pace of the stream that the ego joins or has just joined (m/s); 0 without one."""
-        self._joins = False
-        """True if that is faster than the limit, as of the last look at the cruising speed."""
-
-    def cruise(self, path: Path, speed: float, limit_kmh: float, command: str, pace: Pace) -> float:
-        """Keep to the path's bounds and to the limit, or to the stream's pace if that is faster."""
-        self._joins = self.flow_mps > super().top_speed(limit_kmh)
-        command, pace = ("", max(pace, HURRIED)) if self._joins else (command, pace)
-        return super().cruise(path, speed, limit_kmh, command, pace)
-
-    def top_speed(self, limit_kmh: float) -> float:
-        """See `Concerns`; the stream's pace if that is faster."""
-        return max(super().top_speed(limit_kmh), self.flow_mps)
+class StreamConcerns(FlowConcerns):
+    """The planner's concerns, which keep the gap to a leader in a stream."""
 
     def wait(self, distance: float, speed: float) -> float:
         """See `Concerns`; with less room than wanted, no creeping."""
@@ -147,16 +116,3 @@ class StreamConcerns(Concerns):
         if not (self._joins and leaves) or gap < LEAST_GAP_M:
             return -math.inf
         return toward_gap(speed, gap - LEAST_GAP_M, lead_speed - SLOWER_MPS, self._profile.deceleration, 0.0)
-
-
-def pace_behind_mps(here: Situation) -> float:
-    """Return the speed of traffic behind in the ego's lane, now or soon (m/s); 0 without any.
-
-    An ego that kept to its own pace until the traffic is close, and fell back to it afterwards, would be hit.
-    """
-    bodies = here.bodies
-    gap = here.s_m - here.model.half_length - bodies.s - bodies.along
-    closing = np.maximum(bodies.vs - here.speed_mps, 0.0)
-    near = np.maximum(FOLLOWS_S * bodies.vs, COMES_S * closing) + FOLLOWS_M
-    follows = (np.abs(bodies.d - here.d_m) < _IN_LANE_M) & (gap > -1.0) & (gap < near) & ~bodies.is_walker
-    return max(float(bodies.vs[follows].max()), 0.0) if follows.any() else 0.0
