@@ -17,8 +17,10 @@ from stucksolver.guard import guard as guard_module
 from stucksolver.guard.aborts import braking_now
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.predict import drifted_to, gaps_as_it_points
+from stucksolver.guard.verdict import OK, Reject, Verdict
 from stucksolver.guard.ways_out import FINISH, _drawn_against
 from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl
+from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
 
 TWO_WAY = straight_road()
@@ -202,13 +204,14 @@ def test_a_walker_who_steps_out_stops_a_way_in_the_own_lane():
     assert verdict.rejects[0].object_id == "walker"
 
 
-def nosing_in(gap_m, speed, reaches_m=0.3, giving_way=False, own_mps=1.5):
+def nosing_in(gap_m, speed, reaches_m=0.3, giving_way=False, own_mps=1.5, sd_m=None):
     """A slow change of lanes whose nose is in the next lane, and somebody in it so far behind the nose."""
     world = World(MULTI)
     proven = begin([ChangeLane(side="left", distance_m=60.0, speed_mps=1.5)], world)
     s = float(proven.path.s[int(np.argmax(proven.path.d > reaches_m))]) + 0.05
     put(world, proven, s, own_mps)
-    world.objects.append(thing("behind", s + 2.45 - gap_m - 2.3, LANE_M, speed=speed))
+    behind = thing("behind", s + 2.45 - gap_m - 2.3, LANE_M, speed=speed)
+    world.objects.append(behind.model_copy(update={"position_sd_m": sd_m}))
     assert proven.committed(s)
     return GUARD.recheck(proven, world.view(), giving_way)
 
@@ -237,6 +240,38 @@ def test_going_on_takes_a_longer_gap_than_giving_way():
 def test_with_way_left_before_their_way_the_nose_goes_on_up_to_it():
     assert nosing_in(12.0, 10.0, 0.1, giving_way=True, own_mps=0.0).accepted
     assert nosing_in(12.0, 10.0, 0.6, giving_way=True, own_mps=0.0).abort is Abort.GIVE_WAY
+
+
+def test_by_sensors_the_nose_stays_where_it_is_until_who_was_given_way_to_has_passed():
+    """A look at which nothing was wrong let the ego go on, 20 m before a car at 12 m/s that sensors saw waver."""
+    named, other = frozenset({"behind"}), frozenset({"other"})
+    seen = [nosing_in(20.0, 12.0, 0.1, to, own_mps=0.0, sd_m=0.05) for to in (named, other, False)]
+    assert [verdict.abort is Abort.GIVE_WAY for verdict in seen] == [True, False, False]
+    assert nosing_in(90.0, 12.0, 0.1, named, own_mps=0.0, sd_m=0.05).accepted
+    assert nosing_in(20.0, 12.0, 0.1, named, own_mps=0.0).accepted, "exact sight decides later"
+
+
+@pytest.mark.parametrize(("sd_m", "second"), [(0.05, {"a", "b"}), (None, {"b"})])
+def test_by_sensors_whoever_was_named_once_stays_named_while_the_ego_gives_way(monkeypatch, sd_m, second):
+    world, asked = World(MULTI), []
+    running = Execution(RecoveryPlan(behaviors=(LEFT,)), GUARD, guided=False)
+
+    def view():
+        seen = world.surroundings()
+        ego = seen.ego.model_copy(update={"position_sd_m": sd_m})
+        return FrenetScene(seen.model_copy(update={"ego": ego}))
+
+    def names(_, proven, seen, giving_way=False):
+        asked.append(giving_way)
+        who = ("a", "b", None)[len(asked) - 1]
+        rejects = (Reject(code=RejectCode.LANE_ENTRY, detail="it presses", object_id=who),)
+        return OK if who is None else Verdict(rejects=rejects, abort=Abort.GIVE_WAY)
+
+    assert running.start(view(), 0.0).accepted
+    monkeypatch.setattr(Guard, "recheck", names)
+    for k in range(3):
+        running.tick(view(), 0.1 * (k + 1))
+    assert asked == [False, {"a"}, second]
 
 
 def test_who_speeds_up_a_little_does_not_end_a_plan_begun_in_good_order():

@@ -96,9 +96,11 @@ def unyielding(case: CheckContext, giving_way: GivingWay) -> list[Reject]:
         # Whoever decides later decides further out. An ego that stands so near that it may be in their path already
         # stays where it is, or it would creep on with every noisy look.
         stays = borders[0][0] < 0.0 and abs(view.ego.speed_mps) <= MOVING_MPS
+        waits = giving_way if isinstance(giving_way, bool) else view.objects[int(i)].id in giving_way
+        # So does one that waits for a vehicle whose place is uncertain: its reasons come and go with each look.
+        stays |= waits and doubt_m > 0.0
         if due_m > _due_m(case) and not stays:
             continue
-        waits = giving_way if isinstance(giving_way, bool) else view.objects[int(i)].id in giving_way
         for beside_m, reaches in borders:
             reject = _presses(case, int(i), reaches, edge + (-beside_m if left_of_us else beside_m), waits)
             if reject is not None:

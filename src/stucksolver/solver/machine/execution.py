@@ -242,7 +242,10 @@ class Execution:
             late = now_s > self._until_s
         if late:
             return ExecutionOutcome(False, f"it gave way for longer than its time allowance: {verdict}", verdict)
-        self._gives_way = frozenset(r.object_id for r in verdict.rejects if r.object_id is not None) or True
+        named = frozenset(r.object_id for r in verdict.rejects if r.object_id is not None)
+        # What sensors see of a vehicle wavers: one that is not named at this look still has to be let by.
+        before = self._gives_way if view.ego.position_sd_m and isinstance(self._gives_way, frozenset) else frozenset()
+        self._gives_way = named | before or True
         return stand(verdict.brake_mps2)
 
     def _turn(self, leg: ProvenLeg, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
