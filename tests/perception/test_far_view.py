@@ -19,13 +19,21 @@ NOTHING = np.zeros((0, 7))
 LINE = np.stack([np.arange(0.0, 221.0), np.full(221, 3.5)], 1)
 
 
-def model(found: int = 400, again: int = 20) -> SightModel:
-    """Of 400 vehicles so many are found, up to 175 m; of 100 misses so many are repeated."""
+def model(found: int = 400, again: int = 20, part: int | None = None) -> SightModel:
+    """Of 400 vehicles so many are found, up to 175 m; of 100 misses so many are repeated. `part`: of those in part."""
     recall = [[found, 400]] * 6 + [[0, 400]] * 2
     edges = {"brightness": [], "contrast": []}
     bins = [25.0 * k for k in range(1, 10)]
     card = {"bins_m": bins, "look_edges": edges, "recall": {"vehicle": [recall]}, "repeated_miss": [again, 100]}
+    if part is not None:
+        seen = [[[part, 400]] * 5 + [[0, 400]] * 3]
+        card |= {"part": {"recall": seen, "repeated_miss": [again, 100]}}
     return SightModel.from_card(card)
+
+
+def ahead(height_m: float) -> Floats:
+    """A car that stands 5 m before the ego, in its lane."""
+    return np.array([[9.8, 0.0, height_m / 2.0, 4.9, 1.84, height_m, 0.0]])
 
 
 def nobody(time_s: float) -> FarDetections:
@@ -136,3 +144,30 @@ def test_only_looks_that_can_still_count_are_kept() -> None:
     many = view(*(0.2 * k for k in range(100)))
     assert len(many.looks) <= 9
     assert many.looks[0].found.time_s == pytest.approx(19.8)
+
+
+@pytest.mark.parametrize(
+    ("height_m", "part", "seen_m"),
+    [(1.49, 400, 150.0), (1.49, None, 70.0), (1.49, 280, 70.0), (1.9, 400, 70.0), (None, None, 175.0)],
+)
+def test_over_the_roof_of_a_low_car_the_camera_sees_the_upper_part_of_who_comes(
+    height_m: float | None, part: int | None, seen_m: float
+) -> None:
+    """The LiDAR, a metre higher, saw the first 70 m. Of these the car hides all from 27 m on from the camera."""
+    blockers = NOTHING if height_m is None else ahead(height_m)
+    seen = view(1.0, recall=model(part=part), blockers=blockers).seen_m(LINE, 70.0, 20.0, 1.0)
+    assert seen == pytest.approx(seen_m, abs=4.0)
+
+
+def test_what_the_lidar_did_not_see_behind_the_roof_is_not_skipped() -> None:
+    assert view(1.0, recall=model(part=400), blockers=ahead(1.49)).seen_m(LINE, 35.0, 20.0, 1.0) < 38.0
+
+
+def test_further_looks_over_the_roof_count_with_the_misses_that_they_repeat() -> None:
+    """With nine in ten found in part, one look is too few."""
+    once, three, repeated = (
+        view(*times, recall=model(part=360, again=again), blockers=ahead(1.49)).seen_m(LINE, 70.0, 0.0, 2.0)
+        for times, again in (((2.0,), 20), ((1.0, 1.5, 2.0), 20), ((1.0, 1.5, 2.0), 95))
+    )
+    assert once == repeated == 70.0
+    assert three > 140.0

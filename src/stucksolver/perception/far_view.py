@@ -90,11 +90,12 @@ class FarView:
         most_m = self._reach_m(newest.found.look, away_m) - away_m
         if away_m < NEAR_M or begins[0] < 0.0 or most_m <= 0.0:
             return from_m
-        # A lane is nowhere shorter than the line of sight, but may be longer by a bend.
-        line, rest = _first(line, from_m + 2.0 * most_m), _first(rest, 2.0 * most_m)
-        shown = [self._shown(one, line) for one in self._apart()]
+        # A lane is nowhere shorter than the line of sight, but may be longer by a bend. What hides the part that the
+        # other sensor saw does not matter: the roof of a car ahead may hide the road up to there, and not beyond.
+        rest = _first(rest, 2.0 * most_m)
+        shown = [self._shown(one, rest) for one in self._apart()]
         # A vehicle that has entered an earlier image's view since was not in it; see the module's text.
-        gone = [one.moved(from_m + fastest_mps * (newest.found.time_s - one.time_s)) for one in shown]
+        gone = [one.moved(fastest_mps * (newest.found.time_s - one.time_s)) for one in shown]
         seen = self.sight.seen_m(points_into_vehicle(rest, newest.pose), gone[0], gone[1:])
         return from_m + max(seen - fastest_mps * max(age_s, 0.0), 0.0)
 

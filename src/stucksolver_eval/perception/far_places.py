@@ -49,7 +49,11 @@ class Posed:
 
     def moved(self, seconds: float) -> Posed:
         """Return the pose after driving straight ahead for this time (s)."""
-        way, yaw, pitch = self.speed_mps * seconds, math.radians(self.yaw_deg), math.radians(self.pitch_deg)
+        return self.moved_by(self.speed_mps * seconds)
+
+    def moved_by(self, way: float) -> Posed:
+        """Return the pose this far straight ahead (m)."""
+        yaw, pitch = math.radians(self.yaw_deg), math.radians(self.pitch_deg)
         return replace(
             self,
             x=self.x + way * math.cos(yaw) * math.cos(pitch),
@@ -77,6 +81,14 @@ class Places:
         place = int(random.choice(len(self._rows), p=self._chances if long else None))
         shifted = self._shifted(place, random.normal(0.0, 0.6), random.normal(0.0, 1.5))
         return replace(shifted, pitch_deg=shifted.pitch_deg + random.normal(0.0, PITCH_SIGMA_DEG))
+
+    def ahead_of(self, ego: Posed, ahead_m: float) -> Posed:
+        """Draw the pose of a car that stands in the ego's lane, its centre `ahead_m` ahead, with a small offset."""
+        side_m, yaw = self._random.normal(0.0, 0.3), math.radians(ego.yaw_deg)
+        turned_deg = ego.yaw_deg + self._random.normal(0.0, 1.5)
+        there = ego.moved_by(ahead_m)
+        x, y = there.x - side_m * math.sin(yaw), there.y + side_m * math.cos(yaw)
+        return replace(there, x=x, y=y, yaw_deg=turned_deg)
 
     def vehicles(self, ego: Posed, total: int, most: int) -> list[Posed]:
         """Draw poses for `total` vehicles, of which at most `most` are in view; the others are far away."""

@@ -2,6 +2,8 @@
 
 `python -m stucksolver_eval.perception.far_scenes --out DIR --drives 96 --seed 1 --jobs 16`
 
+With `--queued` a low car stands close ahead of the ego. The camera then sees the upper part of others over its roof.
+
 A drive is one town in one weather. Each scene places the ego and its surroundings anew, and takes two images half a
 second apart, to measure how much a second look adds. The recordings have the usual format, without LiDAR points, and
 their camera takes only the rows that training cuts out: that is several times faster than whole images. In `time_s`,
@@ -59,6 +61,12 @@ JPEG_QUALITY = 97
 MARGIN_ROWS = 24
 """Rows above and below the strip, so that training can cut strips at other heights (`far_data.MARGIN_ROWS`)."""
 CLIENT_LIMIT_S = 60.0
+QUEUED_M = (4.0, 12.0)
+"""Range of the distance from the ego to the car ahead, between their bumpers (m)."""
+LOWEST_M, HIGHEST_M = 1.35, 1.56
+"""Range of that car's height (m): below the lens."""
+LEADS = 12
+"""Cars drawn, of which those with such a height stand ahead in turn."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +78,8 @@ class FarDrive:
     maps: str | None
     seed: int
     scenes: int
+    queued: bool = False
+    """A low car stands close ahead in each scene."""
 
 
 def record(drive: FarDrive) -> int:
@@ -81,7 +91,7 @@ def record(drive: FarDrive) -> int:
         set_synchronous(world, STEP_S)
         sort, weather = _weather(random)
         world.set_weather(weather)
-        stage = _Stage(client, world, random, dark="night" in sort)
+        stage = _Stage(client, world, random, dark="night" in sort, queued=drive.queued)
         about = {"town": drive.town, "weather": sort, "seed": drive.seed, "scenario": "far_scenes"}
         writer = RecordingWriter(drive.folder, stage.rig, about, ticks_in_file=40)
         for scene in range(drive.scenes):
@@ -105,7 +115,7 @@ def strip_rig(rig: Rig) -> Rig:
 class _Stage:
     """The actors of a drive, which are placed anew for each scene."""
 
-    def __init__(self, client: Any, world: Any, random: np.random.Generator, *, dark: bool) -> None:
+    def __init__(self, client: Any, world: Any, random: np.random.Generator, *, dark: bool, queued: bool) -> None:
         self.rig = strip_rig(load_rig())
         self._client, self._world, self._random, self._dark = client, world, random, dark
         self._places = Places(world.get_map(), random)
@@ -116,7 +126,14 @@ class _Stage:
         people = list(library.filter("walker.pedestrian.*"))
         wanted = [*[cars] * VEHICLES, *[bikes] * TWO_WHEELERS, *[people] * WALKERS]
         self._actors = [_spawn(world, _drawn(random, sort), k + 1) for k, sort in enumerate(wanted)]
+        first = len(wanted) + 1
+        leads = [_spawn(world, _drawn(random, cars), first + k) for k in range(LEADS if queued else 0)]
         world.tick()
+        self._leads = [one for one in leads if LOWEST_M < 2.0 * one.bounding_box.extent.z < HIGHEST_M]
+        for one in leads:
+            if one not in self._leads:
+                one.destroy()
+        self._lead: tuple[Any, Posed] | None = None
         self._truth = TruthReader(world, self._ego.id)
         self._camera = _Camera(world, self._ego, "sensor.camera.rgb", self.rig.camera)
         self._masks = _Camera(world, self._ego, "sensor.camera.instance_segmentation", self.rig.camera)
@@ -127,6 +144,8 @@ class _Stage:
         for _ in range(2):
             moves = [carla.command.ApplyTransform(self._ego, ego.transform())]
             moves += [carla.command.ApplyTransform(a, p.transform()) for a, p in zip(self._actors, others, strict=True)]
+            if self._lead is not None:
+                moves.append(carla.command.ApplyTransform(self._lead[0], self._lead[1].transform()))
             self._client.apply_batch_sync(moves, False)
             self._world.tick()
             yield self._recorded
@@ -144,10 +163,24 @@ class _Stage:
         most = 0 if random.random() < EMPTY_SHARE else int(random.choice(CROWDS))
         placed = [*self._places.vehicles(ego, VEHICLES, most), *self._places.vehicles(ego, TWO_WHEELERS, most and 2)]
         placed += self._places.walkers(ego, WALKERS, most and 3)
-        for actor in self._actors:
+        self._queue(ego)
+        for actor in (*self._actors, *self._leads):
             if actor.type_id.startswith("vehicle."):
                 actor.set_light_state(LIGHTS(_lamps(random, dark=self._dark)))
         return ego, placed
+
+    def _queue(self, ego: Posed) -> None:
+        """Choose the car that stands ahead in this scene, and send the one of the last scene away."""
+        if not self._leads:
+            return
+        if self._lead is not None:
+            number = self._leads.index(self._lead[0])
+            away = Posed(AWAY_M + 20.0 * number, -AWAY_M - 40.0, 0.0, 0.0, 0.0, 0.0)
+            self._client.apply_batch_sync([carla.command.ApplyTransform(self._lead[0], away.transform())], False)
+        lead = self._leads[int(self._random.integers(len(self._leads)))]
+        gap_m = self._random.uniform(*QUEUED_M)
+        reach_m = self._ego.bounding_box.extent.x + lead.bounding_box.extent.x
+        self._lead = lead, self._places.ahead_of(ego, reach_m + gap_m)
 
     def _recorded(self, time_s: float) -> Recorded:
         snapshot = self._world.get_snapshot()
@@ -258,13 +291,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--scenes", type=int, default=50, help="scenes in each drive, with two images each")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--queued", action="store_true", help="a low car stands close ahead of the ego in each scene")
     parser.add_argument("--towns", default=",".join(TOWNS), help="towns to use in turn, separated by commas")
     parser.add_argument("--maps", default=os.environ.get("STUCKSOLVER_MAPS"), help="folders with towns")
     args = parser.parse_args(arguments)
     towns = args.towns.split(",")
     drives = [
         FarDrive(
-            args.out / f"far-{args.seed}-{k:04d}", towns[k % len(towns)], args.maps, args.seed * 10007 + k, args.scenes
+            args.out / f"far-{args.seed}-{k:04d}",
+            towns[k % len(towns)],
+            args.maps,
+            args.seed * 10007 + k,
+            args.scenes,
+            args.queued,
         )
         for k in range(args.drives)
     ]

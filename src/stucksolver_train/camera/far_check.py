@@ -20,7 +20,9 @@ BIN_M = 25.0
 BINS = tuple(BIN_M * k for k in range(1, 10))
 """Bin edges of the ranges for which recall is reported: 25 to 225 m."""
 SEEN_SHARE = 0.7
-"""Recall counts boxes with at least this visible fraction; the others count neither as missed nor as false."""
+"""Recall counts boxes with at least this visible fraction; the others count neither as missed nor as false. Those from
+`far_data.LEAST_SHARE` on are counted separately, see `check_part`.
+"""
 LEAST_SCORE = 0.05
 """Lower peaks are ignored."""
 PRECISION = 0.95
@@ -104,6 +106,25 @@ def check(run: Run, strips: Strips, threshold: float | None = None) -> dict[str,
     }
 
 
+def check_part(run: Run, strips: Strips, card: dict[str, Any]) -> dict[str, Any]:
+    """The card's figures for vehicles of which something nearer covers a part: recall by range and look, and misses
+    that a second look repeats. Threshold and classes of look are those of the card.
+    """
+    pictures = [_match(found, strips.boxes[k], int(strips.drive[k])) for k, found in enumerate(_found(run, strips))]
+    threshold = float(card["threshold"])
+    pictures = [_match(one.found.part(one.found.score >= threshold), one.boxes, one.drive) for one in pictures]
+    looks = look_classes(np.array([one.found.look for one in pictures]), card["look_edges"])
+    rows = _rows(pictures, looks, _in_part)
+    rows = rows.part(rows.label == 0)
+    count = (len(BRIGHTNESS_SHARES) + 1) * (len(CONTRAST_SHARES) + 1)
+    return {
+        "recall": [_counts(rows.part(rows.look == look)) for look in range(count)],
+        "repeated_miss": _repeated(rows, strips.time_s),
+        "tables": {name: one for name, one in _tables(rows, strips.about).items() if name.startswith("vehicle")},
+        "pictures": len(strips),
+    }
+
+
 def look_classes(looks: Floats, edges: dict[str, list[float]]) -> NDArray[np.int64]:
     """Class (n,) of each image's look (n, 2). Brightness is the major part of the index."""
     bright = np.searchsorted(edges["brightness"], looks[:, 0])
@@ -117,12 +138,21 @@ def written(card: dict[str, Any]) -> str:
     lines = ["# Far detector on held-out images", "", f"threshold {card['threshold']:.3f}", ""]
     lines += [f"| recall (number of boxes) | {bins} |", "|---" * len(BINS) + "|"]
     for name, counts in card["tables"].items():
-        lines.append(f"| {name} | " + " | ".join(f"{h / n:.3f} ({n})" if n else "-" for h, n in counts) + " |")
+        lines.append(f"| {name} | " + " | ".join(_share(one) for one in counts) + " |")
     lines.append("| precision, by estimated range | " + " | ".join(_share(one) for one in card["precision"]) + " |")
     told = card["range"]
     lines += ["", f"front or rear correct: {card['towards_right']}; missed again 0.5 s later: {card['repeated_miss']}"]
     lines += [f"range: {told['said']}", ""]
     return "\n".join(lines)
+
+
+def written_part(card: dict[str, Any]) -> str:
+    """The card's table of vehicles seen in part as Markdown."""
+    bins = " | ".join(f"{a:.0f}-{b:.0f} m" for a, b in pairwise(BINS))
+    lines = [f"| recall (number of boxes) | {bins} |", "|---" * len(BINS) + "|"]
+    for name, counts in card["part"]["tables"].items():
+        lines.append(f"| {name} | " + " | ".join(_share(one) for one in counts) + " |")
+    return "\n".join([*lines, "", f"missed again 0.5 s later: {card['part']['repeated_miss']}", ""])
 
 
 def _share(counts: Sequence[int]) -> str:
@@ -168,6 +198,10 @@ def _judged(boxes: NDArray[np.float32]) -> NDArray[np.bool_]:
     return np.asarray((boxes[:, 0] >= 0) & (boxes[:, 5] >= SEEN_SHARE))
 
 
+def _in_part(boxes: NDArray[np.float32]) -> NDArray[np.bool_]:
+    return np.asarray((boxes[:, 0] >= 0) & (boxes[:, 5] < SEEN_SHARE))
+
+
 def _threshold(pictures: Sequence[_Matched]) -> float:
     scores, right = [np.zeros(0)], [np.zeros(0, bool)]
     for one in pictures:
@@ -182,12 +216,16 @@ def _threshold(pictures: Sequence[_Matched]) -> float:
     return float(np.clip(score[order][np.flatnonzero(precise)[-1]], 0.1, 0.9))
 
 
-def _rows(pictures: Sequence[_Matched], look: NDArray[np.int64]) -> _Rows:
+def _rows(
+    pictures: Sequence[_Matched],
+    look: NDArray[np.int64],
+    counts: Callable[[NDArray[np.float32]], NDArray[np.bool_]] = _judged,
+) -> _Rows:
     columns: list[tuple[Any, ...]] = []
     for k, one in enumerate(pictures):
         hit = np.zeros(len(one.boxes), bool)
         hit[one.truth[one.truth >= 0]] = True
-        for box, found in zip(one.boxes[_judged(one.boxes)], hit[_judged(one.boxes)], strict=True):
+        for box, found in zip(one.boxes[counts(one.boxes)], hit[counts(one.boxes)], strict=True):
             columns.append((int(box[0]), float(box[6]), one.drive, k, int(box[8]), int(look[k]), bool(found)))
     table = list(zip(*columns, strict=True)) or [()] * 7
     kinds = (np.int64, np.float64, np.int64, np.int64, np.int64, np.int64, np.bool_)

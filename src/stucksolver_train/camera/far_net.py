@@ -6,11 +6,14 @@ at each peak the box's size, its exact centre, its lower edge, and whether its f
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import torch
 from torch import Tensor, nn
 from torch.nn import functional as fn
 
 from stucksolver.perception.camera.far_strip import LABELS, STRIDE
+from stucksolver_train.restore import RestoreError, fill, layers_of
 
 CLASSES = len(LABELS)
 CHANNELS = CLASSES + 6
@@ -55,6 +58,7 @@ class FarNet(nn.Module):
 
     def __init__(self, stem: int = WIDTHS[0], fine: int = WIDTHS[1], coarse: int = WIDTHS[2]) -> None:
         super().__init__()
+        self.widths = (stem, fine, coarse)
         self.stem = _step(3, stem, 2)
         self.fine = nn.Sequential(_step(stem, fine, 2), _step(fine, fine))
         self.coarse = nn.Sequential(_step(fine, coarse, 2), _Block(coarse))
@@ -71,6 +75,29 @@ class FarNet(nn.Module):
         coarse = coarse + fn.interpolate(self.join(self.coarsest(coarse)), scale_factor=2.0, mode="nearest")
         joined = fine + fn.interpolate(self.back(coarse), scale_factor=2.0, mode="nearest")
         return self.out(self.head(joined))
+
+
+def restored(file: Path) -> FarNet:
+    """Return the network of an exported file, for further training.
+
+    Raises:
+        RestoreError: The file cannot be read, or holds another network.
+    """
+    try:
+        layers = layers_of(file)
+        stem, fine, coarse = (layers[k][0].shape[0] for k in (0, 1, 3))
+        net = FarNet(stem, fine, coarse)
+        blocks = [net.stem, *net.fine, *_parts(net.coarse), *_parts(net.coarsest)]
+        pairs: list[tuple[nn.Module, nn.BatchNorm2d | None]] = [(block[0], block[1]) for block in blocks]
+        fill([*pairs, (net.join, None), (net.back, None), (net.head[0], net.head[1]), (net.out, None)], layers)
+    except Exception as error:  # noqa: BLE001 - a file that is not ours fails anywhere
+        raise RestoreError(f"{file}: no far detector to continue from ({error}); give a far.onnx") from None
+    return net
+
+
+def _parts(scale: nn.Sequential) -> list[nn.Sequential]:
+    step, block = scale
+    return [step, block.first, block.second]
 
 
 class Shipped(nn.Module):

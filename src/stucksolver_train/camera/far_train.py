@@ -3,7 +3,8 @@
 `python -m stucksolver_train.camera.far_train --data DIR [DIR ...] --check DIR --out OUT --minutes 4 --seed 1`
 
 `--data` takes ordinary drives and those of `stucksolver_eval.perception.far_scenes`; `--check` should contain other
-towns. Uses a GPU if there is one; `--steps 20 --batch 2` is a quick trial on a CPU.
+towns. Uses a GPU if there is one; `--steps 20 --batch 2` is a quick trial on a CPU. `--start far.onnx` continues from a
+shipped network, with a lower learning rate.
 """
 
 from __future__ import annotations
@@ -28,13 +29,18 @@ from stucksolver.perception.measurements import Pixels
 from stucksolver_train.camera.far_check import Run, check, written
 from stucksolver_train.camera.far_data import MARGIN_ROWS, Strips, load
 from stucksolver_train.camera.far_export import export
-from stucksolver_train.camera.far_net import WIDTHS, FarNet, Shipped, loss_of, scaled
+from stucksolver_train.camera.far_net import WIDTHS, FarNet, Shipped, loss_of, restored, scaled
+from stucksolver_train.restore import settle
 from stucksolver_train.schedule import average
 
 CROP_WIDTH = 800
 """Training cuts crops of half the strip's width, so that a batch holds more images."""
 TOP_RATE = 3e-3
 """Highest learning rate of the one cycle (Smith, Topin 2019)."""
+FURTHER = 0.3
+"""The highest learning rate of a further training, relative to that."""
+SETTLED = 64
+"""Half strips on which a restored network gets the statistics of its batch normalisations."""
 WARM_UP = 0.1
 """Fraction of the time in which the rate rises."""
 DECAY = 1e-4
@@ -60,12 +66,17 @@ def train(
     batch: int,
     seed: int,
     widths: tuple[int, int, int] = WIDTHS,
+    begun: FarNet | None = None,
 ) -> FarNet:
-    """Trains for a number of minutes, or of steps, and returns the network."""
+    """Trains for a number of minutes, or of steps, and returns the network. `begun`: a network to train further."""
     torch.manual_seed(seed)
-    net = FarNet(*widths).to(device, memory_format=torch.channels_last)
+    net = (begun or FarNet(*widths)).to(device, memory_format=torch.channels_last)
+    top_rate = TOP_RATE if begun is None else FURTHER * TOP_RATE
+    if begun is not None:
+        some = _Batches(strips, device, SETTLED, seed)
+        settle(net, lambda: net(some.draw()[0]))
     averaged: FarNet = copy.deepcopy(net)
-    optimizer = torch.optim.AdamW(net.parameters(), lr=TOP_RATE, weight_decay=DECAY)
+    optimizer = torch.optim.AdamW(net.parameters(), lr=top_rate, weight_decay=DECAY)
     batches = _Batches(strips, device, batch, seed)
     start, said, step = time.monotonic(), 0.0, 0
     on_gpu = device.type == "cuda"
@@ -75,7 +86,7 @@ def train(
         if share >= 1.0:
             break
         for group in optimizer.param_groups:
-            group["lr"] = TOP_RATE * _rate(share)
+            group["lr"] = top_rate * _rate(share)
         pixels, boxes, shift = batches.draw()
         with torch.autocast(device.type, torch.bfloat16, enabled=on_gpu):
             raw = net(pixels)
@@ -169,6 +180,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--batch", type=int, default=64)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--widths", type=int, nargs=3, default=WIDTHS, help="channels of the three scales")
+    parser.add_argument("--start", type=Path, help="far.onnx to continue from, instead of from nothing")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     args = parser.parse_args(arguments)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
@@ -176,9 +188,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     strips, held_out = load(args.data, args.jobs), load(args.check, args.jobs)
     print(f"{len(strips)} and {len(held_out)} images, read in {time.monotonic() - began:.0f} s; {device}", flush=True)
     options = {"minutes": args.minutes, "steps": args.steps, "batch": args.batch, "seed": args.seed}
-    net = train(strips, device, **options, widths=tuple(args.widths))
+    begun = None if args.start is None else restored(args.start)
+    net = train(strips, device, **options, widths=tuple(args.widths), begun=begun)
     card = check(outputs_of(net, device), held_out)
-    card |= {"seed": args.seed, "minutes": args.minutes, "widths": list(args.widths), "pictures": len(strips)}
+    widths = list(args.widths if begun is None else begun.widths)
+    card |= {"seed": args.seed, "minutes": args.minutes, "widths": widths, "pictures": len(strips)}
     card |= {"checked_on": sorted({town for town, _ in held_out.about})}
     args.out.mkdir(parents=True, exist_ok=True)
     card = export(net.cpu(), args.out, card, held_out)

@@ -16,9 +16,10 @@ import torch
 
 from stucksolver.perception.lidar.detector import CARD
 from stucksolver_train.lidar.export import AVERAGED
-from stucksolver_train.lidar.restore import RestoreError, restore
+from stucksolver_train.lidar.restore import restore
 from stucksolver_train.lidar.train import CARD as TRAINING
 from stucksolver_train.lidar.train import FIGURES, WEIGHTS
+from stucksolver_train.restore import RestoreError
 
 
 def average(first: Path, second: Path, share: float, out: Path) -> None:

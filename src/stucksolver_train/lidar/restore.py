@@ -1,26 +1,13 @@
-"""Restores a network for further training from the file that is shipped: `lidar.train --start lidar.onnx`.
-
-The shipped file has each batch normalisation merged into its convolution, and integers in place of weights. They are
-turned back, so that nobody has to keep the weights of a training for the next one.
-"""
+"""Restores the LiDAR's network from the file that is shipped: `lidar.train --start lidar.onnx`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-import torch
-from torch import Tensor, nn
+from torch import nn
 
 from stucksolver_train.lidar.net import PillarNet
-
-CONVOLUTIONS = ("Conv", "ConvTranspose")
-
-
-class RestoreError(RuntimeError):
-    """The file holds no network that can be restored; the message names it and says why."""
+from stucksolver_train.restore import Modules, RestoreError, fill, layers_of
 
 
 def restore(file: Path) -> PillarNet:
@@ -29,19 +16,11 @@ def restore(file: Path) -> PillarNet:
     Raises:
         RestoreError: The file cannot be read, or holds another network.
     """
-    import onnx
-
     try:
-        graph = onnx.load(str(file)).graph
-        values = _values(graph)
-        layers = [
-            (values[node.input[1]], values.get(node.input[2]) if len(node.input) > 2 else None)
-            for node in graph.node
-            if node.op_type in (*CONVOLUTIONS, "Gemm", "MatMul")
-        ]
+        layers = layers_of(file)
         first, second, third = (layers[i][0].shape[0] for i in (3, 4, 8))
         net = PillarNet((first, second, third))
-        _fill(net, layers)
+        fill(_in_order(net), layers)
     except Exception as error:  # noqa: BLE001 - a file that is not ours fails anywhere
         raise RestoreError(
             f"{file}: no LiDAR network to continue from ({error}); give a lidar.onnx or lidar.pt"
@@ -49,72 +28,7 @@ def restore(file: Path) -> PillarNet:
     return net
 
 
-def settle(net: PillarNet, run: Callable[[], object]) -> None:
-    """Give the batch normalisations of a restored network the statistics of real input, without changing its output.
-
-    Args:
-        net: A network whose batch normalisations have a mean of 0 and a variance of 1.
-        run: Feeds the network one batch of typical windows.
-    """
-
-    def measure(layer: nn.Module, given: tuple[Tensor, ...]) -> None:
-        assert isinstance(layer, nn.BatchNorm2d) and layer.running_mean is not None and layer.running_var is not None
-        seen = given[0].float()
-        mean, variance = seen.mean(dim=(0, 2, 3)), seen.var(dim=(0, 2, 3))
-        scale = layer.weight / torch.sqrt(layer.running_var + layer.eps)
-        layer.bias += scale * (mean - layer.running_mean)
-        layer.weight.copy_(scale * torch.sqrt(variance + layer.eps))
-        layer.running_mean.copy_(mean)
-        layer.running_var.copy_(variance)
-
-    hooks = [one.register_forward_pre_hook(measure) for one in net.modules() if isinstance(one, nn.BatchNorm2d)]
-    was_training = net.training
-    with torch.no_grad():
-        net.eval()
-        run()
-    net.train(was_training)
-    for hook in hooks:
-        hook.remove()
-
-
-def _values(graph: Any) -> dict[str, np.ndarray[Any, Any]]:
-    """Return the constants of a graph by name, and those that it turns from integers into numbers."""
-    from onnx import numpy_helper
-
-    values = {one.name: numpy_helper.to_array(one) for one in graph.initializer}
-    for node in graph.node:
-        if node.op_type != "DequantizeLinear" or node.input[0] not in values:
-            continue
-        whole, scale, zero = (values[name] for name in node.input)
-        axis = next((one.i for one in node.attribute if one.name == "axis"), 1)
-        shape = [-1 if i == axis else 1 for i in range(whole.ndim)] if scale.ndim else []
-        values[node.output[0]] = (whole.astype(np.float32) - zero.reshape(shape)) * scale.reshape(shape)
-    return values
-
-
-def _fill(net: PillarNet, layers: list[tuple[np.ndarray[Any, Any], np.ndarray[Any, Any] | None]]) -> None:
-    """Copy weights and biases, in the order in which the network computes."""
-    modules = _in_order(net)
-    if len(modules) != len(layers):
-        raise ValueError(f"it has {len(layers)} layers, expected are {len(modules)}")
-    with torch.no_grad():
-        for (module, normalisation), (weight, bias) in zip(modules, layers, strict=True):
-            into: Any = module.weight
-            # A product of matrices has its weights the other way round.
-            given = weight.T if isinstance(module, nn.Linear) and module.bias is None else weight
-            if tuple(given.shape) != tuple(into.shape):
-                raise ValueError(f"a layer has the shape {given.shape}, expected is {tuple(into.shape)}")
-            into.copy_(torch.from_numpy(np.array(given)))
-            if bias is not None:
-                target: Any = normalisation.bias if normalisation is not None else module.bias
-                target.copy_(torch.from_numpy(np.array(bias)))
-            if normalisation is not None:
-                # Otherwise its small constant under the root would scale the output.
-                normalisation.weight.fill_((1.0 + normalisation.eps) ** 0.5)
-
-
-def _in_order(net: PillarNet) -> list[tuple[nn.Module, nn.BatchNorm2d | None]]:
-    """Return the layers in the order of computation, each with the batch normalisation after it."""
+def _in_order(net: PillarNet) -> Modules:
     blocks = [net.first, *net.second, *net.third, net.third_up, net.mix, net.second_up, net.head]
     pairs: list[tuple[nn.Module, nn.BatchNorm2d | None]] = [(block[0], block[1]) for block in blocks]
     return [(net.point[0], None), (net.point[2], None), (net.join[0], None), *pairs, (net.heat, None), (net.box, None)]

@@ -23,7 +23,8 @@ from stucksolver_train.lidar.data import EVERY, Windows, load
 from stucksolver_train.lidar.loss import losses, targets
 from stucksolver_train.lidar.net import WIDTHS, PillarNet
 from stucksolver_train.lidar.pillars import pillars
-from stucksolver_train.lidar.restore import restore, settle
+from stucksolver_train.lidar.restore import restore
+from stucksolver_train.restore import settle
 from stucksolver_train.schedule import average
 
 WARM_UP = 0.1

@@ -17,8 +17,9 @@ from stucksolver_train.lidar.average import average  # noqa: E402
 from stucksolver_train.lidar.check import predicted  # noqa: E402
 from stucksolver_train.lidar.data import load  # noqa: E402
 from stucksolver_train.lidar.net import PillarNet  # noqa: E402
-from stucksolver_train.lidar.restore import RestoreError, restore, settle  # noqa: E402
+from stucksolver_train.lidar.restore import restore  # noqa: E402
 from stucksolver_train.lidar.train import Options, train  # noqa: E402
+from stucksolver_train.restore import RestoreError, settle  # noqa: E402
 
 SHIPPED = DATA / WEIGHTS
 

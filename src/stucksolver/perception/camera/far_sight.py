@@ -10,8 +10,10 @@ Three things end the sight, whichever comes first:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -34,8 +36,11 @@ STEP_M = 2.5
 """Distance between the examined places of a lane."""
 NEAR_M = 25.0
 """Up to here sight is the LiDAR's task; the detector's recall counts from here on."""
-BODY_OFFSETS = tuple((side, up) for side in (-0.7, 0.0, 0.7) for up in (0.4, 1.2))
-"""Points of a car (m beside the lane's centre, m above the road) that must all be uncovered."""
+SIDES_M = (-0.7, 0.0, 0.7)
+LOW_M, UPPER_M = 0.4, (1.0, 1.2)
+"""Points of a car (m beside the lane's centre, m above the road). The upper ones must all be uncovered. If a low one is
+covered, as by the roof of a car that stands close ahead, the recall for vehicles seen in part applies.
+"""
 CORRIDOR_M = 7.0
 """A line of sight stays over a two-lane road within this distance of the lane's centre."""
 EYE_CLEARANCE_M = 0.2
@@ -57,28 +62,36 @@ class SightModel:
     """(classes of look, bins): upper bound of the share missed in one look."""
     again: float
     """Upper bound of the share of missed vehicles that a second look also misses."""
+    miss_part: Floats | None = None
+    """The same as `miss` for vehicles of which something nearer covers a part; None: these count as missed."""
+    again_part: float = 1.0
 
     @staticmethod
     def from_card(card: Mapping[str, Any], label: str = "vehicle") -> SightModel:
         """Read the model from a network's card, for one label of `far_strip.LABELS`."""
-        counts = np.array(card["recall"][label], np.float64)
-        missed, total = card["repeated_miss"]
-        edges = card["look_edges"]
+        edges, part = card["look_edges"], card.get("part")
         return SightModel(
             tuple(float(one) for one in card["bins_m"]),
             tuple(float(one) for one in edges["brightness"]),
             tuple(float(one) for one in edges["contrast"]),
-            1.0 - wilson_lower(counts[..., 0], counts[..., 1]),
-            float(1.0 - wilson_lower(np.array(float(total - missed)), np.array(float(total)))),
+            _missed(card["recall"][label]),
+            _again(card["repeated_miss"]),
+            None if part is None else _missed(part["recall"]),
+            1.0 if part is None else _again(part["repeated_miss"]),
         )
 
-    def miss_at(self, range_m: Floats, look: Floats) -> Floats:
-        """Return the upper bound of the share missed in one look at these ranges; 1 beyond the measured ranges."""
+    def miss_at(self, range_m: Floats, look: Floats, part: NDArray[np.bool_] | bool = False) -> Floats:
+        """Return the upper bound of the share missed in one look at these ranges; 1 beyond the measured ranges.
+
+        `part`: whether something nearer covers a part of a vehicle there.
+        """
         sort = int(np.searchsorted(self.brightness, look[0])) * (len(self.contrast) + 1)
         sort += int(np.searchsorted(self.contrast, look[1]))
         place = np.digitize(range_m, self.bins_m) - 1
         known = (place >= 0) & (place < self.miss.shape[1])
-        told = self.miss[sort, np.clip(place, 0, self.miss.shape[1] - 1)]
+        place = np.clip(place, 0, self.miss.shape[1] - 1)
+        of_part = np.ones_like(range_m) if self.miss_part is None else self.miss_part[sort, place]
+        told = np.where(part, of_part, self.miss[sort, place])
         return np.where(range_m < NEAR_M, 0.0, np.where(known, told, 1.0))
 
     def reach_m(self, look: Floats, looks: int = 1) -> float:
@@ -97,10 +110,13 @@ class LaneLook:
     """Distance along the lane's line from its start to where it is first covered, bends away or leaves the image."""
     look: Floats
     """The image's look, see `far_strip.look_of`."""
+    whole_m: float = math.inf
+    """Distance up to which a whole vehicle would be seen; beyond, something nearer may cover its lower part."""
 
     def moved(self, metres: float) -> LaneLook:
         """The same after the line's start has moved on by some metres."""
-        return LaneLook(self.time_s, max(self.visible_m - metres, 0.0), self.look)
+        visible_m, whole_m = max(self.visible_m - metres, 0.0), max(self.whole_m - metres, 0.0)
+        return replace(self, visible_m=visible_m, whole_m=whole_m)
 
 
 class CameraSight:
@@ -121,12 +137,13 @@ class CameraSight:
         points, along = resampled(line, STEP_M)
         if not len(along):
             return LaneLook(time_s, 0.0, look)
-        fine = self._in_picture(points) & ~self._covered(points, blockers) & self._over_road(points)
+        fine = self._in_picture(points) & ~self._covered(points, blockers, UPPER_M) & self._over_road(points)
         # The camera does not see beside or behind the lens; sight begins at the first place ahead.
         ahead = self._rig.project(points)[2] > NEAR_M
         ends = np.flatnonzero(~fine & ahead)
-        visible = along[ends[0]] if len(ends) else along[-1]
-        return LaneLook(time_s, float(visible) if ahead.any() else 0.0, look)
+        visible = float(along[ends[0]] if len(ends) else along[-1]) if ahead.any() else 0.0
+        part = np.flatnonzero(self._covered(points, blockers, (LOW_M,)) & ahead)
+        return LaneLook(time_s, visible, look, float(along[part[0]]) if len(part) else math.inf)
 
     def seen_m(self, line: Floats, now: LaneLook, earlier: Sequence[LaneLook] = ()) -> float:
         """Return the metres of the lane, from its start, in which a vehicle would have been detected by now.
@@ -141,15 +158,17 @@ class CameraSight:
         """
         points, along = resampled(line, STEP_M)
         away = np.hypot(points[:, 0] - self._rig.mount.x_m, points[:, 1] - self._rig.mount.y_m)
-        looks = np.ones(len(along))
-        last_s = now.time_s
+        part = along >= now.whole_m
+        missed = self._model.miss_at(away, now.look, part)
+        again, of_part = self._model.again, max(self._model.again, self._model.again_part)
+        further, last_s = np.zeros(len(along)), now.time_s
         for one in sorted(earlier, key=lambda look: -look.time_s):
             # A worse view than in the present look is handled by not counting it.
             if last_s - one.time_s >= LOOK_APART_S and self._as_sharp(one, now):
-                looks += one.visible_m >= along
+                counts = (one.visible_m >= along) & (further < MOST_LOOKS - 1)
+                missed = missed * np.where(counts, np.where(part | (along >= one.whole_m), of_part, again), 1.0)
+                further += counts
                 last_s = one.time_s
-        looks = np.minimum(looks, MOST_LOOKS)
-        missed = self._model.miss_at(away, now.look) * self._model.again ** (looks - 1.0)
         fails = (missed > 1.0 - REQUIRED) | (along > now.visible_m)
         return float(along[fails][0]) if fails.any() else float(along[-1]) if len(along) else 0.0
 
@@ -162,8 +181,8 @@ class CameraSight:
         across = (column > MARGIN_PX) & (column < wide - MARGIN_PX)
         return np.asarray((ahead > 0.0) & across & (row > MARGIN_PX) & (row < high - MARGIN_PX))
 
-    def _covered(self, points: Floats, blockers: Floats) -> NDArray[np.bool_]:
-        """(m,): True if something nearer hides a part of a car at the point."""
+    def _covered(self, points: Floats, blockers: Floats, heights_m: Sequence[float]) -> NDArray[np.bool_]:
+        """(m,): True if something nearer hides a car at the point anywhere at these heights above the road (m)."""
         covered = np.zeros(len(points), bool)
         if not len(blockers):
             return covered
@@ -177,7 +196,7 @@ class CameraSight:
         top = np.where((ahead > BEHIND_M).all(axis=1), row.min(axis=1), -1e6)
         course = np.gradient(points[:, :2], axis=0) if len(points) > 1 else np.array([[1.0, 0.0]])
         course /= np.maximum(np.hypot(course[:, 0], course[:, 1]), 1e-9)[:, None]
-        for side, up in BODY_OFFSETS:
+        for side, up in product(SIDES_M, heights_m):
             body = points + np.column_stack([-side * course[:, 1], side * course[:, 0], np.full(len(points), up)])
             x, y, far = self._rig.project(body)
             inside = (x[:, None] > column.min(1)) & (x[:, None] < column.max(1)) & before
@@ -189,7 +208,7 @@ class CameraSight:
         """(m,): True if the line of sight to the point stays above the road, whose course the points are."""
         mount = self._rig.mount
         eye = np.array([mount.x_m, mount.y_m, mount.z_m])
-        to = points + np.array([0.0, 0.0, BODY_OFFSETS[-1][1]]) - eye
+        to = points + np.array([0.0, 0.0, UPPER_M[-1]]) - eye
         square = np.maximum(np.sum(to[:, :2] ** 2, axis=1), 1e-9)
         # (seen point, road point before it): distance of the second along the line of sight.
         share = np.clip(to[:, :2] @ (points[:, :2] - eye[:2]).T / square[:, None], 0.0, 1.0)
@@ -200,6 +219,18 @@ class CameraSight:
         before = np.tri(len(points), k=-1, dtype=bool) & front[None]
         near = ~front | (np.hypot(points[:, 0], points[:, 1]) <= NEAR_M)
         return np.asarray(near | ~((beside | below) & before).any(axis=1))
+
+
+def _missed(counts: Sequence[Sequence[Sequence[int]]]) -> Floats:
+    """Return the upper bounds of the missed share, from pairs of found and all."""
+    found = np.array(counts, np.float64)
+    return np.asarray(1.0 - wilson_lower(found[..., 0], found[..., 1]))
+
+
+def _again(counts: Sequence[int]) -> float:
+    """Return the upper bound of the share missed again, from those missed twice and those missed in the first look."""
+    twice, once = counts
+    return float(1.0 - wilson_lower(np.array(float(once - twice)), np.array(float(once))))
 
 
 def wilson_lower(hits: Floats, total: Floats) -> Floats:

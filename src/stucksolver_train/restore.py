@@ -1,0 +1,105 @@
+"""Restores a network for further training from the file that is shipped.
+
+The shipped file has each batch normalisation merged into its convolution, and perhaps integers in place of weights.
+They are turned back, so that nobody has to keep the weights of a training for the next one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+Layer = tuple[np.ndarray[Any, Any], np.ndarray[Any, Any] | None]
+"""Weights and bias of a layer."""
+Modules = Sequence[tuple[nn.Module, nn.BatchNorm2d | None]]
+"""Layers of a network in the order in which it computes, each with the batch normalisation after it."""
+_KINDS = ("Conv", "ConvTranspose", "Gemm", "MatMul")
+
+
+class RestoreError(RuntimeError):
+    """The file holds no network that can be restored; the message names it and says why."""
+
+
+def layers_of(file: Path) -> list[Layer]:
+    """Return the layers of an exported network in the order in which it computes. `fill` puts them into a network."""
+    import onnx
+
+    graph = onnx.load(str(file)).graph
+    values = _values(graph)
+    return [
+        (values[node.input[1]], values.get(node.input[2]) if len(node.input) > 2 else None)
+        for node in graph.node
+        if node.op_type in _KINDS
+    ]
+
+
+def fill(modules: Modules, layers: Sequence[Layer]) -> None:
+    """Copy weights and biases. The batch normalisations change nothing but add the merged bias.
+
+    Raises:
+        ValueError: The layers are those of another network.
+    """
+    if len(modules) != len(layers):
+        raise ValueError(f"it has {len(layers)} layers, expected are {len(modules)}")
+    with torch.no_grad():
+        for (module, normalisation), (weight, bias) in zip(modules, layers, strict=True):
+            into: Any = module.weight
+            # A product of matrices has its weights the other way round.
+            given = weight.T if isinstance(module, nn.Linear) and module.bias is None else weight
+            if tuple(given.shape) != tuple(into.shape):
+                raise ValueError(f"a layer has the shape {given.shape}, expected is {tuple(into.shape)}")
+            into.copy_(torch.from_numpy(np.array(given)))
+            if bias is not None:
+                target: Any = normalisation.bias if normalisation is not None else module.bias
+                target.copy_(torch.from_numpy(np.array(bias)))
+            if normalisation is not None:
+                # Otherwise its small constant under the root would scale the output.
+                normalisation.weight.fill_((1.0 + normalisation.eps) ** 0.5)
+
+
+def settle(net: nn.Module, run: Callable[[], object]) -> None:
+    """Give the batch normalisations of a restored network the statistics of real input, without changing its output.
+
+    Args:
+        net: A network whose batch normalisations have a mean of 0 and a variance of 1.
+        run: Feeds the network one batch of typical windows.
+    """
+
+    def measure(layer: nn.Module, given: tuple[Tensor, ...]) -> None:
+        assert isinstance(layer, nn.BatchNorm2d) and layer.running_mean is not None and layer.running_var is not None
+        seen = given[0].float()
+        mean, variance = seen.mean(dim=(0, 2, 3)), seen.var(dim=(0, 2, 3))
+        scale = layer.weight / torch.sqrt(layer.running_var + layer.eps)
+        layer.bias += scale * (mean - layer.running_mean)
+        layer.weight.copy_(scale * torch.sqrt(variance + layer.eps))
+        layer.running_mean.copy_(mean)
+        layer.running_var.copy_(variance)
+
+    hooks = [one.register_forward_pre_hook(measure) for one in net.modules() if isinstance(one, nn.BatchNorm2d)]
+    was_training = net.training
+    with torch.no_grad():
+        net.eval()
+        run()
+    net.train(was_training)
+    for hook in hooks:
+        hook.remove()
+
+
+def _values(graph: Any) -> dict[str, np.ndarray[Any, Any]]:
+    """Return the constants of a graph by name, and those that it turns from integers into numbers."""
+    from onnx import numpy_helper
+
+    values = {one.name: numpy_helper.to_array(one) for one in graph.initializer}
+    for node in graph.node:
+        if node.op_type != "DequantizeLinear" or node.input[0] not in values:
+            continue
+        whole, scale, zero = (values[name] for name in node.input)
+        axis = next((one.i for one in node.attribute if one.name == "axis"), 1)
+        shape = [-1 if i == axis else 1 for i in range(whole.ndim)] if scale.ndim else []
+        values[node.output[0]] = (whole.astype(np.float32) - zero.reshape(shape)) * scale.reshape(shape)
+    return values
