@@ -20,6 +20,7 @@ MULTI = straight_road(left=LineKind.BROKEN)
 K = ObjectKind
 
 
+BACK = ("back_up", "keep_lane", "borrow_oncoming_lane")
 LOOK = ("back_up", "back_up", "borrow_oncoming_lane")
 
 
@@ -204,6 +205,24 @@ def test_with_too_little_sight_it_gets_back_and_aside_and_passes_from_there():
     assert names(after(far, refused, "borrow_oncoming_lane", ago_s=2.0)) == ["borrow_oncoming_lane"]
 
 
+def test_by_sensors_with_too_little_sight_it_backs_up_and_only_if_that_was_in_vain_moves_aside():
+    refused, near = RejectCode.ONCOMING_SIGHT, World(TWO_WAY, [thing("lead", 60.0, position_sd_m=0.05)])
+    assert names(after(near, refused, "borrow_oncoming_lane")) == list(BACK)
+    behind = World(TWO_WAY, [*near.objects, thing("behind", 40.0)])
+    assert after(behind, refused, "borrow_oncoming_lane").plan is None
+
+    def looked(*codes):
+        attempts = [
+            PastAttempt(time_s=-9.0, behaviors=BACK, codes=codes, outcome=""),
+            PastAttempt(time_s=0.0, behaviors=("borrow_oncoming_lane",), codes=(refused,), outcome=""),
+        ]
+        scene = standing_for_long(near.scene()).model_copy(update={"attempts": tuple(attempts)})
+        return names(RuleReasoner().decide(Request(scene)).decision)
+
+    assert looked(refused) == ["back_up", "nudge", *LOOK]
+    assert looked(RejectCode.COLLISION, refused) == list(BACK), "somebody came"
+
+
 def test_from_beside_what_stands_far_right_it_looks_without_going_further_back_than_to_swing_out():
     van = World(TWO_WAY, [thing("lead", 60.0, -0.6)])
     back, nudge, room, borrow = behaviors_of(after(van, RejectCode.ONCOMING_SIGHT, "borrow_oncoming_lane"))
@@ -260,6 +279,13 @@ def test_without_room_behind_it_does_not_back_up_to_look():
 def test_refused_for_want_of_clearance_it_tries_at_walking_pace(code):
     (borrow,) = behaviors_of(after(blocked(), code, "borrow_oncoming_lane"))
     assert borrow.speed_mps == pytest.approx(2.2)
+
+
+@pytest.mark.parametrize(("sd_m", "sight_m", "speed_mps"), [(0.1, 70.0, 5.5), (0.1, 300.0, 2.2), (None, 70.0, 2.2)])
+def test_by_sensors_it_tries_at_walking_pace_only_where_enough_is_seen_for_that(sd_m, sight_m, speed_mps):
+    world = World(straight_road(oncoming=LineKind.SOLID), [thing("lead", 65.0, position_sd_m=sd_m)], sight_m=sight_m)
+    (borrow,) = behaviors_of(after(world, RejectCode.CLEARANCE, "borrow_oncoming_lane", ago_s=10.0))
+    assert borrow.speed_mps == pytest.approx(speed_mps)
 
 
 def test_at_a_dark_light_it_creeps_on_after_a_stop():

@@ -24,6 +24,7 @@ from stucksolver.perception.lidar.crowd import with_neighbours
 from stucksolver.perception.lidar.detector import LidarDetector
 from stucksolver.perception.lidar.ends import with_measured_ends
 from stucksolver.perception.lidar.extent import with_measured_extents
+from stucksolver.perception.lidar.flanks import without_flanks
 from stucksolver.perception.lidar.low import with_measured_heights
 from stucksolver.perception.lidar.residual import standing_returns, with_unexplained
 from stucksolver.perception.lidar.rows import with_low_trucks_as_barriers
@@ -103,6 +104,7 @@ class Perceiver:
         with self._timed("residual"):
             standing = standing_returns(turn, self._rig.lidar)
             vehicles = self._vehicles(look.pose)
+            detections = without_flanks(detections, standing, vehicles)
             detections = with_neighbours(detections, turn, vehicles)
             detections = with_unexplained(detections, standing, vehicles)
             detections = with_measured_heights(detections, points)

@@ -45,6 +45,16 @@ def pass_speed(scene: Scene, lane: SceneLane, target: PassTarget, speed_mps: flo
     return next((v for v in speeds if lacking[v] <= 0.0), min(speeds, key=lambda v: lacking[v]))
 
 
+def seen_enough(scene: Scene, lane: SceneLane, target: PassTarget, speed_mps: float) -> bool:
+    """True unless sensors see too little of the oncoming lane for a pass at a speed (m/s).
+
+    At walking pace people are passed nearer, but twice as much of the lane must be seen. After a refusal for people,
+    such a pass would be refused for sight, again and again, long after the people have gone.
+    """
+    sensed = any(o.position_sd_m for o in target.objects)
+    return not sensed or (lane.sight_ahead_m or 0.0) >= _needed_m(scene, lane, target, speed_mps)
+
+
 def _needed_m(scene: Scene, lane: SceneLane, target: PassTarget, speed_mps: float) -> float:
     """Return how much of the oncoming lane must be seen (m), by the rules' own estimate of distance and time."""
     way, time = way_to_pass_m(scene, target, speed_mps)

@@ -9,7 +9,7 @@ from stucksolver.decision import RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import AnyBehavior, BorrowOncomingLane, ChangeLane, DriveOver, KeepLane
 from stucksolver.reason.rules.analyse import red_light_within
 from stucksolver.reason.rules.attempts import failed_for, look_larger, recent, was_tried
-from stucksolver.reason.rules.pass_speed import pass_speed
+from stucksolver.reason.rules.pass_speed import pass_speed, seen_enough
 from stucksolver.reason.rules.passing import (
     PassTarget,
     end_of,
@@ -133,6 +133,8 @@ def way_past(scene: Scene, target: PassTarget, speed: float) -> Way:
         narrow = too_narrow(scene, oncoming, target)
         if narrow is not None:
             return None, (WaitReason.NO_SAFE_WAY, narrow)
+        if speed < RECOVERY_SPEED_MPS and not seen_enough(scene, oncoming, target, speed):
+            speed = RECOVERY_SPEED_MPS
         busy = oncoming_blocked(scene, oncoming, target, speed)
         if busy is None:
             return _by_oncoming_lane(target, pass_speed(scene, oncoming, target, speed))

@@ -11,12 +11,13 @@ from stucksolver.decision.behaviors import (
     BorrowOncomingLane,
     ChangeLane,
     DriveOver,
+    KeepLane,
     NoseOut,
     Nudge,
 )
 from stucksolver.reason.rules.attempts import failed_for, look_larger, often_failed_for, was_tried
 from stucksolver.reason.rules.passing import PassTarget
-from stucksolver.reason.rules.past import SLOW_MPS, Way, lane_of, may_be_driven_over
+from stucksolver.reason.rules.past import RECOVERY_SPEED_MPS, SLOW_MPS, Way, lane_of, may_be_driven_over
 from stucksolver.scene import VULNERABLE, LaneRelation, PlanFailure, RejectCode, Scene, SceneLane, SceneObject
 
 SWING_M, ROOM_M = 4.5, 7.0
@@ -31,6 +32,7 @@ BESIDE_M = 0.55
 LOOK_M = 6.0
 LOOK_ROOM_M = 9.0
 BACK_M = 8.0
+RUN_UP_M = 5.0
 FAR_M = 18.0
 MOST_MOVES = 4
 ASIDE_M = 0.8
@@ -143,6 +145,9 @@ def to_see_more(scene: Scene, target: PassTarget, plan: RecoveryPlan) -> Way | N
     # A move that has not shown enough once will not show more the next time. Sensors' sight wavers: a plan that only
     # backed up to swing out may have begun on a sight that was gone the next moment, and was no look around.
     sensed = any(o.position_sd_m for o in target.objects)
+    back = _back_to_see(scene, lead, plan) if sensed else None
+    if back is not None:
+        return back
     moves_to_look = {"nudge"} if sensed else {"back_up", "nudge"}
     looked = any(moves_to_look & set(a.behaviors) for a in scene.attempts)
     if looked or scene.ego.speed_mps > 0.2 or not scene.offers("nudge", "back_up"):
@@ -165,6 +170,27 @@ def to_see_more(scene: Scene, target: PassTarget, plan: RecoveryPlan) -> Way | N
         return None
     whole = plan.model_copy(update={"behaviors": (*moves, *plan.behaviors)})
     return whole, (None, f"back up and move aside to see past {lead.id}, then pass")
+
+
+def _back_to_see(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> Way | None:
+    """Return the same plan after backing up, to where the camera sees past the target; None if that showed too little.
+
+    The plan then waits there for its gap. Moves aside to see still more take half a minute, in which somebody comes.
+    From there the ego first drives on in its lane: in motion it is in the oncoming lane for less time, so that no more
+    of it must be seen than from nearby.
+    """
+    back = BackUp(distance_m=BACK_M, speed_mps=2.0)
+    on = KeepLane(distance_m=RUN_UP_M, speed_mps=RECOVERY_SPEED_MPS)
+    whole = plan.model_copy(update={"behaviors": (back, on, *plan.behaviors)})
+    names = tuple(b.name for b in whole.behaviors)
+    in_vain = any(a.behaviors == names and set(a.codes) == {RejectCode.ONCOMING_SIGHT} for a in scene.attempts)
+    near = (lead.gap_m or 0.0) < LOOK_ROOM_M and scene.ego.speed_mps <= 0.2 and lead.speed_along_mps <= 0.2
+    enough = (lead.gap_m or 0.0) + BACK_M - RUN_UP_M >= ROOM_M
+    if in_vain or not near or not enough or not scene.offers("keep_lane"):
+        return None
+    if not may_back_up(scene, BACK_M, LOOK_REAR_MARGIN_M):
+        return None
+    return whole, (None, f"back up to see past {lead.id}, then pass")
 
 
 def _hides_from_aside(scene: Scene, target: PassTarget) -> bool:

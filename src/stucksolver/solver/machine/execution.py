@@ -39,7 +39,7 @@ from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine.history import moving, passes
 from stucksolver.solver.machine.paths import along_leg, facing, path_points
 from stucksolver.solver.machine.segments import segments_of
-from stucksolver.solver.machine.waiting import STOPPED_MPS, Waiting
+from stucksolver.solver.machine.waiting import STOPPED_MPS, Waiting, sight_may_come
 
 ARRIVED_M = 1.5
 """A behaviour counts as driven at this distance before its end; a whole path at the distance that `landing_m` gives."""
@@ -112,6 +112,7 @@ class Execution:
         self._shown = False
         self._until_s = 0.0
         self._gap_until_s: float | None = None
+        self._traffic_s = 0.0
         self._index = 0
         self._withdrawn = False
         self._ending: ExecutionOutcome | None = None
@@ -310,8 +311,10 @@ class Execution:
         # At the roadside the vehicle stands safely, whatever keeps it there; the stack would drive back unproven.
         returns = isinstance(self._segments[0][0], RejoinRoute)
         if self._gap_until_s is None:
-            self._gap_until_s = now_s + (RETURN_WAIT_S if returns else GAP_WAIT_S)
-        passing = returns or passes(verdict, moving(view))
+            self._gap_until_s, self._traffic_s = now_s + (RETURN_WAIT_S if returns else GAP_WAIT_S), now_s
+        passing = returns or passes(verdict, moving(view), sensed=view.ego.position_sd_m is not None)
+        self._traffic_s = now_s if passing else self._traffic_s
+        passing = passing or sight_may_come(verdict, view.ego, now_s - self._traffic_s)
         if passing and now_s < self._gap_until_s and self._guard.may_stand(view):
             stops = len(self._segments) > 1
             begun = begun_waiting(self._guard, self._segments[0], view, self._guided, self._approvals, stops)

@@ -123,10 +123,17 @@ def moving(view: FrenetScene) -> frozenset[str]:
     return frozenset(o.id for o, moves in zip(view.objects, view.moving, strict=True) if moves)
 
 
-def passes(verdict: Verdict, moving: frozenset[str]) -> bool:
-    """True if a plan is refused only because of traffic that will move on. `moving` has the ids of moving objects."""
+def passes(verdict: Verdict, moving: frozenset[str], *, sensed: bool = False) -> bool:
+    """True if a plan is refused only because of traffic that will move on.
+
+    Args:
+        verdict: The refusal.
+        moving: Ids of the moving objects.
+        sensed: The vehicle sees by its sensors. Then a car that comes hides the oncoming lane behind it.
+    """
     near = (RejectCode.COLLISION, RejectCode.CLEARANCE, RejectCode.GAP, RejectCode.NO_ABORT)
     traffic = [r.code in PASSING or (r.code in near and r.object_id in moving) for r in verdict.rejects]
     # What is hidden beside traffic is mostly hidden by that traffic, and is seen once it has moved on.
-    hidden = [r.code is RejectCode.UNSEEN for r in verdict.rejects]
+    unseen = (RejectCode.UNSEEN, RejectCode.ONCOMING_SIGHT) if sensed else (RejectCode.UNSEEN,)
+    hidden = [r.code in unseen for r in verdict.rejects]
     return any(traffic) and all(one or other for one, other in zip(traffic, hidden, strict=True))

@@ -5,11 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from stucksolver.guard import RejectCode, Verdict
 from stucksolver.scene.surroundings import EgoState
 
 SENSED_WAIT_S, GETS_ON_M = 15.0, 1.0
 """By sensors, a plan that stands for a gap this long without getting on by so much ends: its path goes round what was
 seen when it began. The next one begins from there and goes round what is seen by then.
+"""
+SIGHT_COMES_S = 3.0
+"""From a new place, or past a car that has gone by, the camera counts with three looks, half a second apart; and the
+track of who has gone by must have ended (s).
 """
 STOPPED_MPS = 0.15
 """A slower vehicle stands."""
@@ -34,3 +39,9 @@ class Waiting:
         """True if the ego drives by sensors and has stood too long."""
         stands = abs(ego.speed_mps) <= STOPPED_MPS
         return ego.position_sd_m is not None and stands and now_s - self.since_s > SENSED_WAIT_S
+
+
+def sight_may_come(verdict: Verdict, ego: EgoState, waited_s: float) -> bool:
+    """True if only the sight of the oncoming lane lacks, and sensors have not had the time for it (s) yet."""
+    lacks = set(verdict.codes) == {RejectCode.ONCOMING_SIGHT}
+    return ego.position_sd_m is not None and lacks and waited_s < SIGHT_COMES_S
