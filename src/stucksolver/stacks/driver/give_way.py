@@ -238,8 +238,12 @@ class GiveWay:
         return not creeps and not can_stop(speed, room, _HARD_MPS2)
 
     def _lag_s(self) -> float:
-        """Return how long a standing ego takes to set off (s)."""
-        return START_LAG_S
+        """Return how long a standing ego takes to set off (s).
+
+        None by sensors for one that has set off: it would seem too late at every look, and give up, as the gap that it
+        takes after a long wait is hardly longer than the one in which it goes on.
+        """
+        return 0.0 if self._sensed and self.going else START_LAG_S
 
     def _top_mps(self, motion: Moving, coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> float:
         """Return the ego's highest speed with the present traffic (m/s)."""
