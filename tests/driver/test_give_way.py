@@ -307,6 +307,18 @@ def test_by_sensors_it_goes_on_into_the_gap_that_it_took_after_a_long_wait():
     assert told == [None] * 60
 
 
+def test_by_sensors_an_ego_that_is_early_lets_one_pass_and_keeps_its_gap():
+    watch, near = sensed(), MEET_S - 2.0 - CAR.half_length - 1.0
+    for _ in range(5):
+        look(comers((70.0, 10.0)), watch=watch, s=near)
+    for _ in range(5):
+        assert look(comers((4.5, 10.0), (60.0, 10.0)), watch=watch, s=near, speed=0.3).wait_m == pytest.approx(1.0)
+        assert watch.going
+    for _ in range(5):
+        look(comers((4.5, 10.0), (20.0, 10.0)), watch=watch, s=near, speed=0.3)
+    assert not watch.going, "before the second one the gap is too short"
+
+
 def _settles(watch, away_m):
     """True if a standing ego sets off before one that comes from there; if it does not, it has not moved."""
     waits = [look(comers((away_m, 8.0)), watch=watch).wait_m for _ in range(4)]
