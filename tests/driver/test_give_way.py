@@ -12,6 +12,7 @@ from stucksolver.stacks.driver.behavior import PROFILES
 from stucksolver.stacks.driver.give_way import (
     PATIENCE_S,
     SETTLED_S,
+    START_LAG_S,
     GiveWay,
     Habits,
     LeadVehicle,
@@ -290,3 +291,35 @@ def test_by_sensors_an_ego_gives_up_only_for_a_new_vehicles_measured_speed():
         new = replace(comers((60.0, 8.0)), actor_id=(51,))
         waits = [look(new, watch=watch, speed=2.0).wait_m is not None for _ in range(5)]
         assert waits == [not going] * 5
+
+
+def test_by_sensors_it_goes_on_into_the_gap_that_it_took_after_a_long_wait():
+    """It needs some tenths of a second to set off: once, not once more at each look."""
+    watch = sensed()
+    for _ in range(round(PATIENCE_S / DT_S)):
+        assert look(comers((25.0, 8.0)), watch=watch).wait_m is not None
+    away_m = min(one for one in np.arange(20.0, 80.0, 0.25) if _settles(watch, one))
+    told, s, speed = [], AT_THE_LINE, 0.0
+    for k in range(60):
+        told.append(look(comers((away_m - 8.0 * DT_S * k, 8.0)), watch=watch, s=s, speed=speed).wait_m)
+        speed += 3.3 * DT_S if k * DT_S > START_LAG_S else 0.0
+        s += speed * DT_S
+    assert told == [None] * 60
+
+
+def test_by_sensors_an_ego_that_is_early_lets_one_pass_and_keeps_its_gap():
+    watch, near = sensed(), MEET_S - 2.0 - CAR.half_length - 1.0
+    for _ in range(5):
+        look(comers((70.0, 10.0)), watch=watch, s=near)
+    for _ in range(5):
+        assert look(comers((4.5, 10.0), (60.0, 10.0)), watch=watch, s=near, speed=0.3).wait_m == pytest.approx(1.0)
+        assert watch.going
+    for _ in range(5):
+        look(comers((4.5, 10.0), (20.0, 10.0)), watch=watch, s=near, speed=0.3)
+    assert not watch.going, "before the second one the gap is too short"
+
+
+def _settles(watch, away_m):
+    """True if a standing ego sets off before one that comes from there; if it does not, it has not moved."""
+    waits = [look(comers((away_m, 8.0)), watch=watch).wait_m for _ in range(4)]
+    return waits[-1] is None

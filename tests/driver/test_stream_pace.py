@@ -11,8 +11,11 @@ from driver.test_changing import RIGHT, Sensed
 from driver.test_give_way import AT_THE_LINE, CAR, DT_S, LINE, WAIT_S, comers, way
 from stucksolver.stacks.driver import BehaviorDriver, DriverOptions
 from stucksolver.stacks.driver.behavior import PROFILES
+from stucksolver.stacks.driver.concerns import Concerns
 from stucksolver.stacks.driver.give_way import GiveWay, Moving
+from stucksolver.stacks.driver.local_planner import LocalPlanner
 from stucksolver.stacks.driver.meeting_ways import Meeting
+from stucksolver.stacks.driver.stream_pace import PacedConcerns
 
 LIMITED_MPS = 7.5
 
@@ -51,3 +54,14 @@ def test_a_stream_is_joined_at_its_pace_if_that_is_much_faster(pace, sensed, flo
     watch = GiveWay([Meeting(WAIT_S, (way(joins=True),))], PROFILES["normal"], CAR, sensed=sensed)
     watch.look(LINE, AT_THE_LINE, Moving(0.0, LIMITED_MPS), comers((10.0, pace)), DT_S)
     assert watch.flow_mps == flow
+
+
+@pytest.mark.parametrize(("kind", "least_m", "most_m"), [(PacedConcerns, 0.1, 0.3), (Concerns, 0.5, 1.0)])
+def test_by_sensors_a_start_that_is_given_up_ends_before_the_nose_is_in_the_way(kind, least_m, most_m):
+    profile = PROFILES["normal"]
+    concerns = kind(profile, DriverOptions(), CAR, LocalPlanner(profile.lateral_accel, profile.deceleration))
+    speed, gone_m = 1.0, 0.0
+    for _ in range(200):
+        speed = max(speed + concerns.wait(max(0.3 - gone_m, 0.0), speed) * DT_S, 0.0)
+        gone_m += speed * DT_S
+    assert least_m < gone_m < most_m

@@ -13,6 +13,8 @@ from stucksolver.perception.labels import LABELS
 from stucksolver.perception.measurements import Detections
 from stucksolver.perception.tracking import ObjectTracker
 
+TRUCK, TRUCK_M = LABELS.index("truck"), (8.5, 2.9, 3.0)
+
 
 def driving(t):
     return (5.0 + 8.0 * t, 3.0), (8.0, 0.0)
@@ -164,3 +166,22 @@ def test_once_a_height_is_measured_guesses_of_it_no_longer_count():
         if track is not None:
             assert track.height_m == pytest.approx(0.26 if k < 20 else 0.13)
     assert track.hits == 40
+
+
+def test_a_fast_truck_whose_boxes_are_askew_and_still_is_one_track_with_its_speed():
+    """What the detector gave for a fire engine at 60 km/h: no velocity, and yaws up to 90 degrees off."""
+    rng = np.random.default_rng(12)
+    tracker = ObjectTracker()
+    askew = np.radians([-96.0, 40.0, -30.0, -21.0, -29.0, -44.0, -45.0, -37.0])
+    ids, told = set(), ()
+    for k, off in enumerate(askew):
+        time_s = k * STEP_S
+        seen = detections(
+            time_s, [(14.0, 37.0 - 16.7 * time_s)], rng, yaw=off - math.pi / 2.0, label=TRUCK, size=TRUCK_M
+        )
+        told = tracker.update(seen, pose(time_s))
+        ids |= {track.id for track in told}
+    (track,) = told
+    assert ids == {track.id}
+    assert (track.vx_mps, track.vy_mps) == pytest.approx((0.0, -16.7), abs=3.0)
+    assert math.remainder(track.yaw_rad + math.pi / 2.0, math.tau) == pytest.approx(0.0, abs=0.25)

@@ -31,6 +31,12 @@ SLIP_MPS = 0.3
 """How fast the middle of a moving vehicle may slide across its own axis: in turns it does so by yaw rate times the
 distance to the rear axle.
 """
+AXIS_LOOKS = 10
+"""In so many first looks the box says little about the axis: of a fast vehicle it is drawn askew, by up to 90 degrees
+for a truck at 60 km/h. If its velocity were forced into that axis, every few looks would start another track.
+"""
+COURSE_KNOWN_RAD, COURSE_FROM_MPS = 0.25, 3.0
+"""Until then its axis is its course, once that is known this well; nobody backs up faster than this."""
 HEADING_VOTES = 10.0
 """At most this many votes are kept for a heading, so that an error can be corrected."""
 CERTAIN = 5.0
@@ -220,8 +226,11 @@ def update(body: Body, seen: Measured, i: int) -> None:
     body.x, body.p = kalman_update(body.x, body.p, z, noise, np.eye(STATE))
     if body.heading_votes < 0.0:
         body.x[3], body.heading_votes = wrapped(body.x[3] + math.pi), -body.heading_votes
-    if body.motion is not Motion.STANDING:
-        _along_its_axis(body)
+    if body.motion is not Motion.STANDING and WHEELED[body.label]:
+        if body.hits < AXIS_LOOKS:
+            _along_its_course(body)
+        else:
+            _along_its_axis(body)
     _resize(body, seen, i)
     body.last_seen_s, body.hidden, body.concealed_s = seen.time_s, False, 0.0
     _remember(body, seen, i)
@@ -253,7 +262,7 @@ def _along_its_axis(body: Body) -> None:
 
     yaw, vx, vy = (float(v) for v in body.x[3:])
     along = vx * math.cos(yaw) + vy * math.sin(yaw)
-    if not WHEELED[body.label] or abs(along) < COURSE_MPS:
+    if abs(along) < COURSE_MPS:
         return
     sliding = vy * math.cos(yaw) - vx * math.sin(yaw)
     h = np.zeros((1, STATE))
@@ -261,6 +270,17 @@ def _along_its_axis(body: Body) -> None:
     expected = h @ body.x - sliding  # the linearised measurement whose residual is that of zero sliding
     noise = np.array([[SLIP_MPS**2]])
     body.x, body.p = kalman_update(body.x, body.p, expected, noise, h)
+
+
+def _along_its_course(body: Body) -> None:
+    """Turn the axis of a new body to its course, as far as that is known: its places say more than its boxes."""
+    speed = math.hypot(body.x[4], body.x[5])
+    spread_rad = math.sqrt(float(body.p[4, 4] + body.p[5, 5]) / 2.0) / max(speed, COURSE_FROM_MPS)
+    if speed > COURSE_FROM_MPS and spread_rad < COURSE_KNOWN_RAD:
+        body.x[3] = math.atan2(body.x[5], body.x[4])
+        body.p[3, :] = body.p[:, 3] = 0.0
+        body.p[3, 3] = spread_rad**2
+        body.heading_votes = max(body.heading_votes, COURSE_VOTE)
 
 
 def _remember(body: Body, seen: Measured, i: int) -> None:

@@ -39,7 +39,7 @@ from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine.history import moving, passes
 from stucksolver.solver.machine.paths import along_leg, facing, path_points
 from stucksolver.solver.machine.segments import segments_of
-from stucksolver.solver.machine.waiting import STOPPED_MPS, Waiting, sight_may_come
+from stucksolver.solver.machine.waiting import STOPPED_MPS, Waiting, sight_may_come, to_let_by
 
 ARRIVED_M = 1.5
 """A behaviour counts as driven at this distance before its end; a whole path at the distance that `landing_m` gives."""
@@ -243,10 +243,7 @@ class Execution:
             late = now_s > self._until_s
         if late:
             return ExecutionOutcome(False, f"it gave way for longer than its time allowance: {verdict}", verdict)
-        named = frozenset(r.object_id for r in verdict.rejects if r.object_id is not None)
-        # What sensors see of a vehicle wavers: one that is not named at this look still has to be let by.
-        before = self._gives_way if view.ego.position_sd_m and isinstance(self._gives_way, frozenset) else frozenset()
-        self._gives_way = named | before or True
+        self._gives_way = to_let_by(verdict, view.ego, self._gives_way)
         return stand(verdict.brake_mps2)
 
     def _turn(self, leg: ProvenLeg, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:

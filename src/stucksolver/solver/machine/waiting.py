@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from stucksolver.guard import RejectCode, Verdict
+from stucksolver.guard.traffic import GivingWay
 from stucksolver.scene.surroundings import EgoState
 
 SENSED_WAIT_S, GETS_ON_M = 15.0, 1.0
@@ -45,3 +46,13 @@ def sight_may_come(verdict: Verdict, ego: EgoState, waited_s: float) -> bool:
     """True if only the sight of the oncoming lane lacks, and sensors have not had the time for it (s) yet."""
     lacks = set(verdict.codes) == {RejectCode.ONCOMING_SIGHT}
     return ego.position_sd_m is not None and lacks and waited_s < SIGHT_COMES_S
+
+
+def to_let_by(verdict: Verdict, ego: EgoState, before: GivingWay) -> GivingWay:
+    """Return to whom the ego gives way: those whom a verdict names, or everybody if it names nobody.
+
+    What sensors see of a vehicle wavers: by them, one that was named `before` still has to be let by.
+    """
+    named = frozenset(r.object_id for r in verdict.rejects if r.object_id is not None)
+    kept = before if ego.position_sd_m is not None and isinstance(before, frozenset) else frozenset()
+    return named | kept or True

@@ -29,7 +29,8 @@ from stucksolver.stacks.driver.vehicle_model import VehicleModel
 DEFAULT_LIMIT_KMH = 30.0
 _SPEED_PREVIEW_S = 0.4
 _SPEED_GAIN = 1.2
-_HALTS_MPS2, _STANDS_MPS = 2.0, 0.05
+HALTS_MPS2, STANDS_MPS = 2.0, 0.05
+"""How firmly it halts where there is less room than wanted (m/s²), and from which speed on (m/s)."""
 _TURNS = ("left", "right")
 
 
@@ -151,7 +152,7 @@ class Concerns:
         close ahead, the ego would creep up to them.
         """
         close = self._room_m(hazard) < 0.0 and hazard.speed < STANDING_MPS
-        return -_HALTS_MPS2 if close and speed > _STANDS_MPS else math.inf
+        return -HALTS_MPS2 if close and speed > STANDS_MPS else math.inf
 
     def _room_m(self, hazard: Hazard) -> float:
         """Return how far the ego may still go on (m); negative if it is nearer than wanted."""

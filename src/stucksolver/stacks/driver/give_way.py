@@ -45,6 +45,10 @@ SETTLED_S = 0.15
 """By sensors, a standing ego sets off when the way has been free for so long: two looks. One that has set off gives up
 when it has not been free for so long: a single noisy speed would take the best gap away.
 """
+LETS_PASS_S = 0.5
+"""By sensors, an ego that has set off and is early lets those pass who will be past if it comes later by no more than
+this (s). It does not give up its gap for them: in a stream the next one would be too short.
+"""
 STREAM = 3
 """So many vehicles on one way are a stream, which drives at one speed."""
 NOISE_MPS = 1.5
@@ -195,6 +199,8 @@ class GiveWay:
         room = max(room, 0.0) if self._sensed else room
         going = self._going is meeting
         found = own.judge(coming, TO_GO_ON if going else self._margin())
+        if self._sensed and going and found.met and found.pass_soon:
+            return GiveWayDecision(room, frozenset())
         self._clear_s = 0.0 if found.met else self._clear_s + dt_s
         self._met_s = self._met_s + dt_s if found.met else 0.0
         if self._sensed and going and 0.0 < self._met_s < SETTLED_S:
@@ -238,8 +244,12 @@ class GiveWay:
         return not creeps and not can_stop(speed, room, _HARD_MPS2)
 
     def _lag_s(self) -> float:
-        """Return how long a standing ego takes to set off (s)."""
-        return START_LAG_S
+        """Return how long a standing ego takes to set off (s).
+
+        None by sensors for one that has set off: it would seem too late at every look, and give up, as the gap that it
+        takes after a long wait is hardly longer than the one in which it goes on.
+        """
+        return 0.0 if self._sensed and self.going else START_LAG_S
 
     def _top_mps(self, motion: Moving, coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> float:
         """Return the ego's highest speed with the present traffic (m/s)."""
@@ -304,6 +314,8 @@ class Met(NamedTuple):
     """The ways on which it would meet them."""
     passing: frozenset[int]
     leader: LeadVehicle | None
+    pass_soon: bool = False
+    """True if all of those whom it would meet will be past if it comes a little later; see `LETS_PASS_S`."""
 
 
 def _moving(around: NearbyBodies) -> NearbyBodies:
@@ -415,10 +427,12 @@ class Drive:
     def judge(self, coming: Sequence[tuple[MeetingWay, OtherOnWay]], margin: Margin) -> Met:
         """Return whom of the traffic it would meet, or come too near to."""
         met, passing, leaders = list[tuple[MeetingWay, int]](), set[int](), list[LeadVehicle]()
+        pass_soon = True
         for way, other in coming:
             surely, likely = self._comes_behind(way, other)
             if not surely and self._meets(way, other, margin):
                 met.append((way, other.actor_id))
+                pass_soon &= self._comes_behind(way, other, LETS_PASS_S)[1]
             elif not way.joins:
                 passing.add(other.actor_id)
             elif likely:
@@ -426,18 +440,18 @@ class Drive:
                 if self._followers or leader.gap_m > -2.0 * self._model.half_length:
                     leaders.append(leader)
         clear = passing.difference(actor_id for _, actor_id in met)
-        return Met(tuple(way for way, _ in met), frozenset(clear), min(leaders, default=None))
+        return Met(tuple(way for way, _ in met), frozenset(clear), min(leaders, default=None), pass_soon)
 
     def _arrives_s(self, way: MeetingWay) -> float:
         """Return when its front reaches the place where the ways meet (s)."""
         return float(np.interp(way.route_meets_s - self._model.half_length, self._s, self._t))
 
-    def _comes_behind(self, way: MeetingWay, other: OtherOnWay) -> tuple[bool, bool]:
+    def _comes_behind(self, way: MeetingWay, other: OtherOnWay, later_s: float = 0.0) -> tuple[bool, bool]:
         """Return whether the other will have passed, or be ahead on the common way, when the ego arrives:
-        (surely, likely).
+        (surely, likely). `later_s`: the ego arrives so much later (s).
         """
         left = (way.meets_s + 1.0 if way.joins else way.parts_s) - (other.s - other.half_length)
-        arrives_s = self._arrives_s(way)
+        arrives_s = self._arrives_s(way) + later_s
         return other.speed * _EARLY * arrives_s > left, other.speed * arrives_s > left
 
     def _leader(self, way: MeetingWay, other: OtherOnWay) -> LeadVehicle:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stucksolver.stacks.driver.concerns import Concerns, Pace
+from stucksolver.stacks.driver.concerns import HALTS_MPS2, STANDS_MPS, Concerns, Pace
 from stucksolver.stacks.driver.give_way import FASTER_MPS, FASTEST_MPS
 from stucksolver.stacks.driver.path import Path
 from stucksolver.stacks.driver.route_bodies import RouteBodies
@@ -41,6 +41,14 @@ class FlowConcerns(Concerns):
     def top_speed(self, limit_kmh: float) -> float:
         """See `Concerns`; the stream's pace if that is faster."""
         return max(super().top_speed(limit_kmh), self.flow_mps)
+
+    def wait(self, distance: float, speed: float) -> float:
+        """See `Concerns`; with less room than wanted, no creeping.
+
+        A start that is given up would otherwise end a metre further on, with the nose in the way of those who come.
+        """
+        usual = super().wait(distance, speed)
+        return min(usual, -HALTS_MPS2) if distance < self._options.stop_line_gap_m and speed > STANDS_MPS else usual
 
     def own_top_speed(self, limit_kmh: float) -> float:
         """Return the speed (m/s) without any stream."""

@@ -36,8 +36,6 @@ SLOWER_MPS = 0.4
 BEHIND_M = 2.0
 """A vehicle whose rear is farther behind our front than our length and this is no leader."""
 _SAME_PLACE_M = 0.1
-_HALTS_MPS2 = 2.0
-_STANDS_MPS = 0.05
 _SAME_PACE_MPS = 1.5
 
 
@@ -95,11 +93,6 @@ class StreamGiveWay(GiveWay):
 
 class StreamConcerns(FlowConcerns):
     """The planner's concerns, which keep the gap to a leader in a stream."""
-
-    def wait(self, distance: float, speed: float) -> float:
-        """See `Concerns`; with less room than wanted, no creeping."""
-        usual = super().wait(distance, speed)
-        return min(usual, -_HALTS_MPS2) if distance < self._options.stop_line_gap_m and speed > _STANDS_MPS else usual
 
     def hazard(self, hazard: Hazard, speed: float) -> float:
         """See `Concerns`; in a stream the gap to a leader that drives away is not opened by falling back."""
