@@ -20,7 +20,7 @@ from stucksolver.stacks.driver.give_way import (
     of_one_pace,
     on_way,
 )
-from stucksolver.stacks.driver.lane_pace import NEW_S, PACE_S, LanePace
+from stucksolver.stacks.driver.lane_pace import KNOWN_S, NEW_S, PACE_S, LanePace
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.path import make_path
 from stucksolver.stacks.driver.perception import FIRST_FAR_ID, NearbyBodies
@@ -213,6 +213,44 @@ def test_who_has_just_come_into_view_is_no_slower_than_those_before_until_it_is_
     paces.of(seen(5.0, 4), now_s)
     assert paces.of(seen(5.0, 4), now_s + NEW_S)[0][1].speed == 5.0, "by now it is measured"
     assert paces.of(seen(4.0, 5), now_s + NEW_S + PACE_S)[0][1].speed == 4.0, "that was long ago"
+
+
+@pytest.mark.parametrize(("others", "speed"), [(1, 36.0), (2, 11.0)], ids=["one drove there", "two did"])
+def test_whom_only_the_camera_sees_is_little_faster_than_those_who_drove_there(others, speed):
+    """The camera's speed is an upper bound."""
+    one, paces = way(), LanePace()
+
+    def seen(speed, *ids):
+        return [(one, other._replace(actor_id=k)) for k in ids for other in on_way(one, comers((60.0, speed)))]
+
+    for k in range(20):
+        paces.of(seen(9.0, *range(others)), DT_S * k)
+    now_s = DT_S * 20
+    assert paces.of(seen(36.0, FIRST_FAR_ID), now_s)[0][1].speed == speed
+    assert paces.of(seen(36.0, FIRST_FAR_ID), now_s + KNOWN_S)[0][1].speed == 36.0, "that was long ago"
+
+
+@pytest.mark.parametrize(("next_m", "goes_on"), [(90.0, True), (20.0, False)], ids=["a gap behind it", "another one"])
+def test_by_sensors_one_who_has_set_off_lets_who_is_passing_go_by_and_goes_on(next_m, goes_on):
+    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
+    while watch.look(LINE, AT_THE_LINE, Moving(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
+        pass
+    here = MEET_S - 2.0 - CAR.half_length - 1.2
+    for _ in range(round(SETTLED_S / DT_S) + 1):
+        found = watch.look(LINE, here, Moving(2.0, TOP_MPS), comers((2.0, 6.0), (next_m, 9.0)), DT_S)
+    assert found.wait_m is not None
+    assert watch.going is goes_on
+
+
+@pytest.mark.parametrize(("first_id", "gives_up"), [(1, True), (FIRST_FAR_ID, False)], ids=["LiDAR", "camera only"])
+def test_by_sensors_one_who_has_set_off_gives_up_only_for_whom_the_lidar_measures(first_id, gives_up):
+    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
+    while watch.look(LINE, AT_THE_LINE, Moving(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
+        pass
+    comes = replace(comers((20.0, 8.0)), actor_id=(first_id,))
+    for _ in range(round(SETTLED_S / DT_S) + 1):
+        found = watch.look(LINE, AT_THE_LINE, Moving(0.5, TOP_MPS), comes, DT_S)
+    assert (found.wait_m is not None) is gives_up
 
 
 def test_where_a_vehicle_is_that_only_the_camera_tracks_says_nothing_of_the_way_it_takes():

@@ -11,11 +11,12 @@ from driver.test_changing import RIGHT, Sensed
 from driver.test_give_way import AT_THE_LINE, CAR, DT_S, LINE, WAIT_S, comers, way
 from stucksolver.stacks.driver import BehaviorDriver, DriverOptions
 from stucksolver.stacks.driver.behavior import PROFILES
-from stucksolver.stacks.driver.concerns import Concerns
+from stucksolver.stacks.driver.concerns import USUAL, Concerns
 from stucksolver.stacks.driver.give_way import GiveWay, Moving
+from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.local_planner import LocalPlanner
 from stucksolver.stacks.driver.meeting_ways import Meeting
-from stucksolver.stacks.driver.stream_pace import PacedConcerns
+from stucksolver.stacks.driver.stream_pace import LOST_S, PacedConcerns
 
 LIMITED_MPS = 7.5
 
@@ -65,3 +66,31 @@ def test_by_sensors_a_start_that_is_given_up_ends_before_the_nose_is_in_the_way(
         speed = max(speed + concerns.wait(max(0.3 - gone_m, 0.0), speed) * DT_S, 0.0)
         gone_m += speed * DT_S
     assert least_m < gone_m < most_m
+
+
+def in_a_stream(behind_mps=13.0, later_s=0.0):
+    """In a stream of 13 m/s, with the follower last seen some time ago."""
+    profile = PROFILES["normal"]
+    planner = LocalPlanner(profile.lateral_accel, profile.deceleration)
+    concerns = PacedConcerns(profile, DriverOptions(), CAR, planner)
+    concerns.heed(13.0, behind_mps, 30.0, DT_S)
+    concerns.heed(13.0, 0.0 if later_s else behind_mps, 30.0, later_s)
+    concerns.cruise(LINE, 12.0, 30.0, "", USUAL)
+    return concerns
+
+
+@pytest.mark.parametrize("seen_mps", [13.0, 11.5], ids=["at its pace", "measured too low"])
+def test_who_is_followed_in_a_stream_does_not_fall_back_behind_its_leader(seen_mps):
+    assert in_a_stream().hazard(Hazard(1, 9.0, seen_mps, False), 12.8) >= 0.0
+    assert in_a_stream(0.0).hazard(Hazard(1, 9.0, seen_mps, False), 12.8) < -1.0
+
+
+@pytest.mark.parametrize(("gap_m", "seen_mps"), [(4.0, 12.5), (9.0, 9.0)], ids=["too near", "surely slower"])
+def test_behind_a_leader_that_is_near_or_brakes_it_falls_back_all_the_same(gap_m, seen_mps):
+    assert in_a_stream().hazard(Hazard(1, gap_m, seen_mps, False), 12.8) < -1.0
+
+
+@pytest.mark.parametrize(("later_s", "kept"), [(LOST_S / 2, True), (LOST_S + 0.1, False)])
+def test_a_follower_may_be_lost_for_a_moment(later_s, kept):
+    concerns = in_a_stream(later_s=later_s)
+    assert (concerns.hazard(Hazard(1, 9.0, 13.0, False), 12.8) >= 0.0) is kept

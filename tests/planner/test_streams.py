@@ -16,9 +16,9 @@ from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.options import DriverOptions
 from stucksolver.stacks.driver.path import make_path
 from stucksolver.stacks.driver.route_bodies import RouteBodies
-from stucksolver.stacks.driver.stream_pace import pace_behind_mps
+from stucksolver.stacks.driver.stream_pace import FlowConcerns, pace_behind_mps
 from stucksolver.stacks.driver.vehicle_model import VehicleModel
-from stucksolver.stacks.planner.streams import StreamConcerns, StreamGiveWay
+from stucksolver.stacks.planner.streams import StreamGiveWay
 
 PROFILE, MODEL = profile_named("normal"), VehicleModel(2.4, 1.0, 2.9, 1.2)
 LINE = make_path(np.arange(0.0, 300.0), np.zeros(300), np.full(300, 30.0))
@@ -26,7 +26,7 @@ LINE = make_path(np.arange(0.0, 300.0), np.zeros(300), np.full(300, 30.0))
 
 def concerns(flow_mps):
     planner = LocalPlanner(PROFILE.lateral_accel, PROFILE.deceleration)
-    found = StreamConcerns(PROFILE, DriverOptions(), MODEL, planner)
+    found = FlowConcerns(PROFILE, DriverOptions(), MODEL, planner)
     found.flow_mps = flow_mps
     found.cruise(LINE, 8.0, 30.0, "", USUAL)
     return found

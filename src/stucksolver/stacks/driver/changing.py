@@ -57,6 +57,11 @@ class Changing:
         """Pace of the lane that is being entered (m/s); 0 if none is."""
         return self._watch.pace_mps
 
+    @property
+    def entered(self) -> frozenset[int]:
+        """Ids of those in the lane that is being entered."""
+        return self._watch.judged
+
     def meant_m(self, s_m: float) -> float:
         """Return the intended offset from the route's line at an arc length of it (m, right positive)."""
         return float(offset_of(self._shifts, np.array([s_m]))[0])

@@ -292,7 +292,7 @@ class BehaviorDriver:
         margin = self._side_margin_m if self._at_the_roadside else None
         heeds = self._options.heeds_on_path or not self._planner.following
         found = concerns.hazards(path, way, around, margin, self._perception.doubt_m) if heeds else []
-        found += self._pulling_out(path, around)
+        found += self._pulling_out(path, around, speed)
         hazards = [h for h in found if h.actor_id not in unheeded]
         self._hazard = min(hazards, key=lambda hazard: hazard.gap, default=None)
         allowed = [
@@ -315,13 +315,15 @@ class BehaviorDriver:
             return math.inf
         return self._changing.allowed(self._concerns, speed, self._behind_mps)
 
-    def _pulling_out(self, path: Path, around: NearbyBodies) -> list[Hazard]:
+    def _pulling_out(self, path: Path, around: NearbyBodies, speed: float) -> list[Hazard]:
         """By sensors, return who pulls out into the way from beside it: once it is in the way it is too late."""
         if self._changing is None or self._planner.following:
             return []
         where = self._planner.where
         seen = on_route(path, where.s, around)
-        found = entering(seen, where, self._model)
+        # Seen from a line that leads into their lane, those who drive there seem to pull out.
+        others = seen.part(~seen.among(self._changing.entered))
+        found = entering(others, where, self._model, speed)
         slow = slow_beside(seen, where, self._model)
         return found + [one for one in slow if self._is_off_the_lanes(around, one.actor_id)]
 

@@ -41,6 +41,8 @@ _COMES_MPS = -1.0
 _IN_LANE_M = 0.6
 ENTERS_FROM_M = 2.2
 """Vehicles that pull out are looked for this far beside the ego's way."""
+ACROSS_NOISE_MPS = 0.3
+"""By sensors, a speed across the way is off by up to this (m/s): two standard deviations."""
 SETS_OFF_MPS = 1.0
 """By sensors, what is slower may only seem to move (m/s)."""
 SLOW_MPS = 6.0
@@ -96,9 +98,19 @@ def allowed_acceleration(
     return best
 
 
-def entering(bodies: RouteBodies, where: Projection, model: VehicleModel) -> list[Hazard]:
-    """Return vehicles ahead beside the ego's way that pull out into it, as if they were in it already."""
-    towards = -np.sign(bodies.d - where.lateral) * bodies.vd > ENTERS_SLOPE * np.abs(bodies.vs)
+def entering(bodies: RouteBodies, where: Projection, model: VehicleModel, passing_mps: float = 0.0) -> list[Hazard]:
+    """Return vehicles ahead beside the ego's way that pull out into it, as if they were in it already.
+
+    `passing_mps`: the ego's speed (m/s), if those do not count whom it will have passed by then. By sensors, whoever is
+    passed seems to drift towards the ego now and then, and to brake hard for them would be worse.
+    """
+    nears_mps = -np.sign(bodies.d - where.lateral) * bodies.vd
+    towards = nears_mps > ENTERS_SLOPE * np.abs(bodies.vs)
+    if passing_mps > 0.0:
+        free_m = np.abs(bodies.d - where.lateral) - bodies.aside - model.half_width
+        left_m = bodies.s + bodies.along - where.s + model.half_length
+        surely_mps = np.maximum(nears_mps - ACROSS_NOISE_MPS, 0.0)
+        towards &= left_m * surely_mps >= free_m * np.maximum(passing_mps - bodies.vs, 0.0)
     return _beside(bodies, where, model, (bodies.speed > _MOVES_MPS) & towards)
 
 

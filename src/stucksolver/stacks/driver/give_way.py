@@ -205,6 +205,9 @@ class GiveWay:
         self._met_s = self._met_s + dt_s if found.met else 0.0
         if self._sensed and going and 0.0 < self._met_s < SETTLED_S:
             return GiveWayDecision(None, found.passing, None, found.leader)
+        if self._sensed and going and found.met and not own.judge(_not_yet_there(coming), self._margin()).met:
+            # It set off faster than foretold behind someone who is passing: giving up would take the gap away.
+            return GiveWayDecision(room, frozenset())
         if self._sensed and not going and speed < _LEAST_MPS and not found.met and self._clear_s < SETTLED_S:
             return GiveWayDecision(room, frozenset())
         self._waited_s += dt_s if speed < _LEAST_MPS and room < _AT_THE_LINE_M else 0.0
@@ -228,8 +231,10 @@ class GiveWay:
         self._habits.see([seen for seen in under_way if not (self._sensed and seen[1].actor_id >= FIRST_FAR_ID)])
         if self._sensed:
             paced = self._pace_before.of(under_way, self._now_s)
-            # Who has set off gives up for what is measured: a fast car's trailing returns may be a new track, too.
-            under_way = of_one_pace(under_way if self.going else paced)
+            # Who has set off gives up for what is measured: a fast car's trailing returns may be a new track, too, and
+            # of whom only the camera sees just the nearest possible place is told, up to 20 m before the true one.
+            measured = [seen for seen in under_way if seen[1].actor_id < FIRST_FAR_ID]
+            under_way = of_one_pace(measured if self.going else paced)
         return [(way, one) for way, one in under_way if _comes(way, one) and self._habits.expect(way, one)]
 
     def _drive(self, line: Path, s: float, speed: float, top_mps: float) -> Drive:
@@ -282,6 +287,11 @@ class GiveWay:
 def can_stop(speed: float, room: float, deceleration: float) -> bool:
     """True if there is room (m) to stop from a speed (m/s) with that deceleration (m/s²)."""
     return room >= 0.0 and speed * speed <= 2.0 * deceleration * room
+
+
+def _not_yet_there(coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> list[tuple[MeetingWay, OtherOnWay]]:
+    """Return them without those whose front is where their way crosses the route, or past that."""
+    return [(way, one) for way, one in coming if way.joins or one.s + one.half_length < way.meets_s]
 
 
 class Habits:

@@ -27,7 +27,7 @@ from stucksolver.stacks.driver.perception import HAZARD_LAMPS, NearbyBodies
 from stucksolver.stacks.driver.pull_out import BESIDE_M as ROADSIDE_M
 from stucksolver.stacks.driver.route_bodies import AHEAD_M, on_route
 from stucksolver.stacks.driver.route_line import rejoining_length
-from stucksolver.stacks.driver.stream_pace import HURRIED, pace_behind_mps
+from stucksolver.stacks.driver.stream_pace import HURRIED, FlowConcerns, pace_behind_mps
 from stucksolver.stacks.planner.berth import Berths
 from stucksolver.stacks.planner.blockers import SLOW_SHARE, STANDS_MPS, TOUCHES_M, Blockers
 from stucksolver.stacks.planner.crossing import CrossingGiveWay
@@ -42,7 +42,7 @@ from stucksolver.stacks.planner.passes import (
     proposals,
 )
 from stucksolver.stacks.planner.sides import Sides, sides_of
-from stucksolver.stacks.planner.streams import StreamConcerns, StreamGiveWay
+from stucksolver.stacks.planner.streams import StreamGiveWay
 from stucksolver.stacks.planner.turns import squared, stream_ways
 from stucksolver.stacks.planner.yielding import EMERGENCY_LAMPS, STRETCH_M, aside, comes_behind, is_past, may_return
 
@@ -80,7 +80,7 @@ class PlannerDriver(BehaviorDriver):
         carla_map: carla.Map | None = None,
     ) -> None:
         super().__init__(vehicle, behavior, options, carla_map)
-        self._concerns = self._streams = StreamConcerns(self._profile, self._options, self._model, self._planner)
+        self._concerns = self._streams = FlowConcerns(self._profile, self._options, self._model, self._planner)
         self._sides: Sides | None = None
         self._berths, self._changes = Berths(), ChangeWatch([])
         self._shifts: list[Shift] = []

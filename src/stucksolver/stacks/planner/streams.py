@@ -10,7 +10,6 @@ import math
 from collections.abc import Sequence
 from typing import ClassVar
 
-from stucksolver.stacks.driver.behavior import toward_gap
 from stucksolver.stacks.driver.give_way import (
     FASTEST_MPS,
     FULL_MPS2,
@@ -22,21 +21,14 @@ from stucksolver.stacks.driver.give_way import (
     can_stop,
     pace_of_flow,
 )
-from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.path import Path
 from stucksolver.stacks.driver.perception import NearbyBodies
-from stucksolver.stacks.driver.stream_pace import FlowConcerns
 from stucksolver.stacks.planner.riders import crossing_riders
 
-LEAST_GAP_M = 2.5
-"""Bumper gap to the leader in a stream, while traffic comes up from behind."""
-SLOWER_MPS = 0.4
-"""The ego lets the gap grow by driving this much slower than its leader."""
 BEHIND_M = 2.0
 """A vehicle whose rear is farther behind our front than our length and this is no leader."""
 _SAME_PLACE_M = 0.1
-_SAME_PACE_MPS = 1.5
 
 
 class StreamGiveWay(GiveWay):
@@ -89,23 +81,3 @@ class StreamGiveWay(GiveWay):
         self.judged = frozenset(one.actor_id for _, one in coming)
         self.flow_mps = min(pace, FASTEST_MPS) if math.isfinite(pace) else 0.0
         return self.flow_mps or motion.top_mps
-
-
-class StreamConcerns(FlowConcerns):
-    """The planner's concerns, which keep the gap to a leader in a stream."""
-
-    def hazard(self, hazard: Hazard, speed: float) -> float:
-        """See `Concerns`; in a stream the gap to a leader that drives away is not opened by falling back."""
-        usual = super().hazard(hazard, speed)
-        return max(usual, self._close_behind(hazard.gap, hazard.speed, speed))
-
-    def behind(self, gap: float, lead_speed: float, speed: float) -> float:
-        """See `Concerns` and `hazard`."""
-        return max(super().behind(gap, lead_speed, speed), self._close_behind(gap, lead_speed, speed))
-
-    def _close_behind(self, gap: float, lead_speed: float, speed: float) -> float:
-        """Up to nearly the speed of a leader that drives away in a fast stream; the gap then grows by itself."""
-        leaves = lead_speed > speed + SLOWER_MPS and lead_speed + _SAME_PACE_MPS > self.flow_mps
-        if not (self._joins and leaves) or gap < LEAST_GAP_M:
-            return -math.inf
-        return toward_gap(speed, gap - LEAST_GAP_M, lead_speed - SLOWER_MPS, self._profile.deceleration, 0.0)
