@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import torch
 from torch import Tensor, nn
 
+Net = TypeVar("Net", bound=nn.Module)
 Layer = tuple[np.ndarray[Any, Any], np.ndarray[Any, Any] | None]
 """Weights and bias of a layer."""
 Modules = Sequence[tuple[nn.Module, nn.BatchNorm2d | None]]
@@ -36,6 +37,27 @@ def layers_of(file: Path) -> list[Layer]:
         for node in graph.node
         if node.op_type in _KINDS
     ]
+
+
+def restored_by(build: Callable[[Sequence[Layer]], tuple[Net, Modules]], file: Path, what: str, give: str) -> Net:
+    """Return the network of an exported file.
+
+    Args:
+        build: Makes an empty network of the layers' sizes, and names its modules.
+        file: The exported file.
+        what: The network, for the message.
+        give: The files that may be given, for the message.
+
+    Raises:
+        RestoreError: The file cannot be read, or holds another network.
+    """
+    try:
+        layers = layers_of(file)
+        net, modules = build(layers)
+        fill(modules, layers)
+    except Exception as error:  # noqa: BLE001 - a file that is not ours fails anywhere
+        raise RestoreError(f"{file}: no {what} to continue from ({error}); give a {give}") from None
+    return net
 
 
 def fill(modules: Modules, layers: Sequence[Layer]) -> None:

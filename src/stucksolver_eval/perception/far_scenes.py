@@ -63,7 +63,7 @@ MARGIN_ROWS = 24
 CLIENT_LIMIT_S = 60.0
 QUEUED_M = (4.0, 12.0)
 """Range of the distance from the ego to the car ahead, between their bumpers (m)."""
-LOWEST_M, HIGHEST_M = 1.35, 1.56
+LEAD_HEIGHT_M = (1.35, 1.56)
 """Range of that car's height (m): below the lens."""
 LEADS = 12
 """Cars drawn, of which those with such a height stand ahead in turn."""
@@ -129,7 +129,7 @@ class _Stage:
         first = len(wanted) + 1
         leads = [_spawn(world, _drawn(random, cars), first + k) for k in range(LEADS if queued else 0)]
         world.tick()
-        self._leads = [one for one in leads if LOWEST_M < 2.0 * one.bounding_box.extent.z < HIGHEST_M]
+        self._leads = [one for one in leads if LEAD_HEIGHT_M[0] < 2.0 * one.bounding_box.extent.z < LEAD_HEIGHT_M[1]]
         for one in leads:
             if one not in self._leads:
                 one.destroy()

@@ -6,6 +6,7 @@ at each peak the box's size, its exact centre, its lower edge, and whether its f
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import torch
@@ -13,7 +14,7 @@ from torch import Tensor, nn
 from torch.nn import functional as fn
 
 from stucksolver.perception.camera.far_strip import LABELS, STRIDE
-from stucksolver_train.restore import RestoreError, fill, layers_of
+from stucksolver_train.restore import Layer, Modules, restored_by
 
 CLASSES = len(LABELS)
 CHANNELS = CLASSES + 6
@@ -83,16 +84,15 @@ def restored(file: Path) -> FarNet:
     Raises:
         RestoreError: The file cannot be read, or holds another network.
     """
-    try:
-        layers = layers_of(file)
-        stem, fine, coarse = (layers[k][0].shape[0] for k in (0, 1, 3))
-        net = FarNet(stem, fine, coarse)
-        blocks = [net.stem, *net.fine, *_parts(net.coarse), *_parts(net.coarsest)]
-        pairs: list[tuple[nn.Module, nn.BatchNorm2d | None]] = [(block[0], block[1]) for block in blocks]
-        fill([*pairs, (net.join, None), (net.back, None), (net.head[0], net.head[1]), (net.out, None)], layers)
-    except Exception as error:  # noqa: BLE001 - a file that is not ours fails anywhere
-        raise RestoreError(f"{file}: no far detector to continue from ({error}); give a far.onnx") from None
-    return net
+    return restored_by(_empty, file, "far detector", "far.onnx")
+
+
+def _empty(layers: Sequence[Layer]) -> tuple[FarNet, Modules]:
+    stem, fine, coarse = (layers[k][0].shape[0] for k in (0, 1, 3))
+    net = FarNet(stem, fine, coarse)
+    blocks = [net.stem, *net.fine, *_parts(net.coarse), *_parts(net.coarsest)]
+    pairs: list[tuple[nn.Module, nn.BatchNorm2d | None]] = [(block[0], block[1]) for block in blocks]
+    return net, [*pairs, (net.join, None), (net.back, None), (net.head[0], net.head[1]), (net.out, None)]
 
 
 def _parts(scale: nn.Sequential) -> list[nn.Sequential]:

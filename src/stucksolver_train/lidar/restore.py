@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from torch import nn
 
 from stucksolver_train.lidar.net import PillarNet
-from stucksolver_train.restore import Modules, RestoreError, fill, layers_of
+from stucksolver_train.restore import Layer, Modules, restored_by
 
 
 def restore(file: Path) -> PillarNet:
@@ -16,16 +17,13 @@ def restore(file: Path) -> PillarNet:
     Raises:
         RestoreError: The file cannot be read, or holds another network.
     """
-    try:
-        layers = layers_of(file)
-        first, second, third = (layers[i][0].shape[0] for i in (3, 4, 8))
-        net = PillarNet((first, second, third))
-        fill(_in_order(net), layers)
-    except Exception as error:  # noqa: BLE001 - a file that is not ours fails anywhere
-        raise RestoreError(
-            f"{file}: no LiDAR network to continue from ({error}); give a lidar.onnx or lidar.pt"
-        ) from None
-    return net
+    return restored_by(_empty, file, "LiDAR network", "lidar.onnx or lidar.pt")
+
+
+def _empty(layers: Sequence[Layer]) -> tuple[PillarNet, Modules]:
+    first, second, third = (layers[i][0].shape[0] for i in (3, 4, 8))
+    net = PillarNet((first, second, third))
+    return net, _in_order(net)
 
 
 def _in_order(net: PillarNet) -> Modules:

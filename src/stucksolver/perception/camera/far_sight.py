@@ -37,9 +37,12 @@ STEP_M = 2.5
 NEAR_M = 25.0
 """Up to here sight is the LiDAR's task; the detector's recall counts from here on."""
 SIDES_M = (-0.7, 0.0, 0.7)
-LOW_M, UPPER_M = 0.4, (1.0, 1.2)
-"""Points of a car (m beside the lane's centre, m above the road). The upper ones must all be uncovered. If a low one is
-covered, as by the roof of a car that stands close ahead, the recall for vehicles seen in part applies.
+"""Points of a car beside the lane's centre (m)."""
+UPPER_M = (1.0, 1.2)
+"""Their heights above the road (m); all must be uncovered."""
+LOW_M = 0.4
+"""If one at this height (m) is covered, as by the roof of a car that stands close ahead, the recall for vehicles seen
+in part applies.
 """
 CORRIDOR_M = 7.0
 """A line of sight stays over a two-lane road within this distance of the lane's centre."""

@@ -35,8 +35,10 @@ AXIS_LOOKS = 10
 """In so many first looks the box says little about the axis: of a fast vehicle it is drawn askew, by up to 90 degrees
 for a truck at 60 km/h. If its velocity were forced into that axis, every few looks would start another track.
 """
-COURSE_KNOWN_RAD, COURSE_FROM_MPS = 0.25, 3.0
-"""Until then its axis is its course, once that is known this well; nobody backs up faster than this."""
+COURSE_KNOWN_RAD = 0.25
+"""Until then its axis is its course, once that is known this well (standard deviation)."""
+COURSE_FROM_MPS = 3.0
+"""Nobody backs up faster than this."""
 HEADING_VOTES = 10.0
 """At most this many votes are kept for a heading, so that an error can be corrected."""
 CERTAIN = 5.0

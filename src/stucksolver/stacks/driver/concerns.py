@@ -29,8 +29,10 @@ from stucksolver.stacks.driver.vehicle_model import VehicleModel
 DEFAULT_LIMIT_KMH = 30.0
 _SPEED_PREVIEW_S = 0.4
 _SPEED_GAIN = 1.2
-HALTS_MPS2, STANDS_MPS = 2.0, 0.05
-"""How firmly it halts where there is less room than wanted (m/s²), and from which speed on (m/s)."""
+HALTS_MPS2 = 2.0
+"""How firmly it halts where there is less room than wanted (m/s²)."""
+STANDS_MPS = 0.05
+"""A slower vehicle stands, and need not halt (m/s)."""
 _TURNS = ("left", "right")
 
 
