@@ -110,9 +110,9 @@ def check_part(run: Run, strips: Strips, card: dict[str, Any]) -> dict[str, Any]
     """The card's figures for vehicles of which something nearer covers a part: recall by range and look, and misses
     that a second look repeats. Threshold and classes of look are those of the card.
     """
-    pictures = [_match(found, strips.boxes[k], int(strips.drive[k])) for k, found in enumerate(_found(run, strips))]
     threshold = float(card["threshold"])
-    pictures = [_match(one.found.part(one.found.score >= threshold), one.boxes, one.drive) for one in pictures]
+    found = [one.part(one.score >= threshold) for one in _found(run, strips)]
+    pictures = [_match(one, strips.boxes[k], int(strips.drive[k])) for k, one in enumerate(found)]
     looks = look_classes(np.array([one.found.look for one in pictures]), card["look_edges"])
     rows = _rows(pictures, looks, _in_part)
     rows = rows.part(rows.label == 0)
@@ -134,11 +134,8 @@ def look_classes(looks: Floats, edges: dict[str, list[float]]) -> NDArray[np.int
 
 def written(card: dict[str, Any]) -> str:
     """The card's tables as a Markdown page."""
-    bins = " | ".join(f"{a:.0f}-{b:.0f} m" for a, b in pairwise(BINS))
     lines = ["# Far detector on held-out images", "", f"threshold {card['threshold']:.3f}", ""]
-    lines += [f"| recall (number of boxes) | {bins} |", "|---" * len(BINS) + "|"]
-    for name, counts in card["tables"].items():
-        lines.append(f"| {name} | " + " | ".join(_share(one) for one in counts) + " |")
+    lines += _recall_table(card["tables"])
     lines.append("| precision, by estimated range | " + " | ".join(_share(one) for one in card["precision"]) + " |")
     told = card["range"]
     lines += ["", f"front or rear correct: {card['towards_right']}; missed again 0.5 s later: {card['repeated_miss']}"]
@@ -148,11 +145,14 @@ def written(card: dict[str, Any]) -> str:
 
 def written_part(card: dict[str, Any]) -> str:
     """The card's table of vehicles seen in part as Markdown."""
+    part = card["part"]
+    return "\n".join([*_recall_table(part["tables"]), "", f"missed again 0.5 s later: {part['repeated_miss']}", ""])
+
+
+def _recall_table(tables: dict[str, Sequence[Sequence[int]]]) -> list[str]:
     bins = " | ".join(f"{a:.0f}-{b:.0f} m" for a, b in pairwise(BINS))
-    lines = [f"| recall (number of boxes) | {bins} |", "|---" * len(BINS) + "|"]
-    for name, counts in card["part"]["tables"].items():
-        lines.append(f"| {name} | " + " | ".join(_share(one) for one in counts) + " |")
-    return "\n".join([*lines, "", f"missed again 0.5 s later: {card['part']['repeated_miss']}", ""])
+    head = [f"| recall (number of boxes) | {bins} |", "|---" * len(BINS) + "|"]
+    return head + [f"| {name} | " + " | ".join(_share(one) for one in counts) + " |" for name, counts in tables.items()]
 
 
 def _share(counts: Sequence[int]) -> str:
@@ -225,7 +225,8 @@ def _rows(
     for k, one in enumerate(pictures):
         hit = np.zeros(len(one.boxes), bool)
         hit[one.truth[one.truth >= 0]] = True
-        for box, found in zip(one.boxes[counts(one.boxes)], hit[counts(one.boxes)], strict=True):
+        counted = counts(one.boxes)
+        for box, found in zip(one.boxes[counted], hit[counted], strict=True):
             columns.append((int(box[0]), float(box[6]), one.drive, k, int(box[8]), int(look[k]), bool(found)))
     table = list(zip(*columns, strict=True)) or [()] * 7
     kinds = (np.int64, np.float64, np.int64, np.int64, np.int64, np.int64, np.bool_)

@@ -34,7 +34,14 @@ AROUND = tuple((dx, dy) for dy in (-1, 0, 1) for dx in (-1, 0, 1))
 """Cells around a box's centre that also learn its size, because the peak may be predicted next to its place."""
 BESIDE = 0.3
 """Weight of the cells next to the centre."""
-SIZE_WEIGHT, MIDDLE_WEIGHT, EDGE_WEIGHT, TOWARDS_WEIGHT = 0.5, 0.5, 1.0, 0.2
+SIZE_WEIGHT = 0.5
+"""Weight in the loss of the error of log width and log height."""
+MIDDLE_WEIGHT = 0.5
+"""Weight of the error of the centre (cells)."""
+EDGE_WEIGHT = 1.0
+"""Weight of the error of the lower edge, relative to half the box's height."""
+TOWARDS_WEIGHT = 0.2
+"""Weight of the error of which side is visible, front or rear."""
 
 
 def _step(inputs: int, outputs: int, stride: int = 1, kernel: int = 3) -> nn.Sequential:

@@ -140,12 +140,13 @@ class CameraSight:
         points, along = resampled(line, STEP_M)
         if not len(along):
             return LaneLook(time_s, 0.0, look)
-        fine = self._in_picture(points) & ~self._covered(points, blockers, UPPER_M) & self._over_road(points)
+        low, *upper = self._covered(points, blockers, (LOW_M, *UPPER_M))
+        fine = self._in_picture(points) & ~np.any(upper, axis=0) & self._over_road(points)
         # The camera does not see beside or behind the lens; sight begins at the first place ahead.
         ahead = self._rig.project(points)[2] > NEAR_M
         ends = np.flatnonzero(~fine & ahead)
         visible = float(along[ends[0]] if len(ends) else along[-1]) if ahead.any() else 0.0
-        part = np.flatnonzero(self._covered(points, blockers, (LOW_M,)) & ahead)
+        part = np.flatnonzero(low & ahead)
         return LaneLook(time_s, visible, look, float(along[part[0]]) if len(part) else math.inf)
 
     def seen_m(self, line: Floats, now: LaneLook, earlier: Sequence[LaneLook] = ()) -> float:
@@ -185,8 +186,8 @@ class CameraSight:
         return np.asarray((ahead > 0.0) & across & (row > MARGIN_PX) & (row < high - MARGIN_PX))
 
     def _covered(self, points: Floats, blockers: Floats, heights_m: Sequence[float]) -> NDArray[np.bool_]:
-        """(m,): True if something nearer hides a car at the point anywhere at these heights above the road (m)."""
-        covered = np.zeros(len(points), bool)
+        """(heights, m): True if something nearer hides a car at the point at this height above the road (m)."""
+        covered = np.zeros((len(heights_m), len(points)), bool)
         if not len(blockers):
             return covered
         column, row, ahead = (one.reshape(-1, 8) for one in self._rig.project(corners_of(blockers).reshape(-1, 3)))
@@ -199,12 +200,12 @@ class CameraSight:
         top = np.where((ahead > BEHIND_M).all(axis=1), row.min(axis=1), -1e6)
         course = np.gradient(points[:, :2], axis=0) if len(points) > 1 else np.array([[1.0, 0.0]])
         course /= np.maximum(np.hypot(course[:, 0], course[:, 1]), 1e-9)[:, None]
-        for side, up in product(SIDES_M, heights_m):
+        for side, (k, up) in product(SIDES_M, enumerate(heights_m)):
             body = points + np.column_stack([-side * course[:, 1], side * course[:, 0], np.full(len(points), up)])
             x, y, far = self._rig.project(body)
             inside = (x[:, None] > column.min(1)) & (x[:, None] < column.max(1)) & before
             inside &= (y[:, None] > top) & (y[:, None] < row.max(1))
-            covered |= (inside & (ahead.min(axis=1) < far[:, None])).any(axis=1)
+            covered[k] |= (inside & (ahead.min(axis=1) < far[:, None])).any(axis=1)
         return covered
 
     def _over_road(self, points: Floats) -> NDArray[np.bool_]:
