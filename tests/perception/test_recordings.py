@@ -15,6 +15,7 @@ from PIL import Image
 
 from stucksolver.perception.measurements import LidarSweep
 from stucksolver.perception.recording import (
+    GESTURES,
     KINDS,
     LightTruth,
     Recorded,
@@ -50,7 +51,8 @@ def tick(time_s, seed, points, bodies, lit, drawn):
         random.integers(0, len(KINDS), bodies),
         random.uniform(-500.0, 500.0, (bodies, 9)),
         random.integers(-1, 2048, bodies),
-        random.integers(-1, 2, bodies),
+        random.integers(-1, 16, bodies),
+        random.integers(-1, len(GESTURES), bodies),
         tuple(f"vehicle.kind{k}" for k in range(bodies)),
     )
     return Recorded(
@@ -88,7 +90,7 @@ def assert_alike(one, other):
     assert one.sweep.time_s == other.sweep.time_s
     np.testing.assert_allclose(one.sweep.points[:, :3], other.sweep.points[:, :3], atol=0.00503)
     np.testing.assert_allclose(one.sweep.points[:, 3], other.sweep.points[:, 3], atol=0.00197)
-    for name in ("actor_id", "kind", "lamps", "doors"):
+    for name in ("actor_id", "kind", "lamps", "doors", "gesture"):
         np.testing.assert_array_equal(getattr(one.truth, name), getattr(other.truth, name))
     np.testing.assert_allclose(one.truth.boxes, other.truth.boxes, rtol=1e-6)
     assert one.truth.type_id == other.truth.type_id
@@ -160,12 +162,12 @@ def test_a_folder_that_is_no_recording_is_named(tmp_path, text):
         Recording(tmp_path)
 
 
-@pytest.mark.parametrize("version", [0, 2, None])
+@pytest.mark.parametrize("version", [0, 1, None])
 def test_a_recording_of_another_version_is_named_with_both_and_the_remedy(drive, version):
     file = drive.folder / "drive.json"
     about = json.loads(file.read_text(encoding="utf-8"))
     file.write_text(json.dumps({**about, "version": version}), encoding="utf-8")
-    with pytest.raises(RecordingError, match=rf"recorded in format {version}, this is 1; record it again"):
+    with pytest.raises(RecordingError, match=rf"recorded in format {version}, this is 2; record it again"):
         Recording(drive.folder)
 
 

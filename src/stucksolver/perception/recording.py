@@ -19,11 +19,12 @@ from pydantic import ValidationError
 
 from stucksolver.perception.measurements import Floats, LidarSweep, Pixels
 from stucksolver.perception.rig import Rig
-from stucksolver.scene.objects import ObjectKind
+from stucksolver.scene.objects import Gesture, ObjectKind
 
-VERSION = 1
+VERSION = 2
 CENTIMETRE = 100.0
 KINDS = tuple(ObjectKind)
+GESTURES = tuple(Gesture)
 BOX_COLUMNS = ("x", "y", "z", "yaw", "length", "width", "height", "vx", "vy")
 """Columns of a box: its centre in the local frame, its yaw, its size, its velocity (m, rad, m/s)."""
 
@@ -44,7 +45,9 @@ class Truth:
     lamps: NDArray[np.int64]
     """Bits of `carla.VehicleLightState`; -1 if it has none."""
     doors: NDArray[np.int64]
-    """1 if a door is open, 0 if none is, -1 if unknown."""
+    """Open side doors, bit `1 << n` for the n-th of `carla.VehicleDoor`; -1 if unknown."""
+    gesture: NDArray[np.int64]
+    """Index into `GESTURES` of what a flagger signals; -1 if this is no flagger, or unknown."""
     type_id: tuple[str, ...]
     """Blueprints, for the analysis of errors; not used in training."""
 
@@ -208,6 +211,7 @@ def _packed(ticks: Sequence[Recorded]) -> dict[str, Any]:
         "boxes": np.concatenate([one.boxes for one in truths]).astype(np.float32),
         "lamps": np.concatenate([one.lamps for one in truths]).astype(np.int32),
         "doors": np.concatenate([one.doors for one in truths]).astype(np.int8),
+        "gesture": np.concatenate([one.gesture for one in truths]).astype(np.int8),
         "type_id": np.array([name for one in truths for name in one.type_id] or [""]),
         "bodies": np.array([len(one.actor_id) for one in truths]),
         "lit": np.array([i for i, _ in lit], np.int64),
@@ -243,6 +247,7 @@ def _unpacked(a: dict[str, NDArray[Any]]) -> Iterator[Recorded]:
             a["boxes"][own].astype(np.float64),
             a["lamps"][own].astype(np.int64),
             a["doors"][own].astype(np.int64),
+            a["gesture"][own].astype(np.int64),
             tuple(a["type_id"][own].tolist()),
         )
         told = None

@@ -59,6 +59,15 @@ STATIC_KINDS = PASSABLE_KINDS | {
 }
 
 
+class Gesture(str, Enum):
+    """What a flagger signals."""
+
+    NONE = "none"
+    STOP = "stop"
+    SLOW = "slow"
+    GO = "go"
+
+
 class TrackedObject(Model):
     """One object. Pose and velocity are in the frame of the record that holds it.
 
@@ -92,3 +101,7 @@ class TrackedObject(Model):
     hazard_lights: bool | None = None
     emergency_lights: bool | None = None
     brake_lights: bool | None = None
+    door_open: bool | None = None
+    """True if an open door of it is seen; False if none is; None if perception cannot tell."""
+    gesture: Gesture | None = None
+    """What a flagger signals; None for all others, and where perception cannot tell."""

@@ -75,8 +75,11 @@ class ActorPool:
         self._boxes: dict[str, Any] = {}
         self._depot_places = 0
         self.members: dict[int, ScenarioActor] = {}
-        self.doors_open: set[int] = set()
-        """Ids of the vehicles with a door opened by `open_door`; the client API cannot report it."""
+        self.doors_open: dict[int, int] = {}
+        """Doors opened by `open_door`, by the vehicle's id: bit `1 << n` for the n-th of `carla.VehicleDoor`.
+
+        The client API cannot report them.
+        """
         self.hero_member = _member(hero, hero.bounding_box)
 
     def look(self) -> None:
@@ -193,7 +196,7 @@ class ActorPool:
     def open_door(self, member: ScenarioActor, door: carla.VehicleDoor) -> None:
         """Open a door of a vehicle permanently."""
         member.actor.open_door(door)
-        self.doors_open.add(member.id)
+        self.doors_open[member.id] = self.doors_open.get(member.id, 0) | 1 << int(door)
 
     def lights(self, member: ScenarioActor, state: Any) -> None:
         """Set a vehicle's lamps to a `carla.VehicleLightState`."""

@@ -17,9 +17,7 @@ import os
 import queue
 import sys
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -32,18 +30,11 @@ from stucksolver.perception.measurements import LidarSweep
 from stucksolver.perception.recording import Recorded, RecordingWriter
 from stucksolver.perception.rig import CameraRig, Rig, load_rig
 from stucksolver_eval.perception.far_places import AWAY_M, Places, Posed
+from stucksolver_eval.perception.staged import CLIENT_LIMIT_S, drawn, drawn_weather, record_all, spawn_away
 from stucksolver_eval.recording.truth import TruthReader, ego_pose
 from stucksolver_eval.server import carlette_server, connect, set_synchronous
 
 TOWNS = ("interurban", "motorway", "Town04", "Town01", "Town02", "Town10HD")
-DAY = ("ClearNoon", "CloudyNoon", "WetNoon", "ClearSunset", "WetCloudySunset")
-RAIN = ("MidRainyNoon", "HardRainNoon", "MidRainSunset", "SoftRainSunset")
-NIGHT = ("ClearNight", "CloudyNight", "WetNight")
-RAIN_NIGHT = ("MidRainyNight", "HardRainNight")
-FOG_DENSITIES = (15.0, 30.0, 50.0, 70.0)
-"""Values of `carla.WeatherParameters.fog_density` (percent)."""
-KINDS_OF_WEATHER = ("day", "day", "day", "rain", "night", "night", "rain_night", "fog")
-"""Kinds of weather; each entry has the same probability."""
 SCENE_S = 10.0
 LOOK_S = 0.5
 STEP_S = 0.05
@@ -60,7 +51,6 @@ JPEG_QUALITY = 97
 """Higher than in drives, and without chroma subsampling: far cars have few pixels, and the vehicle uses raw images."""
 MARGIN_ROWS = 24
 """Rows above and below the strip, so that training can cut strips at other heights (`far_data.MARGIN_ROWS`)."""
-CLIENT_LIMIT_S = 60.0
 QUEUED_M = (4.0, 12.0)
 """Range of the distance from the ego to the car ahead, between their bumpers (m)."""
 LEAD_HEIGHT_M = (1.35, 1.56)
@@ -89,7 +79,7 @@ def record(drive: FarDrive) -> int:
         client = connect(server, CLIENT_LIMIT_S)
         world = client.get_world()
         set_synchronous(world, STEP_S)
-        sort, weather = _weather(random)
+        sort, weather = drawn_weather(random)
         world.set_weather(weather)
         stage = _Stage(client, world, random, dark="night" in sort, queued=drive.queued)
         about = {"town": drive.town, "weather": sort, "seed": drive.seed, "scenario": "far_scenes"}
@@ -120,14 +110,14 @@ class _Stage:
         self._client, self._world, self._random, self._dark = client, world, random, dark
         self._places = Places(world.get_map(), random)
         library = world.get_blueprint_library()
-        self._ego = _spawn(world, library.find("vehicle.lincoln.mkz_2020"), 0)
+        self._ego = spawn_away(world, library.find("vehicle.lincoln.mkz_2020"), 0)
         cars = [one for one in library.filter("vehicle.*") if one.get_attribute("number_of_wheels").as_int() > 2]
         bikes = [one for one in library.filter("vehicle.*") if one.get_attribute("number_of_wheels").as_int() == 2]
         people = list(library.filter("walker.pedestrian.*"))
         wanted = [*[cars] * VEHICLES, *[bikes] * TWO_WHEELERS, *[people] * WALKERS]
-        self._actors = [_spawn(world, _drawn(random, sort), k + 1) for k, sort in enumerate(wanted)]
+        self._actors = [spawn_away(world, drawn(random, sort), k + 1) for k, sort in enumerate(wanted)]
         first = len(wanted) + 1
-        leads = [_spawn(world, _drawn(random, cars), first + k) for k in range(LEADS if queued else 0)]
+        leads = [spawn_away(world, drawn(random, cars), first + k) for k in range(LEADS if queued else 0)]
         world.tick()
         self._leads = [one for one in leads if LEAD_HEIGHT_M[0] < 2.0 * one.bounding_box.extent.z < LEAD_HEIGHT_M[1]]
         for one in leads:
@@ -230,23 +220,6 @@ def _ids(image: Any) -> NDArray[np.uint16]:
     return np.asarray(pixels[:, :, 1] | (pixels[:, :, 0] << 8), np.uint16)
 
 
-def _spawn(world: Any, blueprint: Any, number: int) -> Any:
-    """Spawn an actor without physics, far away and out of sight."""
-    place = carla.Transform(carla.Location(x=AWAY_M + 20.0 * number, y=-AWAY_M))
-    actor = world.spawn_actor(blueprint, place)
-    actor.set_simulate_physics(False)
-    return actor
-
-
-def _drawn(random: np.random.Generator, blueprints: Sequence[Any]) -> Any:
-    """Return a random blueprint, with a random colour if it has several."""
-    blueprint = blueprints[int(random.integers(len(blueprints)))]
-    if blueprint.has_attribute("color"):
-        colors = blueprint.get_attribute("color").recommended_values
-        blueprint.set_attribute("color", colors[int(random.integers(len(colors)))])
-    return blueprint
-
-
 def _lamps(random: np.random.Generator, *, dark: bool) -> int:
     """Draw a vehicle's light state: most have their lamps on at night, many by day; some brake or blink."""
     state = LIT if random.random() < (0.85 if dark else 0.35) else 0
@@ -257,19 +230,6 @@ def _lamps(random: np.random.Generator, *, dark: bool) -> int:
     if random.random() < 0.05:
         state |= int(LIGHTS.HighBeam)
     return state
-
-
-def _weather(random: np.random.Generator) -> tuple[str, carla.WeatherParameters]:
-    """Draw a kind of weather and its parameters."""
-    sort = KINDS_OF_WEATHER[int(random.integers(len(KINDS_OF_WEATHER)))]
-    presets = {"day": DAY, "rain": RAIN, "night": NIGHT, "rain_night": RAIN_NIGHT, "fog": DAY}[sort]
-    weather = getattr(carla.WeatherParameters, presets[int(random.integers(len(presets)))])
-    chosen = carla.WeatherParameters()
-    for name in (one for one in dir(weather) if not one.startswith("_") and isinstance(getattr(weather, one), float)):
-        setattr(chosen, name, getattr(weather, name))
-    if sort == "fog":
-        chosen.fog_density = float(random.choice(FOG_DENSITIES))
-    return sort, chosen
 
 
 def _jpeg(image: Any) -> bytes:
@@ -307,16 +267,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         for k in range(args.drives)
     ]
-    failed = 0
-    with ProcessPoolExecutor(args.jobs, mp_context=get_context("spawn")) as pool:
-        waiting = {pool.submit(record, drive): drive for drive in drives}
-        for done, future in enumerate(as_completed(waiting), 1):
-            drive = waiting[future]
-            error = future.exception()
-            failed += error is not None
-            said = f"{future.result()} pictures" if error is None else f"failed: {error}"
-            print(f"{done}/{len(drives)} {drive.folder.name} {drive.town}: {said}", flush=True)
-    return 1 if failed else 0
+    return record_all(record, drives, args.jobs)
 
 
 if __name__ == "__main__":

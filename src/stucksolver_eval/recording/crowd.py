@@ -118,7 +118,7 @@ class Crowd:
         self._setting, self._cast = setting, setting.cast
         self._random = Random(f"{seed}:crowd")
         self._flows = Random(f"{seed}:{setting.route.length_m:.1f}:flows").random() < 0.5
-        self._kinds = _by_kind(setting.world.get_blueprint_library())
+        self._kinds = blueprints_by_kind(setting.world.get_blueprint_library())
         self._end_m = min(setting.route.length_m, REACH_M)
         self._taken: list[tuple[float, float, float]] = []
         self._walkers: list[_Walkers] = []
@@ -398,7 +398,7 @@ def deal(shares: Shares, count: int, chance: Random) -> list[ObjectKind]:
     return sorted(deck, key=lambda kind: -_REACH_M.get(kind, 0.0))
 
 
-def _by_kind(library: Any) -> dict[ObjectKind, list[str]]:
+def blueprints_by_kind(library: Any) -> dict[ObjectKind, list[str]]:
     """Return the names of all blueprints with a body, by kind."""
     found: dict[ObjectKind, list[str]] = {}
     for blueprint in sorted(library, key=lambda one: str(one.id)):

@@ -34,7 +34,7 @@ class DriveRecorder:
         self._period_s = spec.every_s or PICTURE_S
         self._random = np.random.default_rng(seed)
         cast = setting.cast
-        self._truth = TruthReader(setting.world, setting.hero.id, lambda actor: actor in cast.doors_open)
+        self._truth = TruthReader(setting.world, setting.hero.id, lambda actor: cast.doors_open.get(actor, 0))
         self._lights = LightsReader(setting.world)
         self._sensors = RecordingSensors(setting.hero, self._rig, setting.map, self._period_s, seed)
         self._first_picture: int | None = None

@@ -11,8 +11,9 @@ import carla
 import numpy as np
 
 from stucksolver.perception.measurements import Floats
-from stucksolver.perception.recording import BOX_COLUMNS, KINDS, LightTruth, Truth
+from stucksolver.perception.recording import BOX_COLUMNS, GESTURES, KINDS, LightTruth, Truth
 from stucksolver.scene import ObjectKind
+from stucksolver.scene.objects import Gesture
 from stucksolver.stacks.carla_stack.frames import to_local, yaw_to_local
 from stucksolver.stacks.carla_stack.kinds import attributes_of, kind_of
 from stucksolver.stacks.driver.perception import BODILESS, Body, body_of
@@ -22,7 +23,7 @@ LIGHTS_WITHIN_M = 120.0
 _DEEP_M = 40.0
 """Staged actors wait farther below the ego than this."""
 _FLAGGER = "walker.flagger"
-_UNKNOWN_DOORS = -1
+_UNKNOWN = -1
 _STATES = {
     carla.TrafficLightState.Red: 0,
     carla.TrafficLightState.Yellow: 1,
@@ -31,8 +32,8 @@ _STATES = {
 }
 _UNKNOWN_STATE = 4
 
-DoorsOpen = Callable[[int], bool]
-"""Returns True if the vehicle with this id has an open door; the client API cannot report it."""
+DoorsOpen = Callable[[int], int]
+"""Returns the open doors of the vehicle with this id as bits, see `Truth.doors`; the client API cannot report them."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,7 @@ class _Known:
     kind: int
     type_id: str
     has_lamps: bool
+    gesture: int
 
 
 class TruthReader:
@@ -72,13 +74,14 @@ class TruthReader:
             np.array(rows, np.float64).reshape(-1, len(BOX_COLUMNS)),
             np.array([lamps.get(one, 0) if known.has_lamps else -1 for one, known in kept], np.int64),
             np.array([self._doors(one, known) for one, known in kept], np.int64),
+            np.array([known.gesture for _, known in kept], np.int64),
             tuple(known.type_id for _, known in kept),
         )
 
     def _doors(self, actor_id: int, known: _Known) -> int:
         if self._doors_open is None or not known.type_id.startswith("vehicle."):
-            return _UNKNOWN_DOORS
-        return int(self._doors_open(actor_id))
+            return _UNKNOWN
+        return self._doors_open(actor_id)
 
     def _meet(self, snapshot: carla.WorldSnapshot) -> None:
         ids = frozenset(actor.id for actor in snapshot)
@@ -95,8 +98,8 @@ class TruthReader:
         body = body_of(actor)
         if body is None:
             return None
-        kind = KINDS.index(_kind(actor))
-        return _Known(body, kind, str(actor.type_id), actor.attributes.get("has_lights") == "true")
+        kind, has_lamps = KINDS.index(_kind(actor)), actor.attributes.get("has_lights") == "true"
+        return _Known(body, kind, str(actor.type_id), has_lamps, _gesture(actor))
 
 
 class LightsReader:
@@ -146,6 +149,12 @@ def _kind(actor: carla.Actor) -> ObjectKind:
     if actor.type_id.startswith(_FLAGGER):
         return ObjectKind.FLAGGER
     return kind_of(actor.type_id, attributes_of(actor))
+
+
+def _gesture(actor: carla.Actor) -> int:
+    """Return the index of a flagger's gesture, which carlette's blueprint has as an attribute."""
+    told = actor.attributes.get("gesture")
+    return _UNKNOWN if told is None else GESTURES.index(Gesture(told))
 
 
 def _row(body: Body, actor: carla.ActorSnapshot) -> tuple[float, ...]:

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from stucksolver.perception.camera.crop_network import LAMP_ANSWERS, LAMPS, LIGHTS
 from stucksolver_train.camera.crops_check import Logits, by_halves, report
 from stucksolver_train.camera.crops_data import Crops, crops_in
 
@@ -50,8 +49,7 @@ def logits_of(file: Path, crops: Crops) -> Logits:
         session.run(None, {"crops": pixels[i : i + AT_ONCE], "features": crops.features[i : i + AT_ONCE]})
         for i in range(0, len(crops), AT_ONCE)
     ]
-    kind, lamps, light = (np.concatenate(one).astype(np.float64) for one in zip(*parts, strict=True))
-    return Logits(kind, lamps.reshape(-1, len(LAMPS), len(LAMP_ANSWERS)), light.reshape(-1, len(LIGHTS)))
+    return Logits.of([np.concatenate(one).astype(np.float64) for one in zip(*parts, strict=True)])
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

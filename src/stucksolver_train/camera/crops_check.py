@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver.perception.camera.crop_network import KINDS, LAMP_ANSWERS, LAMPS, NEVER, softmax
+from stucksolver.perception.camera.crop_network import (
+    GESTURES,
+    KINDS,
+    LAMP_ANSWERS,
+    LAMPS,
+    LIGHTS,
+    NEVER,
+    UNSEEN_GESTURE,
+    softmax,
+)
 from stucksolver.perception.measurements import Floats
 from stucksolver.scene.objects import PASSABLE_KINDS
 from stucksolver_train.camera.crops_data import Crops
@@ -18,6 +28,7 @@ KIND_RIGHT, PASSABLE_RIGHT = 0.95, 0.99
 LIGHT_RIGHT = {"red": 0.98, "yellow": 0.98, "green": 0.99, "off": 0.98, "unseen": 0.0}
 LAMP_RIGHT, BLINKER_DARK_RIGHT = 0.97, 0.75
 """The same for lamps. A blinker that is dark in one image may still be blinking: the memory waits for more images."""
+GESTURE_RIGHT = 0.97
 LEAST_CONFIDENCE = 0.5
 
 
@@ -31,10 +42,19 @@ class Logits:
     """(n, len(LAMPS), 3)."""
     light: Floats
     """(n, len(LIGHTS))."""
+    gesture: Floats
+    """(n, len(GESTURES))."""
+
+    @staticmethod
+    def of(outputs: Sequence[Floats]) -> Logits:
+        """From the network's outputs in the order of `HEADS`."""
+        kind, lamps, light, gesture = outputs
+        shaped = lamps.reshape(-1, len(LAMPS), len(LAMP_ANSWERS))
+        return Logits(kind, shaped, light.reshape(-1, len(LIGHTS)), gesture.reshape(-1, len(GESTURES)))
 
     def part(self, which: NDArray[np.bool_]) -> Logits:
         """The outputs for some of the crops."""
-        return Logits(self.kind[which], self.lamps[which], self.light[which])
+        return Logits(self.kind[which], self.lamps[which], self.light[which], self.gesture[which])
 
 
 def halves(group: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -91,10 +111,12 @@ def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
         "kind": temperature_of(logits.kind, crops.kind),
         "lamps": temperature_of(*flat),
         "light": temperature_of(logits.light, crops.light),
+        "gesture": temperature_of(logits.gesture, crops.gesture),
     }
     kind = softmax(logits.kind / temperatures["kind"])
     lamps = softmax(logits.lamps / temperatures["lamps"])
     light = softmax(logits.light / temperatures["light"])
+    gesture = softmax(logits.gesture / temperatures["gesture"])
     passable = {one.value for one in PASSABLE_KINDS}
     wanted = {name: PASSABLE_RIGHT if name in passable else KIND_RIGHT for name in KINDS}
     lamp_least = {}
@@ -102,10 +124,12 @@ def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
         dark = BLINKER_DARK_RIGHT if "blinker" in name else LAMP_RIGHT
         shares = dict(zip(LAMP_ANSWERS, (dark, LAMP_RIGHT, 0.0), strict=True))
         lamp_least[name] = _least(lamps[:, i], crops.lamps[:, i], shares)
+    gestures = {name: 0.0 if name == UNSEEN_GESTURE else GESTURE_RIGHT for name in GESTURES}
     least = {
         "kind": _least(kind, crops.kind, wanted),
         "lamps": lamp_least,
         "light": _least(light, crops.light, LIGHT_RIGHT, crops.state),
+        "gesture": _least(gesture, crops.gesture, gestures),
     }
     return {"temperatures": temperatures, "least": least}
 
@@ -136,6 +160,7 @@ def scores(logits: Logits, crops: Crops, card: dict[str, Any]) -> dict[str, Any]
     told = {
         "kind": _scored(softmax(logits.kind / warm["kind"]), crops.kind, least["kind"]),
         "light": _scored(softmax(logits.light / warm["light"]), crops.light, least["light"], crops.state),
+        "gesture": _scored(softmax(logits.gesture / warm["gesture"]), crops.gesture, least["gesture"]),
     }
     lamps = softmax(logits.lamps / warm["lamps"])
     for i, name in enumerate(LAMPS):

@@ -10,14 +10,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver.perception.camera.crop_network import KINDS, LAMPS, LIGHTS, NOTHING
-from stucksolver.perception.camera.crops import CROP_PX, Windows, cut_crops, features_of, windows_of
+from stucksolver.perception.camera.crop_network import GESTURES, KINDS, LAMPS, LIGHTS, NOTHING, UNSEEN_GESTURE
+from stucksolver.perception.camera.crops import CROP_PX, FEATURES, Windows, cut_crops, features_of, windows_of
 from stucksolver.perception.camera.lights import boxes_of_heads, facing
 from stucksolver.perception.measurements import Floats, Pixels, Singles
 from stucksolver.perception.recording import KINDS as RECORDED_KINDS
 from stucksolver.perception.recording import Recorded, Recording, recordings
 from stucksolver.perception.rig import CameraRig, Mount
-from stucksolver.scene.objects import MOTOR_VEHICLES, ObjectKind
+from stucksolver.perception.visible_parts import Seen, VisibleParts
+from stucksolver.scene.objects import ObjectKind
 
 CONTEXT = 1.5
 STORED_PX = 96
@@ -26,15 +27,11 @@ HIDDEN_PX, HIDDEN_SHARE = 12, 0.03
 """An object counts as hidden if fewer pixels, or a smaller fraction of its rectangle, are visible."""
 DOUBTFUL_SHARE = 0.08
 """Below this, an object's kind is neither a target nor counted."""
-LAMPS_SHARE, LAMPS_PX = 0.35, 16.0
-"""Lamps count as seen from this visible fraction of a vehicle's rectangle, and this size of it."""
 BACKGROUND = 3
 """Empty boxes per image."""
 HEAD_HALF_M = 1.2
 """If half the side of a light's box is longer, it does not enclose a single head and is skipped."""
 IGNORE, UNSEEN = -1, 2
-BRAKE, LEFT, RIGHT = 8, 32, 16
-SPECIAL = 512 | 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +46,8 @@ class Crops:
     """Index into `KINDS`."""
     lamps: NDArray[np.int64]
     """(n, 5): 0 off, 1 on, 2 unseen."""
+    gesture: NDArray[np.int64]
+    """Index into `GESTURES`."""
     light: NDArray[np.int64]
     """Index into `LIGHTS`; unseen if the head is mostly hidden or turned away."""
     state: NDArray[np.int64]
@@ -77,8 +76,8 @@ class Crops:
 
 def empty() -> Crops:
     """No crops."""
-    whole = (np.zeros((0, STORED_PX, STORED_PX, 3), np.uint8), np.zeros((0, 10), np.float32))
-    return Crops(*whole, np.zeros(0, int), np.zeros((0, len(LAMPS)), int), *(np.zeros(0, int) for _ in range(3)))
+    whole = (np.zeros((0, STORED_PX, STORED_PX, 3), np.uint8), np.zeros((0, FEATURES), np.float32))
+    return Crops(*whole, np.zeros(0, int), np.zeros((0, len(LAMPS)), int), *(np.zeros(0, int) for _ in range(4)))
 
 
 def crops_in(folders: Sequence[Path], jobs: int, seed: int = 0) -> Crops:
@@ -128,22 +127,30 @@ def _of_tick(tick: Recorded, rig: CameraRig, group: int, random: np.random.Gener
         shares = [_seen(mask, int(truth.actor_id[i]), windows.rectangle[i]) for i in each]
         kinds = [_kind_label(_true_kind(tick, i), *seen) for i, seen in zip(each, shares, strict=True)]
         features = features_of(rig, boxes, windows)
-        lamps = [_lamp_labels(tick, i, features[i], windows, seen[1]) for i, seen in zip(each, shares, strict=True)]
-        yield _made(rgb, windows, keep, features[keep], np.array(kinds), np.array(lamps), group)
+        parts = VisibleParts(tick, rig, boxes)
+        seen = [parts.of(i, windows.rectangle[i]) for i in each]
+        hidden = [share < HIDDEN_SHARE for _, share in shares]
+        lamps = [_lamp_labels(one, hidden=gone) for one, gone in zip(seen, hidden, strict=True)]
+        gestures = [_gesture_label(one, hidden=gone) for one, gone in zip(seen, hidden, strict=True)]
+        labels = _Labels(np.array(kinds), np.array(lamps), np.array(gestures))
+        yield _made(rgb, windows, keep, features[keep], labels, group)
     yield from _background(rgb, rig, windows, group, random)
     yield from _lights(tick, rgb, mask, rig, group)
 
 
+@dataclass(frozen=True, eq=False)
+class _Labels:
+    """Labels of n crops; what is None is -1 for all of them."""
+
+    kind: NDArray[np.int64] | None = None
+    lamps: NDArray[np.int64] | None = None
+    gesture: NDArray[np.int64] | None = None
+    light: NDArray[np.int64] | None = None
+    state: int = IGNORE
+
+
 def _made(
-    rgb: Pixels,
-    windows: Windows,
-    keep: NDArray[np.int64],
-    features: Singles,
-    kind: NDArray[np.int64] | None,
-    lamps: NDArray[np.int64] | None,
-    group: int,
-    light: NDArray[np.int64] | None = None,
-    state: int = IGNORE,
+    rgb: Pixels, windows: Windows, keep: NDArray[np.int64], features: Singles, labels: _Labels, group: int
 ) -> Crops:
     n = len(keep)
     crops = cut_crops(rgb, windows.center[keep], windows.side[keep] * CONTEXT, STORED_PX)
@@ -151,10 +158,11 @@ def _made(
     return Crops(
         crops,
         features,
-        none if kind is None else kind,
-        np.full((n, len(LAMPS)), IGNORE) if lamps is None else lamps,
-        none if light is None else light,
-        np.full(n, state),
+        none if labels.kind is None else labels.kind,
+        np.full((n, len(LAMPS)), IGNORE) if labels.lamps is None else labels.lamps,
+        none if labels.gesture is None else labels.gesture,
+        none if labels.light is None else labels.light,
+        np.full(n, labels.state),
         np.full(n, group),
     )
 
@@ -180,27 +188,18 @@ def _kind_label(kind: ObjectKind, own: int, share: float) -> int:
     return KINDS.index(kind.value)
 
 
-def _lamp_labels(tick: Recorded, i: int, features: Singles, windows: Windows, share: float) -> list[int]:
+def _lamp_labels(seen: Seen, *, hidden: bool) -> list[int]:
     """Off, on or unseen. A blinker is labelled on even in its dark phases, since one image cannot tell them apart."""
-    kind, flags, doors = _true_kind(tick, i), int(tick.truth.lamps[i]), int(tick.truth.doors[i])
-    labels = [IGNORE] * len(LAMPS)
-    if kind not in MOTOR_VEHICLES or share < HIDDEN_SHARE:
-        return labels
-    small = float(np.max(windows.rectangle[i, 2:] - windows.rectangle[i, :2])) < LAMPS_PX
-    hidden = small or share < LAMPS_SHARE
-    # 0: the camera is ahead of the vehicle; 90: on its left.
-    bearing = float(np.degrees(np.arctan2(features[7], features[6])))
-    if flags >= 0:
-        labels[0] = UNSEEN if hidden or abs(bearing) < 100.0 else int(bool(flags & BRAKE))
-        labels[1] = UNSEEN if hidden or -110.0 < bearing < -70.0 else int(bool(flags & LEFT))
-        labels[2] = UNSEEN if hidden or 70.0 < bearing < 110.0 else int(bool(flags & RIGHT))
-        if kind in {ObjectKind.EMERGENCY, ObjectKind.SCHOOL_BUS}:
-            labels[3] = UNSEEN if small or share < LAMPS_SHARE else int(bool(flags & SPECIAL))
-        else:
-            labels[3] = 0
-    if doors >= 0:
-        labels[4] = UNSEEN if hidden else doors
-    return labels
+    if hidden:
+        return [IGNORE] * len(LAMPS)
+    told = [seen.lamps.get(name, IGNORE) for name in LAMPS]
+    return [UNSEEN if one is None else int(one) for one in told]
+
+
+def _gesture_label(seen: Seen, *, hidden: bool) -> int:
+    if hidden or not seen.is_flagger:
+        return IGNORE
+    return GESTURES.index(UNSEEN_GESTURE if seen.gesture is None else seen.gesture.value)
 
 
 def _background(
@@ -218,8 +217,8 @@ def _background(
         free[i] = not len(taken.rectangle) or float(_overlap(windows.rectangle[i], taken.rectangle).max()) < 0.1
     keep = np.flatnonzero(free)[:BACKGROUND]
     if len(keep):
-        kind = np.full(len(keep), KINDS.index(NOTHING))
-        yield _made(rgb, windows, keep, features_of(rig, boxes, windows)[keep], kind, None, group)
+        labels = _Labels(np.full(len(keep), KINDS.index(NOTHING)))
+        yield _made(rgb, windows, keep, features_of(rig, boxes, windows)[keep], labels, group)
 
 
 def _overlap(one: Floats, others: Floats) -> Floats:
@@ -246,5 +245,5 @@ def _lights(tick: Recorded, rgb: Pixels, mask: NDArray[np.uint16], rig: CameraRi
             continue
         away = facing(rig, moved)
         shown = [_seen(mask, int(light_id), windows.rectangle[i])[1] > 0.4 and away[i] > 0.35 for i in keep]
-        labels = np.where(shown, int(state), len(LIGHTS) - 1)
-        yield _made(rgb, windows, keep, np.zeros((len(keep), 10), np.float32), None, None, group, labels, int(state))
+        labels = _Labels(light=np.where(shown, int(state), len(LIGHTS) - 1), state=int(state))
+        yield _made(rgb, windows, keep, np.zeros((len(keep), FEATURES), np.float32), labels, group)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from stucksolver.perception.camera.crop_network import KINDS, LAMPS, LIGHTS, VERSION
+from stucksolver.perception.camera.crop_network import GESTURES, HEADS, KINDS, LAMPS, LIGHTS, VERSION
 from stucksolver.perception.camera.crops import CROP_PX, FEATURES
 from stucksolver_train.camera.crops_data import Crops
 from stucksolver_train.camera.crops_net import CropNet, Shipped
@@ -31,7 +31,7 @@ def export(net: CropNet, out: Path, card: dict[str, Any], tried: Crops) -> dict[
     """Writes the network and its card, and tests the export on some crops. Returns the card. Raises `ExportError`."""
     shipped, file = Shipped(net).eval(), out / "crops.onnx"
     example = (torch.zeros(2, CROP_PX, CROP_PX, 3, dtype=torch.uint8), torch.zeros(2, FEATURES))
-    names = ["kind", "lamps", "light"]
+    names = list(HEADS)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the exporter that needs no further package warns that it is deprecated
         torch.onnx.export(
@@ -49,6 +49,7 @@ def export(net: CropNet, out: Path, card: dict[str, Any], tried: Crops) -> dict[
         "kinds": list(KINDS),
         "lamps": list(LAMPS),
         "lights": list(LIGHTS),
+        "gestures": list(GESTURES),
         **card,
         "sha256": hashlib.sha256(file.read_bytes()).hexdigest(),
     }

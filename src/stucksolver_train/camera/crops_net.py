@@ -15,6 +15,8 @@ WIDTHS = (24, 32, 64, 128)
 SQUEEZED, JOINED = 48, 160
 SHIFT, ZOOM = 0.10, 0.18
 """Error of a tracker's box: its centre by this fraction of the crop's side, and its side by this fraction."""
+COVERED = 0.2
+"""Share of crops with a covered patch."""
 LENGTH_FEATURES, BEARING = slice(0, 3), slice(6, 8)
 LEFT, RIGHT = 1, 2
 """Indices of the blinkers in `LAMPS`."""
@@ -106,11 +108,14 @@ def augmented(stored: Tensor, features: Tensor, lamps: Tensor) -> tuple[Tensor, 
     features[turned, BEARING] *= -1.0
     swapped = lamps.clone()
     swapped[:, LEFT], swapped[:, RIGHT] = lamps[:, RIGHT], lamps[:, LEFT]
-    return _relit(pictures), features, torch.where(flip[:, None], swapped, lamps)
+    pictures, covered = _relit(pictures)
+    # A lamp may be under the covered patch.
+    known = torch.where(flip[:, None], swapped, lamps).masked_fill(covered[:, None], -1)
+    return pictures, features, known
 
 
-def _relit(pictures: Tensor) -> Tensor:
-    """Changes brightness, contrast and colour, and adds blur, noise and a covered patch."""
+def _relit(pictures: Tensor) -> tuple[Tensor, Tensor]:
+    """Changes brightness, contrast and colour, adds blur and noise, and covers a part of those that are returned."""
     n, device = len(pictures), pictures.device
 
     def draw(*shape: int) -> Tensor:
@@ -124,6 +129,7 @@ def _relit(pictures: Tensor) -> Tensor:
     pictures = pictures + 0.02 * torch.randn_like(pictures) * (0.5 + 0.5 * draw(1, 1, 1))
     steps = torch.linspace(-1.0, 1.0, CROP_PX, device=device)
     off_x, off_y = (steps - draw(1)).abs(), (steps - draw(1)).abs()
-    half = 0.25 * torch.rand(n, 1, device=device) * (torch.rand(n, 1, device=device) < 0.25)
+    patched = torch.rand(n, 1, device=device) < COVERED
+    half = 0.25 * torch.rand(n, 1, device=device) * patched
     covered = ((off_y < half)[:, :, None] & (off_x < half)[:, None, :])[:, None]
-    return torch.where(covered, torch.rand(n, 3, 1, 1, device=device), pictures).clamp(0.0, 1.0)
+    return torch.where(covered, torch.rand(n, 3, 1, 1, device=device), pictures).clamp(0.0, 1.0), patched[:, 0]

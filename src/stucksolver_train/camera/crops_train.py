@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional
 
-from stucksolver.perception.camera.crop_network import HEADS, LAMP_ANSWERS, LAMPS, LIGHTS
+from stucksolver.perception.camera.crop_network import HEADS, LAMP_ANSWERS
 from stucksolver.perception.measurements import Floats
 from stucksolver_train.camera.crops_check import Logits, by_halves, report
 from stucksolver_train.camera.crops_data import Crops, crops_in
@@ -87,12 +87,12 @@ def fit(taught: Crops, settings: Settings) -> CropNet:
     weights = torch.from_numpy(sampling_weights(taught))
     kept = _thinned(weights, settings)
     weights = weights[kept].to(device)
-    stored, features, kind, lamps, light = (
+    stored, features, kind, lamps, light, gesture = (
         torch.from_numpy(one[kept.numpy()]).to(device)
-        for one in (taught.crops, taught.features, taught.kind, taught.lamps, taught.light)
+        for one in (taught.crops, taught.features, taught.kind, taught.lamps, taught.light, taught.gesture)
     )
     optimizer = torch.optim.AdamW(net.parameters(), PEAK_RATE, weight_decay=WEIGHT_DECAY)
-    start, said, step, losses = time.monotonic(), 0.0, 0, torch.zeros(3, device=device)
+    start, said, step, losses = time.monotonic(), 0.0, 0, torch.zeros(len(HEADS), device=device)
     while True:
         spent = time.monotonic() - start
         done = max(spent / (60.0 * settings.minutes), step / settings.steps if settings.steps else 0.0)
@@ -104,7 +104,7 @@ def fit(taught: Crops, settings: Settings) -> CropNet:
         pictures, known, lit = augmented(stored[drawn], features[drawn], lamps[drawn])
         with torch.autocast(device.type, torch.bfloat16, enabled=device.type == "cuda"):
             outputs = net(pictures, known)
-        parts = losses_of(outputs, kind[drawn], lit, light[drawn])
+        parts = losses_of(outputs, kind[drawn], lit, light[drawn], gesture[drawn])
         optimizer.zero_grad(set_to_none=True)
         parts.sum().backward()
         optimizer.step()
@@ -119,10 +119,10 @@ def fit(taught: Crops, settings: Settings) -> CropNet:
     return averaged
 
 
-def losses_of(outputs: Sequence[Tensor], kind: Tensor, lamps: Tensor, light: Tensor) -> Tensor:
-    """(3,): the cross entropy of each head, over labels that are not -1."""
+def losses_of(outputs: Sequence[Tensor], kind: Tensor, lamps: Tensor, light: Tensor, gesture: Tensor) -> Tensor:
+    """(4,): the cross entropy of each head, over labels that are not -1."""
     told = outputs[1].reshape(-1, len(LAMP_ANSWERS))
-    pairs = ((outputs[0], kind), (told, lamps.reshape(-1)), (outputs[2], light))
+    pairs = ((outputs[0], kind), (told, lamps.reshape(-1)), (outputs[2], light), (outputs[3], gesture))
     sums = [functional.cross_entropy(one.float(), label, ignore_index=-1, reduction="sum") for one, label in pairs]
     counts = [(label >= 0).sum().clamp(min=1) for _, label in pairs]
     return torch.stack([total / count for total, count in zip(sums, counts, strict=True)])
@@ -144,8 +144,7 @@ def logits_of(net: CropNet, crops: Crops, settings: Settings) -> Logits:
             span = slice(start, start + 512)
             outputs = net(middle(torch.from_numpy(crops.crops[span])), torch.from_numpy(crops.features[span]))
             parts.append([one.double().numpy() for one in outputs])
-    kind, lamps, light = (np.concatenate(one) for one in zip(*parts, strict=True))
-    return Logits(kind, lamps.reshape(-1, len(LAMPS), len(LAMP_ANSWERS)), light.reshape(-1, len(LIGHTS)))
+    return Logits.of([np.concatenate(one) for one in zip(*parts, strict=True)])
 
 
 def _thinned(weights: Tensor, settings: Settings) -> Tensor:

@@ -4,8 +4,9 @@ import numpy as np
 
 from stucksolver.perception.camera.attribute_memory import AttributeMemory
 from stucksolver.perception.camera.attributes import Attributes, attributes_of
-from stucksolver.perception.camera.crop_network import KINDS, LAMPS, LIGHTS, NOTHING, CropAnswers
+from stucksolver.perception.camera.crop_network import GESTURES, KINDS, LAMPS, LIGHTS, NOTHING, CropAnswers
 from stucksolver.scene import ObjectKind
+from stucksolver.scene.objects import Gesture
 
 
 class Thresholds:
@@ -13,10 +14,17 @@ class Thresholds:
 
     least_kind = np.full(len(KINDS), 0.9)
     least_lamp = np.full((len(LAMPS), 3), 0.9)
+    least_gesture = np.full(len(GESTURES), 0.9)
 
 
-def answers(kind: str, sure: float, lamps: tuple[tuple[float, float, float], ...]) -> CropAnswers:
-    return CropAnswers(shares(kind, sure)[None], np.array([lamps]), np.full((1, len(LIGHTS)), 0.2))
+def answers(
+    kind: str,
+    sure: float,
+    lamps: tuple[tuple[float, float, float], ...],
+    gesture: tuple[float, ...] = (0.2,) * len(GESTURES),
+) -> CropAnswers:
+    light = np.full((1, len(LIGHTS)), 0.2)
+    return CropAnswers(shares(kind, sure)[None], np.array([lamps]), light, np.array([gesture]))
 
 
 def shares(kind: str, sure: float) -> np.ndarray:
@@ -25,7 +33,7 @@ def shares(kind: str, sure: float) -> np.ndarray:
     return told
 
 
-def look(kind: str = "car", sure: float = 0.95, **known: bool | None) -> Attributes:
+def look(kind: str = "car", sure: float = 0.95, **known: bool | Gesture | None) -> Attributes:
     hidden = kind == NOTHING
     said = None if hidden or sure < 0.9 else ObjectKind(kind)
     return Attributes(said, sure, shares(kind, sure), hidden, **known)
@@ -50,6 +58,26 @@ def test_a_hidden_object_has_neither_kind_nor_lamps() -> None:
     assert one.kind is None
     assert one.brake_lights is None
     assert one.hazard_lights is None
+
+
+def test_only_a_flagger_has_a_gesture() -> None:
+    stop = tuple(0.92 if name == "stop" else 0.02 for name in GESTURES)
+    unseen = tuple(0.92 if name == "unseen" else 0.02 for name in GESTURES)
+    unsure = tuple(0.6 if name == "stop" else 0.1 for name in GESTURES)
+    read = [
+        attributes_of(answers(kind, 0.95, (OFF,) * 5, shown), Thresholds())[0].gesture
+        for kind, shown in (("flagger", stop), ("flagger", unseen), ("flagger", unsure), ("pedestrian", stop))
+    ]
+    assert read == [Gesture.STOP, None, None, None]
+
+
+def test_a_gesture_is_reported_after_two_looks_that_agree() -> None:
+    memory = AttributeMemory()
+    memory.add(1, look("flagger", gesture=Gesture.STOP), 0.0)
+    assert memory.of(1, 0.1).gesture is None
+    memory.add(1, look("flagger", gesture=Gesture.GO), 0.2)
+    memory.add(1, look("flagger", gesture=Gesture.GO), 0.4)
+    assert memory.of(1, 0.4).gesture is Gesture.GO
 
 
 def test_hazard_lights_are_both_blinkers() -> None:

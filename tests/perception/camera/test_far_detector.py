@@ -80,7 +80,8 @@ def test_damaged_weights_are_refused(tmp_path: Path) -> None:
 def tick(kind: ObjectKind, x: float, y: float, yaw: float, shown: float, pitch: float = 0.0) -> Recorded:
     """One actor, of whose rectangle in the mask a share from the top is shown."""
     box = np.array([[x, y, 0.75, yaw, 4.5, 1.9, 1.5, 0.0, 0.0]])
-    truth = Truth(np.array([70000]), np.array([KINDS.index(kind)]), box, np.zeros(1, int), np.zeros(1, int), ("",))
+    kinds, zero = np.array([KINDS.index(kind)]), np.zeros(1, int)
+    truth = Truth(np.array([70000]), kinds, box, zero, zero, zero - 1, ("",))
     mask = np.zeros((CAMERA.height_px, CAMERA.width_px), np.uint16)
     if shown:
         # At no pitch: where a car's front is seen at x, y.

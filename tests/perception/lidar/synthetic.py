@@ -50,6 +50,7 @@ def _recorded(time_s: float, pose: Floats, points: Singles, kinds: list[ObjectKi
         boxes,
         np.full(count, -1),
         np.full(count, -1),
+        np.full(count, -1),
         ("made.up",) * count,
     )
     sweep = LidarSweep(time_s, points)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,9 @@ BLINK_LOOKS, BLINK_LEAST_S = 3, 0.9
 BRAKE_S = 0.6
 """How long a look at the brake lamps is valid."""
 AGREE = 2
-"""Emergency lights and doors are reported if this many of the last three usable looks agree."""
+"""Emergency lights, doors and gestures are reported if this many of the last three usable looks agree."""
+SLOW = ("emergency_lights", "door_open", "gesture")
+"""What changes slowly, in the order of the last fields of `Attributes`."""
 _NOTHING = KINDS.index(NOTHING)
 
 
@@ -40,7 +43,8 @@ class _Known:
     said: Counter[ObjectKind] = field(default_factory=Counter)
     looks: deque[tuple[float, Attributes]] = field(default_factory=deque)
     """The looks of the last `BLINK_S`, oldest first."""
-    slow: dict[str, deque[bool]] = field(default_factory=dict)
+    slow: dict[str, deque[Any]] = field(default_factory=dict)
+    """The last three answers for what changes slowly, by name."""
 
 
 class AttributeMemory:
@@ -58,7 +62,7 @@ class AttributeMemory:
         if not known.looks or time_s - known.looks[-1][0] > BLINK_S:
             known.slow.clear()
         known.looks.append((time_s, look))
-        for name in ("emergency_lights", "door_open"):
+        for name in SLOW:
             answer = getattr(look, name)
             if answer is not None:
                 known.slow.setdefault(name, deque(maxlen=3)).append(answer)
@@ -82,8 +86,7 @@ class AttributeMemory:
             brake[-1] if brake else None,
             _blinks([(at, one.left_blinker) for at, one in recent]),
             _blinks([(at, one.right_blinker) for at, one in recent]),
-            _agreed(known.slow.get("emergency_lights", ())) if recent else None,
-            _agreed(known.slow.get("door_open", ())) if recent else None,
+            *(_agreed(known.slow.get(name, ())) if recent else None for name in SLOW),
         )
 
     def keep(self, track_ids: Iterable[int]) -> None:
@@ -126,6 +129,6 @@ def _blinks(looks: list[tuple[float, bool | None]]) -> bool | None:
     return None
 
 
-def _agreed(answers: Iterable[bool]) -> bool | None:
+def _agreed(answers: Iterable[Any]) -> Any:
     counted = Counter(answers).most_common(1)
     return counted[0][0] if counted and counted[0][1] >= AGREE else None

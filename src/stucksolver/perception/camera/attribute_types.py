@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from stucksolver.perception.measurements import Floats
 from stucksolver.scene import ObjectKind
+from stucksolver.scene.objects import Gesture
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +26,8 @@ class Attributes:
     right_blinker: bool | None = None
     emergency_lights: bool | None = None
     door_open: bool | None = None
+    gesture: Gesture | None = None
+    """Of a flagger; None for all others."""
 
     @property
     def hazard_lights(self) -> bool | None:

@@ -1,4 +1,4 @@
-"""Reads kind, lamps and doors of detected objects in one image."""
+"""Reads kind, lamps, doors and gesture of detected objects in one image."""
 
 from __future__ import annotations
 
@@ -9,12 +9,21 @@ from numpy.typing import NDArray
 
 from stucksolver.perception.camera.attribute_memory import AttributeMemory
 from stucksolver.perception.camera.attribute_types import Attributes
-from stucksolver.perception.camera.crop_network import KINDS, LAMP_ANSWERS, NOTHING, CropAnswers, CropNetwork
+from stucksolver.perception.camera.crop_network import (
+    GESTURES,
+    KINDS,
+    LAMP_ANSWERS,
+    NOTHING,
+    UNSEEN_GESTURE,
+    CropAnswers,
+    CropNetwork,
+)
 from stucksolver.perception.camera.crops import cut_crops, features_of, windows_of
 from stucksolver.perception.camera.weights import DATA
 from stucksolver.perception.measurements import CameraFrame, Floats
 from stucksolver.perception.rig import CameraRig
 from stucksolver.scene import ObjectKind
+from stucksolver.scene.objects import Gesture
 
 __all__ = ["AttributeMemory", "AttributeReader", "Attributes", "attributes_of"]
 
@@ -64,10 +73,18 @@ def attributes_of(answers: CropAnswers, network: CropNetwork) -> list[Attributes
     found = []
     for i in range(len(best)):
         kind = ObjectKind(KINDS[best[i]]) if says[i] and not hidden[i] else None
-        known = [None if np.isnan(one) else bool(one) for one in lamps[i].tolist()]
+        brake, left, right, special, door = (None if np.isnan(one) else bool(one) for one in lamps[i].tolist())
         gone = bool(hidden[i]) if says[i] else None
-        found.append(Attributes(kind, float(sure[i]), answers.kind[i], gone, *known))
+        gesture = _gesture(answers.gesture[i], network.least_gesture) if kind is ObjectKind.FLAGGER else None
+        shares = answers.kind[i]
+        found.append(Attributes(kind, float(sure[i]), shares, gone, brake, left, right, special, door, gesture))
     return found
+
+
+def _gesture(shares: Floats, least: Floats) -> Gesture | None:
+    best = int(shares.argmax())
+    sure = shares[best] >= least[best] and GESTURES[best] != UNSEEN_GESTURE
+    return Gesture(GESTURES[best]) if sure else None
 
 
 def _lamps(shares: Floats, least: Floats) -> NDArray[np.float64]:

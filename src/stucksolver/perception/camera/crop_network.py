@@ -11,8 +11,9 @@ import numpy as np
 from stucksolver.perception.camera.weights import DATA, WeightsError, load_session
 from stucksolver.perception.measurements import Floats, Pixels, Singles
 from stucksolver.scene import ObjectKind
+from stucksolver.scene.objects import Gesture
 
-VERSION = 1
+VERSION = 2
 """Version of the network's inputs and outputs, the names below included."""
 NOTHING = "nothing"
 """The answer for a box whose object is hidden, or that is empty."""
@@ -20,7 +21,9 @@ KINDS = (*(kind.value for kind in ObjectKind if kind is not ObjectKind.UNKNOWN),
 LAMPS = ("brake_lights", "left_blinker", "right_blinker", "emergency_lights", "door_open")
 LAMP_ANSWERS = ("off", "on", "unseen")
 LIGHTS = ("red", "yellow", "green", "off", "unseen")
-HEADS = {"kind": len(KINDS), "lamps": len(LAMPS) * len(LAMP_ANSWERS), "light": len(LIGHTS)}
+UNSEEN_GESTURE = "unseen"
+GESTURES = (*(one.value for one in Gesture), UNSEEN_GESTURE)
+HEADS = {"kind": len(KINDS), "lamps": len(LAMPS) * len(LAMP_ANSWERS), "light": len(LIGHTS), "gesture": len(GESTURES)}
 """The network's outputs in this order, and the number of logits of each."""
 NEVER = 2.0
 """A threshold that no confidence reaches: the answer was never good enough on held-out data."""
@@ -36,6 +39,8 @@ class CropAnswers:
     """(n, len(LAMPS), 3), see `LAMP_ANSWERS`."""
     light: Floats
     """(n, len(LIGHTS))."""
+    gesture: Floats
+    """(n, len(GESTURES)); it means something only for a flagger."""
 
 
 class CropNetwork:
@@ -48,7 +53,7 @@ class CropNetwork:
     def __init__(self, folder: Path = DATA, threads: int = 1) -> None:
         card_file = folder / "crops.json"
         self._session, self.card = load_session(folder / "crops.onnx", card_file, VERSION, threads)
-        names = {"kinds": KINDS, "lamps": LAMPS, "lights": LIGHTS}
+        names = {"kinds": KINDS, "lamps": LAMPS, "lights": LIGHTS, "gestures": GESTURES}
         for key, expected in names.items():
             if self.card.get(key) != list(expected):
                 raise WeightsError(f"{card_file}: `{key}` are not those that this code reads; train the network again")
@@ -58,6 +63,7 @@ class CropNetwork:
             self.least_kind = np.array([float(least["kind"][name]) for name in KINDS])
             self.least_lamp = np.array([[float(least["lamps"][name][one]) for one in LAMP_ANSWERS] for name in LAMPS])
             self.least_light = np.array([float(least["light"][name]) for name in LIGHTS])
+            self.least_gesture = np.array([float(least["gesture"][name]) for name in GESTURES])
         except (KeyError, TypeError, ValueError) as error:
             raise WeightsError(
                 f"{card_file}: a temperature or threshold is missing: {error}; train it again"
@@ -70,10 +76,11 @@ class CropNetwork:
         return CropAnswers(*self._probabilities(self._session.run(None, {"crops": crops, "features": features})))
 
     def _probabilities(self, logits: list[Singles]) -> list[Floats]:
-        kind, lamps, light = (
+        kind, lamps, light, gesture = (
             one.astype(np.float64) / self._temperature[head] for head, one in zip(HEADS, logits, strict=True)
         )
-        return [softmax(kind), softmax(lamps.reshape(-1, len(LAMPS), len(LAMP_ANSWERS))), softmax(light)]
+        lamps = lamps.reshape(-1, len(LAMPS), len(LAMP_ANSWERS))
+        return [softmax(kind), softmax(lamps), softmax(light), softmax(gesture)]
 
 
 def softmax(logits: Floats) -> Floats:

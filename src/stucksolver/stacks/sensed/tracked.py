@@ -200,6 +200,8 @@ def _object(track: Track, told: Attributes | None, now_s: float, pushed: bool) -
         hazard_lights=None if told is None else told.hazard_lights,
         emergency_lights=None if told is None else told.emergency_lights,
         brake_lights=None if told is None else told.brake_lights,
+        door_open=None if told is None else told.door_open,
+        gesture=told.gesture if told is not None and kind is ObjectKind.FLAGGER else None,
     )
 
 

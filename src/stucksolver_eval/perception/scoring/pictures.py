@@ -1,4 +1,4 @@
-"""Scores the camera's readers: traffic lights, and kinds, lamps and doors of objects with given boxes."""
+"""Scores the camera's readers: traffic lights, and kinds, lamps, doors and gestures of objects with given boxes."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from stucksolver.perception.camera.crops import windows_of
 from stucksolver.perception.measurements import CameraFrame, Floats
 from stucksolver.perception.recording import KINDS, Recorded
 from stucksolver.perception.rig import CameraRig
-from stucksolver.scene.objects import MOTOR_VEHICLES, ObjectKind
+from stucksolver.perception.visible_parts import VisibleParts
+from stucksolver.scene.objects import Gesture
 from stucksolver.scene.surroundings import LightState
 from stucksolver_eval.perception.metrics.confusion import Confusion, confusion
 from stucksolver_eval.perception.scoring.part import Given, NothingToScore, Part, Watch, percent, plain, table
@@ -20,10 +22,6 @@ LIGHTS = (LightState.RED, LightState.YELLOW, LightState.GREEN, LightState.OFF)
 """Light states, in the order of their numbers in a recording."""
 LEAST_FACING = 0.35
 """Least cosine between a head's direction and the direction to the lens: a head seen from the side shows nothing."""
-LAMPS_SHARE, LAMPS_PX = 0.35, 16
-"""Lamps are legible if a vehicle's pixels fill this share of its rectangle, and the rectangle has this size."""
-_BRAKE, _LEFT, _RIGHT, _SPECIAL = 8, 32, 16, 512 | 1024
-"""Bits of `carla.VehicleLightState`."""
 LAMPS = ("brake_lights", "left_blinker", "right_blinker", "emergency_lights", "door_open")
 _YES, _NO = "on", "off"
 
@@ -60,6 +58,7 @@ def score_attributes(given: Given) -> Part:
     reader, watch = AttributeReader(threads=given.threads, **_folder(given)), Watch()
     kinds: list[Pair] = []
     lamps: dict[str, list[Pair]] = {name: [] for name in LAMPS}
+    gestures: list[Pair] = []
     for recording in given.recordings:
         rig = recording.rig.camera
         for tick in recording:
@@ -72,52 +71,28 @@ def score_attributes(given: Given) -> Part:
                 continue
             with watch("attributes"):
                 told = reader.read(CameraFrame(tick.time_s, picture), rig, boxes[shown])
+            parts, windows = VisibleParts(tick, rig, boxes), windows_of(rig, boxes)
             for i, answer in zip(shown, told, strict=True):
                 kind = KINDS[int(tick.truth.kind[i])]
                 kinds.append((kind.value, None if answer.kind is None else answer.kind.value))
-                for name, so in true_lamps(tick, i, boxes[i], seen).items():
-                    lamps[name].append((_word(so), _word(getattr(answer, name))))
+                visible = parts.of(i, windows.rectangle[i])
+                for name, so in visible.lamps.items():
+                    if so is not None:
+                        lamps[name].append((_word(so), _word(getattr(answer, name))))
+                if visible.gesture is not None:
+                    gestures.append((visible.gesture.value, None if answer.gesture is None else answer.gesture.value))
         given.say(f"attributes: {recording.folder.name}")
     if not kinds:
         raise NothingToScore("attributes: no image shows an object; collect drives with images")
     matrix = confusion([one.value for one in KINDS], kinds)
     each = {name: confusion((_YES, _NO), pairs) for name, pairs in lamps.items()}
-    data = {"kind": {**_summary(matrix), "confusion": matrix}, "lamps": {k: _lamp(v) for k, v in each.items()}}
-    return Part(plain(data), _attribute_page(matrix, each), watch.stages_ms)
-
-
-def true_lamps(tick: Recorded, i: int, box: Floats, seen: dict[int, tuple[int, int, int, int]]) -> dict[str, bool]:
-    """Return the lamps and doors of an object that are visible, with True if on or open.
-
-    Args:
-        tick: The recorded tick.
-        i: Index of the object in the truth.
-        box: Shape (7,): its box in the frame of the ego's body (m, rad).
-        seen: Visible rectangles by mask id (px); see `seen_rectangles`.
-    """
-    kind, flags, doors = KINDS[int(tick.truth.kind[i])], int(tick.truth.lamps[i]), int(tick.truth.doors[i])
-    actor = mask_id(int(tick.truth.actor_id[i]))
-    left, top, right, bottom = seen[actor]
-    assert tick.instances is not None
-    part = tick.instances[top:bottom, left:right]
-    enough = max(right - left, bottom - top) >= LAMPS_PX and (part == actor).mean() >= LAMPS_SHARE
-    if kind not in MOTOR_VEHICLES or not enough:
-        return {}
-    # 0: the lens is ahead of the vehicle; 90: to its left.
-    bearing = float(np.degrees(np.angle(np.exp(1j * (np.arctan2(-box[1], -box[0]) - box[6])))))
-    found: dict[str, bool] = {}
-    if flags >= 0:
-        if abs(bearing) > 100.0:
-            found["brake_lights"] = bool(flags & _BRAKE)
-        if not -110.0 < bearing < -70.0:
-            found["left_blinker"] = bool(flags & _LEFT)
-        if not 70.0 < bearing < 110.0:
-            found["right_blinker"] = bool(flags & _RIGHT)
-        if kind in (ObjectKind.EMERGENCY, ObjectKind.SCHOOL_BUS):
-            found["emergency_lights"] = bool(flags & _SPECIAL)
-    if doors >= 0:
-        found["door_open"] = bool(doors)
-    return found
+    signals = confusion([one.value for one in Gesture], gestures)
+    data = {
+        "kind": {**_summary(matrix), "confusion": matrix},
+        "lamps": {name: _lamp(one) for name, one in each.items()},
+        "gesture": {**_summary(signals), "confusion": signals},
+    }
+    return Part(plain(data), _attribute_page(matrix, each, signals), watch.stages_ms)
 
 
 def _lights(tick: Recorded, rig: CameraRig) -> list[tuple[LightState, Floats]]:
@@ -182,7 +157,7 @@ def _light_page(matrix: Confusion) -> str:
     return f"{said} Rows are the true states, columns the answers.\n\n{_matrix(matrix)}\n"
 
 
-def _attribute_page(kinds: Confusion, lamps: dict[str, Confusion]) -> str:
+def _attribute_page(kinds: Confusion, lamps: dict[str, Confusion], gestures: Confusion) -> str:
     there = [i for i in range(len(kinds.names)) if kinds.counts[i].sum() + kinds.unknown[i]]
     rows = [
         (
@@ -207,7 +182,8 @@ def _attribute_page(kinds: Confusion, lamps: dict[str, Confusion]) -> str:
     head = ("lamp", "looks", "answered", "accuracy of answers", "recall of on", "precision of on")
     return (
         f"Single looks with true boxes. {_line(kinds)}\n\n"
-        f"{table(('kind', 'looks', 'recall', 'precision'), rows)}\n\n{table(head, lamp_rows)}\n"
+        f"{table(('kind', 'looks', 'recall', 'precision'), rows)}\n\n{table(head, lamp_rows)}\n\n"
+        f"Gestures of flaggers: {_line(gestures)}\n\n{_matrix(gestures)}\n"
     )
 
 

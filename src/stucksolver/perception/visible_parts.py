@@ -1,0 +1,189 @@
+"""Ground truth of what the camera can see of recorded objects: lamps, doors and a flagger's gesture.
+
+No network can read a lamp that is lit on the far side of a vehicle. What is visible follows from the instance mask: the
+points where lamps or open doors are must show the object's own pixels.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.perception.measurements import Floats
+from stucksolver.perception.recording import GESTURES, KINDS, Recorded
+from stucksolver.perception.rig import CameraRig
+from stucksolver.scene.objects import MOTOR_VEHICLES, TWO_WHEELED, Gesture, ObjectKind
+
+BRAKE, LEFT, RIGHT = 8, 32, 16
+SPECIAL = 512 | 1024
+"""Bits of `carla.VehicleLightState`."""
+SPECIAL_KINDS = frozenset({ObjectKind.EMERGENCY, ObjectKind.SCHOOL_BUS})
+"""Kinds with emergency or warning lights."""
+LEAST_PX, LEAST_PERSON_PX = 20.0, 24.0
+"""Lamps and doors can be seen from this size of the vehicle's rectangle on, gestures from this height of the person."""
+SHOWN = 0.5
+"""Fraction of a lamp's points that must show the vehicle."""
+SHOWN_DOOR = 0.35
+"""The same for an open door, whose window is taken for what is behind it."""
+SHOWN_ROOF = 0.25
+SHOWN_PERSON = 0.2
+"""Fraction of a person's rectangle that must be its own pixels; people do not fill theirs."""
+INNER = 0.97
+"""A vehicle's body blocks the view through this fraction of its box, which is rounded at the corners."""
+DOOR_M = (0.25, 0.5, 0.75)
+"""How far the points of an open door lie outside the vehicle's side (m)."""
+SIDE_DOORS = ((0.36, 1.0), (0.36, -1.0), (-0.08, 1.0), (-0.08, -1.0))
+"""Hinges of the doors of `carla.VehicleDoor` in order: half lengths ahead of the centre, and the side (1: left)."""
+HINGE_M = (-0.1, -0.25)
+"""Where the points of an open door are, ahead of its hinge (m)."""
+_EVERY_ID = 65536
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What can be seen of one object. A name that is missing is unknown, or the object cannot have it."""
+
+    lamps: dict[str, bool | None]
+    """True if on or open; None if it cannot be seen."""
+    gesture: Gesture | None
+    """None if it cannot be seen, or the object is no flagger."""
+    is_flagger: bool
+
+
+class VisibleParts:
+    """Reads the visible parts of the objects of one tick with a mask.
+
+    Args:
+        tick: The recorded tick.
+        rig: The camera.
+        boxes: (n, 7) boxes of its objects in the frame of the ego's body: centre, length, width, height (m), yaw (rad).
+    """
+
+    def __init__(self, tick: Recorded, rig: CameraRig, boxes: Floats) -> None:
+        if tick.instances is None:
+            raise ValueError("this tick has no instance mask")
+        self._tick, self._rig, self._boxes, self._mask = tick, rig, boxes, tick.instances
+        self._lens = rig.mount.to_vehicle()[:3, 3]
+        ids = (tick.truth.actor_id % _EVERY_ID).tolist()
+        away = np.hypot(*(boxes[:, :2] - self._lens[:2]).T).tolist() if len(boxes) else []
+        self._away = dict(zip(ids, away, strict=True))
+
+    def of(self, i: int, rectangle: Floats) -> Seen:
+        """Return what can be seen of the object with index `i`.
+
+        Args:
+            i: Index in the truth.
+            rectangle: Where its box is in the image: left, top, right, bottom (px).
+        """
+        truth = self._tick.truth
+        kind = KINDS[int(truth.kind[i])]
+        longer = float(np.max(rectangle[2:] - rectangle[:2]))
+        if kind is ObjectKind.FLAGGER:
+            return Seen({}, self._gesture(i, rectangle, longer), True)
+        if kind not in MOTOR_VEHICLES:
+            return Seen({}, None, False)
+        return Seen(self._lamps(i, kind, longer >= LEAST_PX), None, False)
+
+    def _lamps(self, i: int, kind: ObjectKind, large: bool) -> dict[str, bool | None]:
+        flags, doors = int(self._tick.truth.lamps[i]), int(self._tick.truth.doors[i])
+        found: dict[str, bool | None] = {}
+        if flags >= 0:
+            lamps = _lamp_points(narrow=kind in TWO_WHEELED)
+            shows = {name: large and self._share(i, points) >= SHOWN for name, points in lamps.items()}
+            rear = shows["rear left"] or shows["rear right"]
+            found["brake_lights"] = bool(flags & BRAKE) if rear else None
+            for name, side, bit in (("left_blinker", "left", LEFT), ("right_blinker", "right", RIGHT)):
+                any_of = any(shows[f"{place} {side}"] for place in ("rear", "front", "side"))
+                found[name] = bool(flags & bit) if any_of else None
+            if kind in SPECIAL_KINDS:
+                roof = large and self._share(i, _ROOF, behind=True) >= SHOWN_ROOF
+                found["emergency_lights"] = bool(flags & SPECIAL) if roof else None
+            else:
+                found["emergency_lights"] = False
+        if doors >= 0:
+            found |= self._doors(i, doors, large)
+        return found
+
+    def _doors(self, i: int, doors: int, large: bool) -> dict[str, bool | None]:
+        """Open if an open door is seen, shut if a side is and no door is open. Missing if the open one is hidden."""
+        if not large:
+            return {"door_open": None}
+        is_open = [bool(doors & 1 << number) for number in range(len(SIDE_DOORS))]
+        if any(so and self._door_share(i, n, own=True) >= SHOWN_DOOR for n, so in enumerate(is_open)):
+            return {"door_open": True}
+        if any(is_open):
+            return {}
+        clear = any(self._door_share(i, n, own=False) >= SHOWN for n in range(len(SIDE_DOORS)))
+        return {"door_open": False if clear else None}
+
+    def _door_share(self, i: int, number: int, *, own: bool) -> float:
+        """Fraction of the points of a door, open or not, that the camera sees; if `own`, with the vehicle's pixels."""
+        hinge, side = SIDE_DOORS[number]
+        length, width, height = self._boxes[i, 3:6].tolist()
+        points = np.array(
+            [
+                (hinge * length / 2.0 + ahead, side * (width / 2.0 + out), up * height / 2.0)
+                for ahead in HINGE_M
+                for out in DOOR_M
+                for up in (-0.35, -0.1, 0.1)
+            ]
+        )
+        return self._fraction(i, points, own=own)
+
+    def _share(self, i: int, points: Floats, *, behind: bool = False) -> float:
+        """The same for points in half sizes of the box; `behind` if its own body does not block the view to them."""
+        return self._fraction(i, points * self._boxes[i, 3:6] / 2.0, behind=behind)
+
+    def _fraction(self, i: int, points: Floats, *, own: bool = True, behind: bool = False) -> float:
+        box = self._boxes[i]
+        cos, sin = float(np.cos(box[6])), float(np.sin(box[6]))
+        turned = np.stack([points[:, 0] * cos - points[:, 1] * sin, points[:, 0] * sin + points[:, 1] * cos], axis=1)
+        column, row, ahead = self._rig.project(np.column_stack([turned + box[:2], points[:, 2] + box[2]]))
+        wide, high = self._rig.width_px, self._rig.height_px
+        inside = (ahead > 0.1) & (column >= 0) & (column < wide) & (row >= 0) & (row < high)
+        seen = np.zeros(len(points), bool)
+        at = self._mask[row[inside].astype(int), column[inside].astype(int)]
+        actor = int(self._tick.truth.actor_id[i]) % _EVERY_ID
+        if own:
+            seen[inside] = at == actor
+        else:
+            limit = self._away[actor]
+            seen[inside] = [one == actor or self._away.get(one, np.inf) > limit for one in at.tolist()]
+        if not behind:
+            lens = np.array([[cos, sin], [-sin, cos]]) @ (self._lens[:2] - box[:2])
+            seen &= ~_crosses(lens, points[:, :2], INNER * box[3:5] / 2.0)
+        return float(seen.mean())
+
+    def _gesture(self, i: int, rectangle: Floats, longer: float) -> Gesture | None:
+        told = int(self._tick.truth.gesture[i])
+        left, top = (int(one) for one in rectangle[:2])
+        right, bottom = (int(np.ceil(one)) for one in rectangle[2:])
+        part = self._mask[top:bottom, left:right]
+        own = np.count_nonzero(part == int(self._tick.truth.actor_id[i]) % _EVERY_ID) / max(part.size, 1)
+        return GESTURES[told] if told >= 0 and longer >= LEAST_PERSON_PX and own >= SHOWN_PERSON else None
+
+
+def _lamp_points(*, narrow: bool) -> dict[str, Floats]:
+    """Points around the lamps in half sizes of the box, by place; those of two-wheelers are near the middle."""
+    out = (0.1, 0.3, 0.5) if narrow else (0.6, 0.75, 0.9)
+    up = (-0.5, -0.25, 0.0, 0.2)
+    found = {}
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        for end, x in (("rear", -1.01), ("front", 1.01)):
+            found[f"{end} {side}"] = np.array([(x, sign * y, z) for y in out for z in up])
+        found[f"side {side}"] = np.array([(x, sign * 1.01, z) for x in (-0.97, -0.92, 0.92, 0.97) for z in up])
+    return found
+
+
+_ROOF = np.array([(x, y, z) for x in (-0.98, -0.2, 0.1, 0.4, 0.7) for y in (-0.3, 0.3) for z in (0.8, 0.93)])
+
+
+def _crosses(start: Floats, ends: Floats, half: Floats) -> NDArray[np.bool_]:
+    """Whether segments from `start` (2,) to `ends` (n, 2) cross the rectangle of these half sizes around the origin."""
+    way = ends - start
+    safe = np.where(np.abs(way) < 1e-9, 1e-9, way)
+    first, last = (-half - start) / safe, (half - start) / safe
+    enters, leaves = np.minimum(first, last).max(1), np.maximum(first, last).min(1)
+    return np.asarray((enters < leaves) & (leaves > 0.0) & (enters < 1.0))
