@@ -53,6 +53,7 @@ def tick(time_s, seed, points, bodies, lit, drawn):
         random.integers(-1, 2048, bodies),
         random.integers(-1, 16, bodies),
         random.integers(-1, len(GESTURES), bodies),
+        random.integers(-1, 32, bodies),
         tuple(f"vehicle.kind{k}" for k in range(bodies)),
     )
     return Recorded(
@@ -90,7 +91,7 @@ def assert_alike(one, other):
     assert one.sweep.time_s == other.sweep.time_s
     np.testing.assert_allclose(one.sweep.points[:, :3], other.sweep.points[:, :3], atol=0.00503)
     np.testing.assert_allclose(one.sweep.points[:, 3], other.sweep.points[:, 3], atol=0.00197)
-    for name in ("actor_id", "kind", "lamps", "doors", "gesture"):
+    for name in ("actor_id", "kind", "lamps", "doors", "gesture", "shown"):
         np.testing.assert_array_equal(getattr(one.truth, name), getattr(other.truth, name))
     np.testing.assert_allclose(one.truth.boxes, other.truth.boxes, rtol=1e-6)
     assert one.truth.type_id == other.truth.type_id

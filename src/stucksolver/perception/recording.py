@@ -23,6 +23,8 @@ from stucksolver.scene.objects import Gesture, ObjectKind
 
 VERSION = 2
 CENTIMETRE = 100.0
+PARTS = ("brake_lights", "left_blinker", "right_blinker", "emergency_lights", "door_open")
+"""Lamps and doors, in the order of the bits of `Truth.shown`."""
 KINDS = tuple(ObjectKind)
 GESTURES = tuple(Gesture)
 BOX_COLUMNS = ("x", "y", "z", "yaw", "length", "width", "height", "vx", "vy")
@@ -48,6 +50,8 @@ class Truth:
     """Open side doors, bit `1 << n` for the n-th of `carla.VehicleDoor`; -1 if unknown."""
     gesture: NDArray[np.int64]
     """Index into `GESTURES` of what a flagger signals; -1 if this is no flagger, or unknown."""
+    shown: NDArray[np.int64]
+    """Lamps and doors that the camera can see, lit or not: bits in the order of `PARTS`; -1 if not measured."""
     type_id: tuple[str, ...]
     """Blueprints, for the analysis of errors; not used in training."""
 
@@ -212,6 +216,7 @@ def _packed(ticks: Sequence[Recorded]) -> dict[str, Any]:
         "lamps": np.concatenate([one.lamps for one in truths]).astype(np.int32),
         "doors": np.concatenate([one.doors for one in truths]).astype(np.int8),
         "gesture": np.concatenate([one.gesture for one in truths]).astype(np.int8),
+        "shown": np.concatenate([one.shown for one in truths]).astype(np.int8),
         "type_id": np.array([name for one in truths for name in one.type_id] or [""]),
         "bodies": np.array([len(one.actor_id) for one in truths]),
         "lit": np.array([i for i, _ in lit], np.int64),
@@ -248,6 +253,7 @@ def _unpacked(a: dict[str, NDArray[Any]]) -> Iterator[Recorded]:
             a["lamps"][own].astype(np.int64),
             a["doors"][own].astype(np.int64),
             a["gesture"][own].astype(np.int64),
+            a["shown"][own].astype(np.int64),
             tuple(a["type_id"][own].tolist()),
         )
         told = None

@@ -1,7 +1,7 @@
 """Ground truth of what the camera can see of recorded objects: lamps, doors and a flagger's gesture.
 
-No network can read a lamp that is lit on the far side of a vehicle. What is visible follows from the instance mask: the
-points where lamps or open doors are must show the object's own pixels.
+No network can read a lamp that is lit on the far side of a vehicle. Staged scenes measure what is visible; in drives it
+follows from the instance mask: the points where lamps or open doors are must show the object's own pixels.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver.perception.measurements import Floats
-from stucksolver.perception.recording import GESTURES, KINDS, Recorded
+from stucksolver.perception.recording import GESTURES, KINDS, PARTS, Recorded
 from stucksolver.perception.rig import CameraRig
 from stucksolver.scene.objects import MOTOR_VEHICLES, TWO_WHEELED, Gesture, ObjectKind
 
@@ -84,13 +84,23 @@ class VisibleParts:
             return Seen({}, self._gesture(i, rectangle, longer), True)
         if kind not in MOTOR_VEHICLES:
             return Seen({}, None, False)
-        return Seen(self._lamps(i, kind, longer >= LEAST_PX), None, False)
+        measured = int(truth.shown[i])
+        lamps = self._lamps(i, kind, longer >= LEAST_PX) if measured < 0 else self._measured(i, kind, measured)
+        return Seen(lamps, None, False)
+
+    def _measured(self, i: int, kind: ObjectKind, shown: int) -> dict[str, bool | None]:
+        flags, doors = int(self._tick.truth.lamps[i]), int(self._tick.truth.doors[i])
+        lit = (flags & BRAKE, flags & LEFT, flags & RIGHT, flags & SPECIAL, doors)
+        found: dict[str, bool | None] = {
+            name: bool(on) if shown & 1 << bit else None for bit, (name, on) in enumerate(zip(PARTS, lit, strict=True))
+        }
+        return found if kind in SPECIAL_KINDS else found | {"emergency_lights": False}
 
     def _lamps(self, i: int, kind: ObjectKind, large: bool) -> dict[str, bool | None]:
         flags, doors = int(self._tick.truth.lamps[i]), int(self._tick.truth.doors[i])
         found: dict[str, bool | None] = {}
         if flags >= 0:
-            lamps = _lamp_points(narrow=kind in TWO_WHEELED)
+            lamps = _lamp_points(kind)
             shows = {name: large and self._share(i, points) >= SHOWN for name, points in lamps.items()}
             rear = shows["rear left"] or shows["rear right"]
             found["brake_lights"] = bool(flags & BRAKE) if rear else None
@@ -165,10 +175,10 @@ class VisibleParts:
         return GESTURES[told] if told >= 0 and longer >= LEAST_PERSON_PX and own >= SHOWN_PERSON else None
 
 
-def _lamp_points(*, narrow: bool) -> dict[str, Floats]:
-    """Points around the lamps in half sizes of the box, by place; those of two-wheelers are near the middle."""
-    out = (0.1, 0.3, 0.5) if narrow else (0.6, 0.75, 0.9)
-    up = (-0.5, -0.25, 0.0, 0.2)
+def _lamp_points(kind: ObjectKind) -> dict[str, Floats]:
+    """Points around the lamps in half sizes of the box, by place; low on tall vehicles, near the middle of narrow ones."""
+    out = (0.1, 0.3, 0.5) if kind in TWO_WHEELED else (0.6, 0.75, 0.9)
+    up = (-0.6, -0.5, -0.4) if kind in _TALL else (-0.3, -0.1, 0.1)
     found = {}
     for side, sign in (("left", 1.0), ("right", -1.0)):
         for end, x in (("rear", -1.01), ("front", 1.01)):
@@ -177,6 +187,7 @@ def _lamp_points(*, narrow: bool) -> dict[str, Floats]:
     return found
 
 
+_TALL = frozenset({ObjectKind.TRUCK, ObjectKind.BUS, ObjectKind.SCHOOL_BUS})
 _ROOF = np.array([(x, y, z) for x in (-0.98, -0.2, 0.1, 0.4, 0.7) for y in (-0.3, 0.3) for z in (0.8, 0.93)])
 
 

@@ -3,7 +3,9 @@
 `python -m stucksolver_eval.perception.close_scenes --out DIR --drives 64 --seed 1 --jobs 16`
 
 A drive is one town in one weather. Each scene places the ego, often before a traffic light, and a selection of actors
-of all kinds anew, with new lamps and doors, and takes one image. The recordings have the usual format, without LiDAR
+of all kinds anew. It is taken once as it is, and once more for each of `PARTS` with that lamp switched, or doors opened
+or closed, on all vehicles: where a vehicle's pixels change, the camera can see that part (`Truth.shown`). Rain, which
+would change pixels too, falls only in one more image of the scene. The recordings have the usual format, without LiDAR
 points. In drives, few lamps are lit, hardly any door is open, and no flagger signals; here all of this is frequent.
 """
 
@@ -13,30 +15,43 @@ import argparse
 import math
 import os
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import carla
 import numpy as np
+from numpy.typing import NDArray
 
-from stucksolver.perception.measurements import Floats, LidarSweep
-from stucksolver.perception.recording import Recorded, RecordingWriter
+from stucksolver.perception.camera.crops import CROP_PX, windows_of
+from stucksolver.perception.measurements import Floats, LidarSweep, Pixels
+from stucksolver.perception.recording import PARTS, LightTruth, Recorded, RecordingWriter, Truth
 from stucksolver.perception.rig import load_rig
+from stucksolver.perception.visible_parts import BRAKE, LEFT, RIGHT, SPECIAL_KINDS
 from stucksolver.scene import ObjectKind
 from stucksolver.scene.objects import Gesture
 from stucksolver.stacks.sensed.mounting import camera_setup
+from stucksolver.stacks.sensed.readings import camera_rgb
 from stucksolver_eval.perception.far_places import AWAY_M, GRID_M, Posed
-from stucksolver_eval.perception.staged import CLIENT_LIMIT_S, drawn, drawn_weather, record_all, spawn_away
+from stucksolver_eval.perception.scoring.samples import boxes_in_body
+from stucksolver_eval.perception.staged import CLIENT_LIMIT_S, copied, drawn, drawn_weather, record_all, spawn_away
 from stucksolver_eval.recording.crowd import blueprints_by_kind
 from stucksolver_eval.recording.mounted import INSTANCE_CAMERA, MountedSensor, encoded, instance_ids
 from stucksolver_eval.recording.truth import LightsReader, TruthReader, ego_pose
 from stucksolver_eval.server import carlette_server, connect, set_synchronous
 
 TOWNS = ("Town01", "Town04", "interurban", "motorway", "grid_town", "demo_town")
-STEP_S = 0.93
-"""Time between two scenes: doors open fully, and blinkers are at another phase each time."""
+STEP_S = 5.6
+"""Time between two images: doors open fully. It is a whole number of the periods of blinkers and of emergency lights in
+carlette, so that all images of a drive have the same phase.
+"""
+PHASES_S = (0.2, 1.5)
+"""Phases with lit blinkers; in the second one the other half of the emergency lights is lit."""
+LAMP_CHANGE, DOOR_CHANGE = 60, 30
+"""Least change of a pixel's strongest channel, of 255, for a lamp and for a door."""
+LAMP_PX, DOOR_PX = 0.7, 3.0
+"""Least area of the change, in pixels of the crop that the network gets."""
 NEAREST_M, FARTHEST_M = 4.0, 70.0
 CONE_RAD = math.radians(34.0)
 FROM_LANE_M = 9.0
@@ -47,6 +62,7 @@ ALONG_SHARE = 0.75
 """Share of vehicles along the road, in either direction; the others have any heading."""
 DOOR_ODDS, SECOND_DOOR_ODDS = 0.5, 0.3
 SIREN_ODDS = 0.6
+SIREN = int(carla.VehicleLightState.Special1)
 LIGHTS_WITHIN_M = 110.0
 _TRIES = 8
 _POOL = {
@@ -84,6 +100,8 @@ _ON_WHEELS = frozenset(
     }
 )
 _ON_FEET = frozenset({ObjectKind.PEDESTRIAN, ObjectKind.FLAGGER})
+_BITS = {"brake_lights": BRAKE, "left_blinker": LEFT, "right_blinker": RIGHT, "emergency_lights": SIREN}
+_EVERY_ID = 65536
 _LAMP_ODDS = (("Brake", 0.35), ("LeftBlinker", 0.22), ("RightBlinker", 0.22), ("Reverse", 0.08), ("HighBeam", 0.06))
 _BOTH_BLINKERS_ODDS, _LIT_ODDS, _LIT_AT_NIGHT_ODDS = 0.15, 0.4, 0.85
 _DOORS = (carla.VehicleDoor.FL, carla.VehicleDoor.FR, carla.VehicleDoor.RL, carla.VehicleDoor.RR)
@@ -115,7 +133,38 @@ class _Extra:
     reach_m: float
     lift_m: float
     """Height of its origin above the ground."""
+    lamps: int = 0
+    """Bits of `carla.VehicleLightState`."""
     doors: int = 0
+    """See `Truth.doors`."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """One image of a scene."""
+
+    pose: Floats
+    truth: Truth
+    lights: LightTruth
+    jpeg: bytes
+    rgb: Pixels
+    ids: NDArray[np.uint16]
+
+    def recorded(self, time_s: float, shown: Mapping[int, int]) -> Recorded:
+        """Return it with the visible parts by actor."""
+        bits = np.array([shown.get(one, -1) for one in self.truth.actor_id.tolist()], np.int64)
+        return Recorded(
+            time_s=time_s,
+            pose=self.pose,
+            sweep=LidarSweep(time_s, np.zeros((0, 4), np.float32)),
+            imu=np.zeros(7),
+            gnss=np.zeros(3),
+            wheel_mps=0.0,
+            truth=replace(self.truth, shown=bits),
+            lights=self.lights,
+            jpeg=self.jpeg,
+            instances=self.ids,
+        )
 
 
 def record(drive: CloseDrive) -> int:
@@ -130,22 +179,28 @@ def record(drive: CloseDrive) -> int:
         world.apply_settings(settings)
         set_synchronous(world, STEP_S)
         sort, weather = drawn_weather(random)
-        world.set_weather(weather)
-        stage = _Stage(client, world, random, dark="night" in sort)
+        stage = _Stage(client, world, random, weather, dark="night" in sort)
         about = {"town": drive.town, "weather": sort, "seed": drive.seed, "scenario": "close_scenes"}
         writer = RecordingWriter(drive.folder, stage.rig, about, ticks_in_file=10)
-        for scene in range(drive.scenes):
-            writer.add(stage.scene(scene * STEP_S))
+        taken = 0
+        for _ in range(drive.scenes):
+            for one in stage.scene():
+                writer.add(one)
+                taken += 1
         writer.close()
         stage.close()
-    return drive.scenes
+    return taken
 
 
 class _Stage:
     """The actors of a drive, of which some are placed anew for each scene."""
 
-    def __init__(self, client: Any, world: Any, random: np.random.Generator, *, dark: bool) -> None:
+    def __init__(
+        self, client: Any, world: Any, random: np.random.Generator, weather: carla.WeatherParameters, *, dark: bool
+    ) -> None:
         self.rig = load_rig()
+        self._weather, self._dry, self._images = weather, copied(weather), 0
+        self._dry.precipitation = 0.0
         self._client, self._world, self._random, self._dark = client, world, random, dark
         self._rows = _rows(world.get_map())
         library = world.get_blueprint_library()
@@ -164,7 +219,7 @@ class _Stage:
         self._lights = list(world.get_actors().filter("traffic.traffic_light*"))
         for light in self._lights:
             light.freeze(True)
-        world.tick()
+        _align(world, float(random.choice(PHASES_S)))
         for extra in self._extras:
             box = extra.actor.bounding_box
             extra.reach_m = max(0.75 * box.extent.x, box.extent.y)
@@ -176,34 +231,70 @@ class _Stage:
         self._camera = MountedSensor(self._ego, camera_setup(self.rig.camera, 0.0))
         self._masks = MountedSensor(self._ego, camera_setup(self.rig.camera, 0.0, INSTANCE_CAMERA))
 
-    def scene(self, time_s: float) -> Recorded:
-        """Stage a new scene and take its image."""
+    def scene(self) -> list[Recorded]:
+        """Stage a new scene and take its images."""
+        self._world.set_weather(self._dry)
         ego = self._ego_pose()
         moves = [carla.command.ApplyTransform(self._ego, ego.transform())]
+        there = []
         for number, (extra, pose) in enumerate(self._placed(ego)):
             if pose is None:
                 pose = Posed(AWAY_M + 20.0 * number, -AWAY_M - 40.0, 0.0, 0.0, 0.0, 0.0)
+            elif extra.kind in _ON_WHEELS:
+                there.append(extra)
             moves.append(carla.command.ApplyTransform(extra.actor, pose.transform()))
         self._client.apply_batch_sync(moves, False)
         for light in self._lights:
             at = light.get_location()
             if math.hypot(at.x - ego.x, at.y - ego.y) < LIGHTS_WITHIN_M:
                 light.set_state(_STATES[int(self._random.integers(len(_STATES)))])
+        first = self._look()
+        looks, shown = [first], dict.fromkeys((extra.actor.id for extra in there), 0)
+        for bit, part in enumerate(PARTS):
+            before = [(extra, extra.lamps, extra.doors) for extra in there]
+            for extra in there:
+                self._switch(extra, part)
+            look = self._look()
+            looks.append(look)
+            for actor in self._changed(first, look, doors=part == "door_open"):
+                if actor in shown:
+                    shown[actor] |= 1 << bit
+            for extra, lamps, doors in before:
+                self._set(extra, lamps, doors)
+        if self._weather.precipitation > 0.0:
+            self._world.set_weather(self._weather)
+            looks.append(self._look())
+        return [look.recorded(self._number(), shown) for look in looks]
+
+    def _number(self) -> float:
+        self._images += 1
+        return self._images * STEP_S
+
+    def _look(self) -> _Look:
         frame = self._world.tick()
         snapshot = self._world.get_snapshot()
-        pose9 = ego_pose(snapshot.find(self._ego.id))
-        return Recorded(
-            time_s=time_s,
-            pose=pose9,
-            sweep=LidarSweep(time_s, np.zeros((0, 4), np.float32)),
-            imu=np.zeros(7),
-            gnss=np.zeros(3),
-            wheel_mps=0.0,
-            truth=self._truth.read(snapshot),
-            lights=self._light_truth.read(float(pose9[0]), float(pose9[1])),
-            jpeg=encoded(self._camera.of(frame)),
-            instances=instance_ids(self._masks.of(frame)),
-        )
+        pose = ego_pose(snapshot.find(self._ego.id))
+        image, masks = self._camera.of(frame), self._masks.of(frame)
+        lights = self._light_truth.read(float(pose[0]), float(pose[1]))
+        return _Look(pose, self._truth.read(snapshot), lights, encoded(image), camera_rgb(image), instance_ids(masks))
+
+    def _changed(self, one: _Look, other: _Look, *, doors: bool) -> list[int]:
+        """Return the ids of the objects of which enough pixels differ between two images of a scene."""
+        boxes = boxes_in_body(one.pose, one.truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]])
+        windows = windows_of(self.rig.camera, boxes)
+        least, area_px = (DOOR_CHANGE, DOOR_PX) if doors else (LAMP_CHANGE, LAMP_PX)
+        found = []
+        for i in np.flatnonzero(windows.usable).tolist():
+            column, row = windows.center[i].tolist()
+            half = windows.side[i] / 2.0
+            rows = slice(max(int(row - half), 0), int(row + half) + 1)
+            columns = slice(max(int(column - half), 0), int(column + half) + 1)
+            actor = int(one.truth.actor_id[i])
+            own = (one.ids[rows, columns] == actor % _EVERY_ID) | (other.ids[rows, columns] == actor % _EVERY_ID)
+            differs = np.abs(one.rgb[rows, columns].astype(int) - other.rgb[rows, columns]).max(axis=2) >= least
+            if np.count_nonzero(own & differs) * (CROP_PX / windows.side[i]) ** 2 >= area_px:
+                found.append(actor)
+        return found
 
     def close(self) -> None:
         """Destroy the cameras."""
@@ -248,7 +339,7 @@ class _Stage:
                 poses[extra.actor.id] = pose
                 taken.append((pose.x, pose.y, extra.reach_m))
                 if extra.kind in _ON_WHEELS:
-                    self._set_lamps_and_doors(extra)
+                    self._draw_lamps_and_doors(extra)
         return [(extra, poses.get(extra.actor.id)) for extra in self._extras]
 
     def _spot(self, ego: Posed, extra: _Extra, taken: Sequence[tuple[float, float, float]]) -> Posed | None:
@@ -278,30 +369,52 @@ class _Stage:
         met = self._world.ground_projection(carla.Location(x, y, z + 2.0), 4.0)
         return z if met is None else float(met.location.z)
 
-    def _set_lamps_and_doors(self, extra: _Extra) -> None:
-        random, actor = self._random, extra.actor
-        if actor.attributes.get("has_lights") == "true":
-            names = [name for name, odds in _LAMP_ODDS if random.random() < odds]
-            if random.random() < _BOTH_BLINKERS_ODDS:
-                names += ["LeftBlinker", "RightBlinker"]
-            if random.random() < (_LIT_AT_NIGHT_ODDS if self._dark else _LIT_ODDS):
-                names += ["Position", "LowBeam"]
-            if extra.kind in (ObjectKind.EMERGENCY, ObjectKind.SCHOOL_BUS) and random.random() < SIREN_ODDS:
-                names.append("Special1")
-            bits = 0
-            for name in names:
-                bits |= int(getattr(carla.VehicleLightState, name))
-            actor.set_light_state(carla.VehicleLightState(bits))
-        if actor.attributes.get("has_dynamic_doors") == "true":
-            wanted = 0
-            if random.random() < DOOR_ODDS:
-                wanted = 1 << int(random.integers(len(_DOORS)))
-                if random.random() < SECOND_DOOR_ODDS:
-                    wanted |= 1 << int(random.integers(len(_DOORS)))
+    def _draw_lamps_and_doors(self, extra: _Extra) -> None:
+        random = self._random
+        names = [name for name, odds in _LAMP_ODDS if random.random() < odds]
+        if random.random() < _BOTH_BLINKERS_ODDS:
+            names += ["LeftBlinker", "RightBlinker"]
+        if random.random() < (_LIT_AT_NIGHT_ODDS if self._dark else _LIT_ODDS):
+            names += ["Position", "LowBeam"]
+        if extra.kind in SPECIAL_KINDS and random.random() < SIREN_ODDS:
+            names.append("Special1")
+        lamps = 0
+        for name in names:
+            lamps |= int(getattr(carla.VehicleLightState, name))
+        self._set(extra, lamps, self._drawn_doors() if random.random() < DOOR_ODDS else 0)
+
+    def _drawn_doors(self) -> int:
+        random = self._random
+        doors = 1 << int(random.integers(len(_DOORS)))
+        if random.random() < SECOND_DOOR_ODDS:
+            doors |= 1 << int(random.integers(len(_DOORS)))
+        return doors
+
+    def _switch(self, extra: _Extra, part: str) -> None:
+        """Switch one kind of lamp, or open or close doors."""
+        if part == "door_open":
+            self._set(extra, extra.lamps, 0 if extra.doors else self._drawn_doors())
+        elif part != "emergency_lights" or extra.kind in SPECIAL_KINDS:
+            self._set(extra, extra.lamps ^ _BITS[part], extra.doors)
+
+    def _set(self, extra: _Extra, lamps: int, doors: int) -> None:
+        actor = extra.actor
+        if lamps != extra.lamps and actor.attributes.get("has_lights") == "true":
+            actor.set_light_state(carla.VehicleLightState(lamps))
+            extra.lamps = lamps
+        if doors != extra.doors and actor.attributes.get("has_dynamic_doors") == "true":
             for number, door in enumerate(_DOORS):
-                if (wanted ^ extra.doors) & 1 << number:
-                    (actor.open_door if wanted & 1 << number else actor.close_door)(door)
-            extra.doors = wanted
+                if (doors ^ extra.doors) & 1 << number:
+                    (actor.open_door if doors & 1 << number else actor.close_door)(door)
+            extra.doors = doors
+
+
+def _align(world: Any, phase_s: float) -> None:
+    """Tick once, so that the simulated time is `phase_s` after a multiple of `STEP_S`; then go on in such steps."""
+    now_s = float(world.get_snapshot().timestamp.elapsed_seconds)
+    set_synchronous(world, STEP_S + (phase_s - now_s) % STEP_S)
+    world.tick()
+    set_synchronous(world, STEP_S)
 
 
 def _rows(carla_map: carla.Map) -> Floats:
@@ -318,7 +431,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Records scenes for the crop network.")
     parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
     parser.add_argument("--drives", type=int, default=32)
-    parser.add_argument("--scenes", type=int, default=60, help="scenes in each drive, with one image each")
+    parser.add_argument("--scenes", type=int, default=10, help="scenes in each drive, with six or seven images each")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--towns", default=",".join(TOWNS), help="towns to use in turn, separated by commas")

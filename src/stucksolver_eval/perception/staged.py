@@ -61,12 +61,18 @@ def drawn_weather(random: np.random.Generator) -> tuple[str, carla.WeatherParame
     sort = KINDS_OF_WEATHER[int(random.integers(len(KINDS_OF_WEATHER)))]
     presets = {"day": DAY, "rain": RAIN, "night": NIGHT, "rain_night": RAIN_NIGHT, "fog": DAY}[sort]
     weather = getattr(carla.WeatherParameters, presets[int(random.integers(len(presets)))])
-    chosen = carla.WeatherParameters()
-    for name in (one for one in dir(weather) if not one.startswith("_") and isinstance(getattr(weather, one), float)):
-        setattr(chosen, name, getattr(weather, name))
+    chosen = copied(weather)
     if sort == "fog":
         chosen.fog_density = float(random.choice(FOG_DENSITIES))
     return sort, chosen
+
+
+def copied(weather: carla.WeatherParameters) -> carla.WeatherParameters:
+    """Return a copy: the presets are shared."""
+    chosen = carla.WeatherParameters()
+    for name in (one for one in dir(weather) if not one.startswith("_") and isinstance(getattr(weather, one), float)):
+        setattr(chosen, name, getattr(weather, name))
+    return chosen
 
 
 def record_all(record: Callable[[Drive], int], drives: Sequence[Drive], jobs: int) -> int:

@@ -75,6 +75,7 @@ class TruthReader:
             np.array([lamps.get(one, 0) if known.has_lamps else -1 for one, known in kept], np.int64),
             np.array([self._doors(one, known) for one, known in kept], np.int64),
             np.array([known.gesture for _, known in kept], np.int64),
+            np.full(len(kept), _UNKNOWN, np.int64),
             tuple(known.type_id for _, known in kept),
         )
 

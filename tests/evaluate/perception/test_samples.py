@@ -22,7 +22,9 @@ def tick(x: float, y: float, ego: tuple[float, float, float] = (0.0, 0.0, 0.0)) 
     boxes = np.array([[x, y, 0.75, 0.0, *CAR_BOX, 5.0, 0.0]])
     assert boxes.shape[1] == len(BOX_COLUMNS)
     kind = np.array([KINDS.index(ObjectKind.CAR)])
-    truth = Truth(np.array([70000]), kind, boxes, np.array([0]), np.array([0]), np.array([-1]), ("vehicle.x",))
+    truth = Truth(
+        np.array([70000]), kind, boxes, np.array([0]), np.array([0]), np.array([-1]), np.array([-1]), ("vehicle.x",)
+    )
     mask = np.zeros((20, 20), np.uint16)
     mask[5:10, 2:9] = 70000 % 65536
     mask[15, 15] = 12

@@ -41,6 +41,7 @@ def recorded() -> Recorded:
         np.array([BRAKE | LEFT, 0]),
         np.array([0, 1]),
         np.array([-1, -1]),
+        np.array([-1, -1]),
         ("", ""),
     )
     heads = np.array([[94.0, 75.0, 4.0, 0.3, 0.2, 0.66, 0.0], [106.0, 75.0, 4.0, 0.3, 0.2, 0.66, 0.0]])

@@ -81,7 +81,7 @@ def tick(kind: ObjectKind, x: float, y: float, yaw: float, shown: float, pitch: 
     """One actor, of whose rectangle in the mask a share from the top is shown."""
     box = np.array([[x, y, 0.75, yaw, 4.5, 1.9, 1.5, 0.0, 0.0]])
     kinds, zero = np.array([KINDS.index(kind)]), np.zeros(1, int)
-    truth = Truth(np.array([70000]), kinds, box, zero, zero, zero - 1, ("",))
+    truth = Truth(np.array([70000]), kinds, box, zero, zero, zero - 1, zero - 1, ("",))
     mask = np.zeros((CAMERA.height_px, CAMERA.width_px), np.uint16)
     if shown:
         # At no pitch: where a car's front is seen at x, y.

@@ -48,9 +48,7 @@ def _recorded(time_s: float, pose: Floats, points: Singles, kinds: list[ObjectKi
         np.arange(count) + 1,
         np.array([KINDS.index(kind) for kind in kinds]),
         boxes,
-        np.full(count, -1),
-        np.full(count, -1),
-        np.full(count, -1),
+        *(np.full(count, -1) for _ in range(4)),
         ("made.up",) * count,
     )
     sweep = LidarSweep(time_s, points)

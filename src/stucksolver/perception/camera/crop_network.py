@@ -10,6 +10,7 @@ import numpy as np
 
 from stucksolver.perception.camera.weights import DATA, WeightsError, load_session
 from stucksolver.perception.measurements import Floats, Pixels, Singles
+from stucksolver.perception.recording import PARTS
 from stucksolver.scene import ObjectKind
 from stucksolver.scene.objects import Gesture
 
@@ -18,7 +19,7 @@ VERSION = 2
 NOTHING = "nothing"
 """The answer for a box whose object is hidden, or that is empty."""
 KINDS = (*(kind.value for kind in ObjectKind if kind is not ObjectKind.UNKNOWN), NOTHING)
-LAMPS = ("brake_lights", "left_blinker", "right_blinker", "emergency_lights", "door_open")
+LAMPS = PARTS
 LAMP_ANSWERS = ("off", "on", "unseen")
 LIGHTS = ("red", "yellow", "green", "off", "unseen")
 UNSEEN_GESTURE = "unseen"

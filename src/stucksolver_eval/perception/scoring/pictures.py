@@ -9,7 +9,7 @@ import numpy as np
 
 from stucksolver.perception.camera.crops import windows_of
 from stucksolver.perception.measurements import CameraFrame, Floats
-from stucksolver.perception.recording import KINDS, Recorded
+from stucksolver.perception.recording import KINDS, PARTS, Recorded
 from stucksolver.perception.rig import CameraRig
 from stucksolver.perception.visible_parts import VisibleParts
 from stucksolver.scene.objects import Gesture
@@ -22,7 +22,6 @@ LIGHTS = (LightState.RED, LightState.YELLOW, LightState.GREEN, LightState.OFF)
 """Light states, in the order of their numbers in a recording."""
 LEAST_FACING = 0.35
 """Least cosine between a head's direction and the direction to the lens: a head seen from the side shows nothing."""
-LAMPS = ("brake_lights", "left_blinker", "right_blinker", "emergency_lights", "door_open")
 _YES, _NO = "on", "off"
 
 Pair = tuple[str, str | None]
@@ -57,7 +56,7 @@ def score_attributes(given: Given) -> Part:
 
     reader, watch = AttributeReader(threads=given.threads, **_folder(given)), Watch()
     kinds: list[Pair] = []
-    lamps: dict[str, list[Pair]] = {name: [] for name in LAMPS}
+    lamps: dict[str, list[Pair]] = {name: [] for name in PARTS}
     gestures: list[Pair] = []
     for recording in given.recordings:
         rig = recording.rig.camera

@@ -101,7 +101,12 @@ def body_boxes(tick: Recorded) -> Floats:
 
 def in_body(tick: Recorded, boxes: Floats) -> Floats:
     """Transform boxes from the local frame to that of the ego's body; columns start with x, y, z and end with yaw."""
-    x, y, z, yaw, pitch, roll = (float(one) for one in tick.pose[:6])
+    return boxes_in_body(tick.pose, boxes)
+
+
+def boxes_in_body(pose: Floats, boxes: Floats) -> Floats:
+    """The same for a recorded pose."""
+    x, y, z, yaw, pitch, roll = (float(one) for one in pose[:6])
     turn = Mount(
         x_m=0, y_m=0, z_m=0, yaw_deg=math.degrees(yaw), pitch_deg=math.degrees(pitch), roll_deg=math.degrees(roll)
     ).to_vehicle()[:3, :3]
