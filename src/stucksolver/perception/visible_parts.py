@@ -176,7 +176,7 @@ class VisibleParts:
 
 
 def _lamp_points(kind: ObjectKind) -> dict[str, Floats]:
-    """Points around the lamps in half sizes of the box, by place; low on tall vehicles, near the middle of narrow ones."""
+    """Points near the lamps in half sizes of the box, by place; low on tall vehicles, in the middle of narrow ones."""
     out = (0.1, 0.3, 0.5) if kind in TWO_WHEELED else (0.6, 0.75, 0.9)
     up = (-0.6, -0.5, -0.4) if kind in _TALL else (-0.3, -0.1, 0.1)
     found = {}

@@ -65,6 +65,7 @@ SIREN_ODDS = 0.6
 SIREN = int(carla.VehicleLightState.Special1)
 LIGHTS_WITHIN_M = 110.0
 _TRIES = 8
+_PHASE_ERROR_S = 0.05
 _POOL = {
     ObjectKind.CAR: (22, 5),
     ObjectKind.EMERGENCY: (6, 2),
@@ -219,6 +220,7 @@ class _Stage:
         self._lights = list(world.get_actors().filter("traffic.traffic_light*"))
         for light in self._lights:
             light.freeze(True)
+        world.tick()
         _align(world, float(random.choice(PHASES_S)))
         for extra in self._extras:
             box = extra.actor.bounding_box
@@ -410,11 +412,19 @@ class _Stage:
 
 
 def _align(world: Any, phase_s: float) -> None:
-    """Tick once, so that the simulated time is `phase_s` after a multiple of `STEP_S`; then go on in such steps."""
-    now_s = float(world.get_snapshot().timestamp.elapsed_seconds)
-    set_synchronous(world, STEP_S + (phase_s - now_s) % STEP_S)
-    world.tick()
-    set_synchronous(world, STEP_S)
+    """Tick until the simulated time is `phase_s` after a multiple of `STEP_S`; from then on, ticks are that long.
+
+    Raises:
+        RuntimeError: The server does not take the length of a tick.
+    """
+    for _ in range(_TRIES):
+        off_s = (phase_s - float(world.get_snapshot().timestamp.elapsed_seconds)) % STEP_S
+        if min(off_s, STEP_S - off_s) < _PHASE_ERROR_S:
+            set_synchronous(world, STEP_S)
+            return
+        set_synchronous(world, STEP_S + off_s)
+        world.tick()
+    raise RuntimeError("the server does not tick in steps of the length that was set; start it anew")
 
 
 def _rows(carla_map: carla.Map) -> Floats:
