@@ -85,16 +85,15 @@ class VisibleParts:
         if kind not in MOTOR_VEHICLES:
             return Seen({}, None, False)
         measured = int(truth.shown[i])
-        lamps = self._lamps(i, kind, longer >= LEAST_PX) if measured < 0 else self._measured(i, kind, measured)
+        lamps = self._lamps(i, kind, longer >= LEAST_PX)
+        if measured >= 0:
+            # Both must hold: pixels also change in the light of other vehicles' lamps.
+            for bit, name in enumerate(PARTS):
+                if lamps.get(name) is not None and not measured & 1 << bit:
+                    lamps[name] = None
+            if kind not in SPECIAL_KINDS:
+                lamps["emergency_lights"] = False
         return Seen(lamps, None, False)
-
-    def _measured(self, i: int, kind: ObjectKind, shown: int) -> dict[str, bool | None]:
-        flags, doors = int(self._tick.truth.lamps[i]), int(self._tick.truth.doors[i])
-        lit = (flags & BRAKE, flags & LEFT, flags & RIGHT, flags & SPECIAL, doors)
-        found: dict[str, bool | None] = {
-            name: bool(on) if shown & 1 << bit else None for bit, (name, on) in enumerate(zip(PARTS, lit, strict=True))
-        }
-        return found if kind in SPECIAL_KINDS else found | {"emergency_lights": False}
 
     def _lamps(self, i: int, kind: ObjectKind, large: bool) -> dict[str, bool | None]:
         flags, doors = int(self._tick.truth.lamps[i]), int(self._tick.truth.doors[i])

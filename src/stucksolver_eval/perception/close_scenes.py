@@ -62,10 +62,12 @@ ALONG_SHARE = 0.75
 """Share of vehicles along the road, in either direction; the others have any heading."""
 DOOR_ODDS, SECOND_DOOR_ODDS = 0.5, 0.3
 SIREN_ODDS = 0.6
+CROWDED = (0.3, 1.0)
+"""Share of the objects that a scene can have: in some everything hides everything, others are clear."""
 SIREN = int(carla.VehicleLightState.Special1)
 LIGHTS_WITHIN_M = 110.0
 _TRIES = 8
-_PHASE_ERROR_S = 0.05
+_PHASE_ERROR_S, _SHORT_S = 0.05, 1.0
 _POOL = {
     ObjectKind.CAR: (22, 5),
     ObjectKind.EMERGENCY: (6, 2),
@@ -329,10 +331,11 @@ class _Stage:
         """Draw who is in the scene and where, with lamps and doors; the others have no pose."""
         random = self._random
         chosen: list[_Extra] = []
+        share = random.uniform(*CROWDED)
         for kind in {extra.kind: None for extra in self._extras}:
             some = [extra for extra in self._extras if extra.kind is kind]
-            count = _POOL[kind][1] if kind in _POOL else 1
-            chosen += [some[i] for i in random.permutation(len(some))[:count]]
+            most = _POOL[kind][1] if kind in _POOL else 1
+            chosen += [some[i] for i in random.permutation(len(some))[: random.binomial(most, share)]]
         taken: list[tuple[float, float, float]] = []
         poses: dict[int, Posed] = {}
         for extra in sorted(chosen, key=lambda one: -one.reach_m):
@@ -422,7 +425,7 @@ def _align(world: Any, phase_s: float) -> None:
         if min(off_s, STEP_S - off_s) < _PHASE_ERROR_S:
             set_synchronous(world, STEP_S)
             return
-        set_synchronous(world, STEP_S + off_s)
+        set_synchronous(world, off_s if off_s > _SHORT_S else off_s + STEP_S)
         world.tick()
     raise RuntimeError("the server does not tick in steps of the length that was set; start it anew")
 
