@@ -46,6 +46,7 @@ STEP_S = 5.6
 """Time between two images: doors open fully. It is a whole number of the periods of blinkers and of emergency lights in
 carlette, so that all images of a drive have the same phase.
 """
+SHORT_STEP_S = 0.1
 PHASES_S = (0.2, 1.5)
 """Phases with lit blinkers; in the second one the other half of the emergency lights is lit."""
 LAMP_CHANGE, DOOR_CHANGE = 60, 30
@@ -67,7 +68,6 @@ CROWDED = (0.3, 1.0)
 SIREN = int(carla.VehicleLightState.Special1)
 LIGHTS_WITHIN_M = 110.0
 _TRIES = 8
-_PHASE_ERROR_S, _SHORT_S = 0.05, 1.0
 _POOL = {
     ObjectKind.CAR: (22, 5),
     ObjectKind.EMERGENCY: (6, 2),
@@ -415,19 +415,15 @@ class _Stage:
 
 
 def _align(world: Any, phase_s: float) -> None:
-    """Tick until the simulated time is `phase_s` after a multiple of `STEP_S`; from then on, ticks are that long.
-
-    Raises:
-        RuntimeError: The server does not take the length of a tick.
-    """
-    for _ in range(_TRIES):
-        off_s = (phase_s - float(world.get_snapshot().timestamp.elapsed_seconds)) % STEP_S
-        if min(off_s, STEP_S - off_s) < _PHASE_ERROR_S:
-            set_synchronous(world, STEP_S)
-            return
-        set_synchronous(world, off_s if off_s > _SHORT_S else off_s + STEP_S)
+    """Tick until the simulated time is `phase_s` after a multiple of `STEP_S`; from then on, ticks are that long."""
+    # Whoever sets the length of a tick lets the world tick a few times, so that only whole steps may follow.
+    set_synchronous(world, SHORT_STEP_S)
+    for _ in range(math.ceil(STEP_S / SHORT_STEP_S)):
+        off_s = (float(world.get_snapshot().timestamp.elapsed_seconds) - phase_s) % STEP_S
+        if min(off_s, STEP_S - off_s) <= 0.5 * SHORT_STEP_S:
+            break
         world.tick()
-    raise RuntimeError("the server does not tick in steps of the length that was set; start it anew")
+    set_synchronous(world, STEP_S)
 
 
 def _rows(carla_map: carla.Map) -> Floats:
