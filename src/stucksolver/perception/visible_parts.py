@@ -47,6 +47,8 @@ class Seen:
 
     lamps: dict[str, bool | None]
     """True if on or open; None if it cannot be seen."""
+    so: dict[str, bool]
+    """The same whether it can be seen or not."""
     gesture: Gesture | None
     """None if it cannot be seen, or the object is no flagger."""
     is_flagger: bool
@@ -81,11 +83,11 @@ class VisibleParts:
         kind = KINDS[int(truth.kind[i])]
         longer = float(np.max(rectangle[2:] - rectangle[:2]))
         if kind is ObjectKind.FLAGGER:
-            return Seen({}, self._gesture(i, rectangle, longer), True)
+            return Seen({}, {}, self._gesture(i, rectangle, longer), True)
         if kind not in MOTOR_VEHICLES:
-            return Seen({}, None, False)
+            return Seen({}, {}, None, False)
         measured = int(truth.shown[i])
-        lamps = self._lamps(i, kind, longer >= LEAST_PX)
+        lamps, so = self._lamps(i, kind, longer >= LEAST_PX), self._so(i, kind)
         if measured >= 0:
             # Both must hold: pixels also change in the light of other vehicles' lamps.
             for bit, name in enumerate(PARTS):
@@ -93,7 +95,16 @@ class VisibleParts:
                     lamps[name] = None
             if kind not in SPECIAL_KINDS:
                 lamps["emergency_lights"] = False
-        return Seen(lamps, None, False)
+        return Seen(lamps, so, None, False)
+
+    def _so(self, i: int, kind: ObjectKind) -> dict[str, bool]:
+        flags, doors = int(self._tick.truth.lamps[i]), int(self._tick.truth.doors[i])
+        found: dict[str, bool] = {}
+        if flags >= 0:
+            special = kind in SPECIAL_KINDS and bool(flags & SPECIAL)
+            lit = (bool(flags & BRAKE), bool(flags & LEFT), bool(flags & RIGHT), special)
+            found |= dict(zip(PARTS, lit, strict=False))
+        return found if doors < 0 else found | {PARTS[-1]: bool(doors)}
 
     def _lamps(self, i: int, kind: ObjectKind, large: bool) -> dict[str, bool | None]:
         flags, doors = int(self._tick.truth.lamps[i]), int(self._tick.truth.doors[i])

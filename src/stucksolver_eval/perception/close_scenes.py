@@ -260,9 +260,9 @@ class _Stage:
                 self._switch(extra, part)
             look = self._look()
             looks.append(look)
-            for actor in self._changed(first, look, doors=part == "door_open"):
-                if actor in shown:
-                    shown[actor] |= 1 << bit
+            switched = {one.actor.id for one, lamps, doors in before if (one.lamps, one.doors) != (lamps, doors)}
+            for actor in switched & self._changed(first, look, doors=part == "door_open"):
+                shown[actor] |= 1 << bit
             for extra, lamps, doors in before:
                 self._set(extra, lamps, doors)
         if self._weather.precipitation > 0.0:
@@ -282,12 +282,12 @@ class _Stage:
         lights = self._light_truth.read(float(pose[0]), float(pose[1]))
         return _Look(pose, self._truth.read(snapshot), lights, encoded(image), camera_rgb(image), instance_ids(masks))
 
-    def _changed(self, one: _Look, other: _Look, *, doors: bool) -> list[int]:
+    def _changed(self, one: _Look, other: _Look, *, doors: bool) -> set[int]:
         """Return the ids of the objects of which enough pixels differ between two images of a scene."""
         boxes = boxes_in_body(one.pose, one.truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]])
         windows = windows_of(self.rig.camera, boxes)
         least, area_px = (DOOR_CHANGE, DOOR_PX) if doors else (LAMP_CHANGE, LAMP_PX)
-        found = []
+        found = set()
         for i in np.flatnonzero(windows.usable).tolist():
             column, row = windows.center[i].tolist()
             half = windows.side[i] / 2.0
@@ -297,7 +297,7 @@ class _Stage:
             own = (one.ids[rows, columns] == actor % _EVERY_ID) | (other.ids[rows, columns] == actor % _EVERY_ID)
             differs = np.abs(one.rgb[rows, columns].astype(int) - other.rgb[rows, columns]).max(axis=2) >= least
             if np.count_nonzero(own & differs) * (CROP_PX / windows.side[i]) ** 2 >= area_px:
-                found.append(actor)
+                found.add(actor)
         return found
 
     def close(self) -> None:

@@ -123,7 +123,7 @@ def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
     for i, name in enumerate(LAMPS):
         dark = BLINKER_DARK_RIGHT if "blinker" in name else LAMP_RIGHT
         shares = dict(zip(LAMP_ANSWERS, (dark, LAMP_RIGHT, 0.0), strict=True))
-        lamp_least[name] = _least(lamps[:, i], crops.lamps[:, i], shares)
+        lamp_least[name] = _least(lamps[:, i], crops.lamps[:, i], shares, crops.lit[:, i])
     gestures = {name: 0.0 if name == UNSEEN_GESTURE else GESTURE_RIGHT for name in GESTURES}
     least = {
         "kind": _least(kind, crops.kind, wanted),
@@ -139,8 +139,8 @@ def _least(
 ) -> dict[str, float]:
     """Thresholds by name; `wanted` has the names in the order of the columns of `shares`.
 
-    With `state`, an answer is also correct if it is what the light shows although its head counts as unseen: a part of
-    it, or its twin on the same pole, was enough.
+    With `state`, an answer is also correct if it is what the light or lamp shows although it counts as unseen: a part
+    of it, its glow, or its twin on the same pole, was enough.
     """
     counts = labels >= 0
     best, sure, labels = shares[counts].argmax(1), shares[counts].max(1), labels[counts]
@@ -164,7 +164,7 @@ def scores(logits: Logits, crops: Crops, card: dict[str, Any]) -> dict[str, Any]
     }
     lamps = softmax(logits.lamps / warm["lamps"])
     for i, name in enumerate(LAMPS):
-        told[name] = _scored(lamps[:, i], crops.lamps[:, i], least["lamps"][name])
+        told[name] = _scored(lamps[:, i], crops.lamps[:, i], least["lamps"][name], crops.lit[:, i])
     return told
 
 

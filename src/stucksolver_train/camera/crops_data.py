@@ -46,6 +46,8 @@ class Crops:
     """Index into `KINDS`."""
     lamps: NDArray[np.int64]
     """(n, 5): 0 off, 1 on, 2 unseen."""
+    lit: NDArray[np.int64]
+    """(n, 5): 0 off, 1 on, seen or not."""
     gesture: NDArray[np.int64]
     """Index into `GESTURES`."""
     light: NDArray[np.int64]
@@ -77,7 +79,8 @@ class Crops:
 def empty() -> Crops:
     """No crops."""
     whole = (np.zeros((0, STORED_PX, STORED_PX, 3), np.uint8), np.zeros((0, FEATURES), np.float32))
-    return Crops(*whole, np.zeros(0, int), np.zeros((0, len(LAMPS)), int), *(np.zeros(0, int) for _ in range(4)))
+    lamps = (np.zeros((0, len(LAMPS)), int) for _ in range(2))
+    return Crops(*whole, np.zeros(0, int), *lamps, *(np.zeros(0, int) for _ in range(4)))
 
 
 def crops_in(folders: Sequence[Path], jobs: int, seed: int = 0) -> Crops:
@@ -132,7 +135,8 @@ def _of_tick(tick: Recorded, rig: CameraRig, group: int, random: np.random.Gener
         hidden = [share < HIDDEN_SHARE for _, share in shares]
         lamps = [_lamp_labels(one, hidden=gone) for one, gone in zip(seen, hidden, strict=True)]
         gestures = [_gesture_label(one, hidden=gone) for one, gone in zip(seen, hidden, strict=True)]
-        labels = _Labels(np.array(kinds), np.array(lamps), np.array(gestures))
+        lit = [[int(one.so.get(name, IGNORE)) for name in LAMPS] for one in seen]
+        labels = _Labels(np.array(kinds), np.array(lamps), np.array(lit), np.array(gestures))
         yield _made(rgb, windows, keep, features[keep], labels, group)
     yield from _background(rgb, rig, windows, group, random)
     yield from _lights(tick, rgb, mask, rig, group)
@@ -144,6 +148,7 @@ class _Labels:
 
     kind: NDArray[np.int64] | None = None
     lamps: NDArray[np.int64] | None = None
+    lit: NDArray[np.int64] | None = None
     gesture: NDArray[np.int64] | None = None
     light: NDArray[np.int64] | None = None
     state: int = IGNORE
@@ -160,6 +165,7 @@ def _made(
         features,
         none if labels.kind is None else labels.kind,
         np.full((n, len(LAMPS)), IGNORE) if labels.lamps is None else labels.lamps,
+        np.full((n, len(LAMPS)), IGNORE) if labels.lit is None else labels.lit,
         none if labels.gesture is None else labels.gesture,
         none if labels.light is None else labels.light,
         np.full(n, labels.state),

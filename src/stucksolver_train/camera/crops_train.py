@@ -1,7 +1,8 @@
 """Trains the crop network: `python -m stucksolver_train.camera.crops_train --data DIR --check DIR --out OUT`.
 
 Reads all crops of the recordings, trains for a given time on a GPU or the CPU, calibrates on one half of the check
-recordings, scores the other half, and writes `crops.onnx`, `crops.json` (the card) and `crops_scores.json` to OUT.
+recordings, scores the other half, and writes `crops.onnx`, `crops.json` (the card), `crops.pt` (the weights, for
+`--start`) and `crops_scores.json` to OUT.
 """
 
 from __future__ import annotations
@@ -54,6 +55,9 @@ class Settings:
     """Stop after this many steps even if there is time left."""
     jobs: int = 1
     device: str = "cpu"
+    start: Path | None = None
+    """Weights to start from, the `crops.pt` of an earlier training; random ones if None."""
+    peak_rate: float = PEAK_RATE
 
 
 def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> dict[str, object]:
@@ -69,6 +73,7 @@ def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> di
     card, told = by_halves(logits, held)
     print(report(told))
     settings.out.mkdir(parents=True, exist_ok=True)
+    torch.save(net.state_dict(), settings.out / "crops.pt")
     (settings.out / "crops_scores.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
     card["trained"] = {
         "crops": len(taught),
@@ -83,6 +88,8 @@ def fit(taught: Crops, settings: Settings) -> CropNet:
     """The trained network with averaged weights, on the CPU."""
     device = torch.device(settings.device)
     net = CropNet().to(device).train()
+    if settings.start is not None:
+        net.load_state_dict(torch.load(settings.start, map_location=device, weights_only=True))
     averaged: CropNet = copy.deepcopy(net).eval()
     weights = torch.from_numpy(sampling_weights(taught))
     kept = _thinned(weights, settings)
@@ -91,7 +98,7 @@ def fit(taught: Crops, settings: Settings) -> CropNet:
         torch.from_numpy(one[kept.numpy()]).to(device)
         for one in (taught.crops, taught.features, taught.kind, taught.lamps, taught.light, taught.gesture)
     )
-    optimizer = torch.optim.AdamW(net.parameters(), PEAK_RATE, weight_decay=WEIGHT_DECAY)
+    optimizer = torch.optim.AdamW(net.parameters(), settings.peak_rate, weight_decay=WEIGHT_DECAY)
     start, said, step, losses = time.monotonic(), 0.0, 0, torch.zeros(len(HEADS), device=device)
     while True:
         spent = time.monotonic() - start
@@ -99,7 +106,7 @@ def fit(taught: Crops, settings: Settings) -> CropNet:
         if done >= 1.0:
             break
         for group in optimizer.param_groups:
-            group["lr"] = PEAK_RATE * rate(done, WARM_UP)
+            group["lr"] = settings.peak_rate * rate(done, WARM_UP)
         drawn = torch.multinomial(weights, settings.batch, replacement=True)
         pictures, known, lit = augmented(stored[drawn], features[drawn], lamps[drawn])
         with torch.autocast(device.type, torch.bfloat16, enabled=device.type == "cuda"):
@@ -164,9 +171,13 @@ def main() -> None:
     parser.add_argument("--batch", type=int, default=512)
     parser.add_argument("--steps", type=int, help="stop after this many steps at the latest")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="number of reading processes")
+    parser.add_argument("--start", type=Path, help="weights to start from: crops.pt of an earlier training")
+    parser.add_argument("--rate", type=float, default=PEAK_RATE, help="largest learning rate")
     told = parser.parse_args()
     device = "cuda" if torch.cuda.is_available() else "cpu"
-    settings = Settings(told.out, told.minutes, told.seed, told.batch, told.steps, told.jobs, device)
+    settings = Settings(
+        told.out, told.minutes, told.seed, told.batch, told.steps, told.jobs, device, told.start, told.rate
+    )
     train(told.data, told.check, settings)
 
 
