@@ -10,10 +10,12 @@ from hypothesis import strategies as st
 from worlds import World, red_light, straight_road, thing
 
 from stucksolver.decision.behaviors import REGISTRY
-from stucksolver.reason.llm.prompt import PROMPT_VERSION, messages, prompt_digest, system_text
+from stucksolver.reason.llm.prompt import PROMPT_VERSION, messages, prompt_digest, system_text, user_text
+from stucksolver.reason.llm.read_text import read_prompt
 from stucksolver.reason.llm.scene_text import MOST_CHARACTERS, scene_text
 from stucksolver.reason.llm.schema import decide_tool
 from stucksolver.scene import CandidateWaypoint, Guidance, LaneKind, LineKind, ObjectKind, PastAttempt
+from stucksolver.scene.objects import Gesture
 
 ROAD = straight_road(left=LineKind.BROKEN)
 
@@ -25,7 +27,7 @@ def scene(count=3, **update):
 
 def test_the_words_belong_to_their_version():
     # Whoever changes the prompt raises PROMPT_VERSION and writes the new digest here.
-    assert (PROMPT_VERSION, prompt_digest()) == (4, "bcf2007267a6")
+    assert (PROMPT_VERSION, prompt_digest()) == (5, "bcf2007267a6")
 
 
 def test_the_fixed_words_come_first_and_the_scene_last():
@@ -38,6 +40,21 @@ def test_numbers_are_those_of_the_scene():
     text = scene_text(scene(1))
     assert "o0 car ego 3.2 -1.9..-0.1 0 30 4.6*1.9*1.5 in-path" in text
     assert "traffic_light red 40 m applies" in text
+
+
+def test_open_doors_and_a_flaggers_signal_are_told_and_read_back():
+    made = scene(2)
+    door, flagger = made.objects[0], made.objects[1].model_copy(update={"kind": ObjectKind.FLAGGER})
+    objects = (door.model_copy(update={"door_open": True}), flagger.model_copy(update={"gesture": Gesture.STOP}))
+    made = made.model_copy(update={"objects": objects})
+    text = scene_text(made)
+    assert "in-path door-open\n" in text
+    assert text.count(" signals-stop\n") == 1
+    back = {one.id: one for one in read_prompt(user_text(made)).objects}
+    assert (back[door.id].door_open, back[door.id].gesture) == (True, None)
+    assert (back[flagger.id].door_open, back[flagger.id].gesture) == (None, Gesture.STOP)
+    none = flagger.model_copy(update={"gesture": Gesture.NONE})
+    assert "signals" not in scene_text(made.model_copy(update={"objects": (none,)}))
 
 
 def test_what_is_unknown_is_a_question_mark():

@@ -13,6 +13,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from stucksolver.decision.behaviors import REGISTRY, describe
+from stucksolver.reason.llm.scene_text import SIGNALS
 from stucksolver.scene import AttemptEnd, LaneRelation, Scene
 from stucksolver.scene.model import first_problem
 
@@ -170,6 +171,8 @@ def _object(told: dict[str, str | None], ego: dict[str, Any]) -> dict[str, Any]:
         "hazard_lights": "hazard-lights" in marks,
         "emergency_lights": "emergency-lights" in marks,
         "brake_lights": "brake-lights" in marks,
+        "door_open": True if "door-open" in marks else None,
+        "gesture": next((mark.removeprefix(SIGNALS) for mark in marks if mark.startswith(SIGNALS)), None),
     }
 
 

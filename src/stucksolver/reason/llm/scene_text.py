@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 
 from stucksolver.scene import CandidateWaypoint, LaneDirection, LaneKind, Scene, SceneLane, SceneObject, TrafficControl
+from stucksolver.scene.objects import Gesture
 
 MOST_CHARACTERS = 1300
 """With the system's text, this keeps the prompt below 2,100 tokens (dense numbers take two characters per token)."""
 LEAST_OBJECTS = 4
+SIGNALS = "signals-"
+"""Begins the mark for a flagger's gesture."""
 
 
 def scene_text(scene: Scene) -> str:
@@ -105,9 +108,12 @@ def _object(o: SceneObject) -> str:
             ("hazard-lights", o.hazard_lights),
             ("emergency-lights", o.emergency_lights),
             ("brake-lights", o.brake_lights),
+            ("door-open", o.door_open),
         )
         if on
     ]
+    if o.gesture is not None and o.gesture is not Gesture.NONE:
+        marks.append(f"{SIGNALS}{o.gesture.value}")
     line = (
         f"{o.id} {o.kind.value} {o.lane.value} {_n(o.gap_m)} {_n(o.right_edge_m)}..{_n(o.left_edge_m)} "
         f"{_n(o.speed_along_mps)} {_n(o.stationary_s)} {_n(o.length_m)}*{_n(o.width_m)}*{_n(o.height_m)}"
