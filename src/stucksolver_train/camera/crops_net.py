@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
+from pathlib import Path
 
 import torch
 from torch import Tensor, nn
@@ -10,6 +12,7 @@ from torch.nn import functional
 
 from stucksolver.perception.camera.crop_network import HEADS
 from stucksolver.perception.camera.crops import CROP_PX, FEATURES, FILL
+from stucksolver_train.restore import Layer, Modules, restored_by
 
 WIDTHS = (24, 32, 64, 128)
 SQUEEZED, JOINED = 48, 160
@@ -54,6 +57,27 @@ class CropNet(nn.Module):
         seen = self.squeeze(self.trunk(pictures.clamp(min=1e-4).sqrt() * 2.0 - 1.0)).flatten(1)
         joined = self.join(torch.cat([seen, self.geometry(features)], dim=1))
         return tuple(head(joined) for head in self.heads)
+
+
+def restored(file: Path) -> CropNet:
+    """Returns the network of an exported file, for further training; a head that the file lacks is random.
+
+    Raises:
+        RestoreError: The file cannot be read, or holds another network.
+    """
+    return restored_by(_empty, file, "crop network", "crops.onnx")
+
+
+def _empty(layers: Sequence[Layer]) -> tuple[CropNet, Modules]:
+    net = CropNet()
+    first, *blocks = net.trunk
+    pairs: list[tuple[nn.Module, nn.BatchNorm2d | None]] = [(first[0], first[1])]
+    for block in blocks:
+        pairs += [(block.down[0], block.down[1]), (block.more[0], block.more[1])]
+    pairs += [(net.squeeze[0], None), (net.geometry[0], None), (net.join[0], None)]
+    # Heads were added at the end.
+    pairs += [(head, None) for head in net.heads][: max(len(layers) - len(pairs), 1)]
+    return net, pairs
 
 
 class Shipped(nn.Module):

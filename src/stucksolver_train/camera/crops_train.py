@@ -1,8 +1,7 @@
 """Trains the crop network: `python -m stucksolver_train.camera.crops_train --data DIR --check DIR --out OUT`.
 
 Reads all crops of the recordings, trains for a given time on a GPU or the CPU, calibrates on one half of the check
-recordings, scores the other half, and writes `crops.onnx`, `crops.json` (the card), `crops.pt` (the weights, for
-`--start`) and `crops_scores.json` to OUT.
+recordings, scores the other half, and writes `crops.onnx`, `crops.json` (the card) and `crops_scores.json` to OUT.
 """
 
 from __future__ import annotations
@@ -27,7 +26,8 @@ from stucksolver.perception.measurements import Floats
 from stucksolver_train.camera.crops_check import Logits, by_halves, report
 from stucksolver_train.camera.crops_data import Crops, crops_in
 from stucksolver_train.camera.crops_export import export
-from stucksolver_train.camera.crops_net import CropNet, augmented, middle
+from stucksolver_train.camera.crops_net import CropNet, augmented, middle, restored
+from stucksolver_train.restore import settle
 from stucksolver_train.schedule import average, rate
 
 MOST_CROPS = 250_000
@@ -56,7 +56,7 @@ class Settings:
     jobs: int = 1
     device: str = "cpu"
     start: Path | None = None
-    """Weights to start from, the `crops.pt` of an earlier training; random ones if None."""
+    """An exported network to start from; random weights if None."""
     peak_rate: float = PEAK_RATE
 
 
@@ -73,7 +73,6 @@ def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> di
     card, told = by_halves(logits, held)
     print(report(told))
     settings.out.mkdir(parents=True, exist_ok=True)
-    torch.save(net.state_dict(), settings.out / "crops.pt")
     (settings.out / "crops_scores.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
     card["trained"] = {
         "crops": len(taught),
@@ -87,10 +86,7 @@ def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> di
 def fit(taught: Crops, settings: Settings) -> CropNet:
     """The trained network with averaged weights, on the CPU."""
     device = torch.device(settings.device)
-    net = CropNet().to(device).train()
-    if settings.start is not None:
-        net.load_state_dict(torch.load(settings.start, map_location=device, weights_only=True))
-    averaged: CropNet = copy.deepcopy(net).eval()
+    net = (CropNet() if settings.start is None else restored(settings.start)).to(device).train()
     weights = torch.from_numpy(sampling_weights(taught))
     kept = _thinned(weights, settings)
     weights = weights[kept].to(device)
@@ -98,7 +94,11 @@ def fit(taught: Crops, settings: Settings) -> CropNet:
         torch.from_numpy(one[kept.numpy()]).to(device)
         for one in (taught.crops, taught.features, taught.kind, taught.lamps, taught.light, taught.gesture)
     )
+    if settings.start is not None:
+        some = torch.multinomial(weights, settings.batch, replacement=True)
+        settle(net, lambda: net(middle(stored[some]), features[some]))
     optimizer = torch.optim.AdamW(net.parameters(), settings.peak_rate, weight_decay=WEIGHT_DECAY)
+    averaged: CropNet = copy.deepcopy(net).eval()
     start, said, step, losses = time.monotonic(), 0.0, 0, torch.zeros(len(HEADS), device=device)
     while True:
         spent = time.monotonic() - start
@@ -171,7 +171,7 @@ def main() -> None:
     parser.add_argument("--batch", type=int, default=512)
     parser.add_argument("--steps", type=int, help="stop after this many steps at the latest")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="number of reading processes")
-    parser.add_argument("--start", type=Path, help="weights to start from: crops.pt of an earlier training")
+    parser.add_argument("--start", type=Path, help="a network to start from, such as the shipped crops.onnx")
     parser.add_argument("--rate", type=float, default=PEAK_RATE, help="largest learning rate")
     told = parser.parse_args()
     device = "cuda" if torch.cuda.is_available() else "cpu"

@@ -1,0 +1,49 @@
+"""A training of the crop network goes on from the file that is shipped; needs torch and onnx."""
+
+
+import numpy as np
+import pytest
+
+from stucksolver.perception.camera.crop_network import CropNetwork
+from stucksolver.perception.camera.crops import CROP_PX, FEATURES
+from stucksolver.perception.camera.weights import DATA
+
+torch = pytest.importorskip("torch", reason="training needs torch")
+pytest.importorskip("onnx", reason="training needs onnx")
+from stucksolver_train.camera.crops_net import Shipped, restored  # noqa: E402
+from stucksolver_train.restore import RestoreError, settle  # noqa: E402
+
+SHIPPED = DATA / "crops.onnx"
+
+
+def given(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    random = np.random.default_rng(seed)
+    crops = random.integers(0, 256, (6, CROP_PX, CROP_PX, 3), dtype=np.uint8)
+    return crops, random.normal(0.0, 0.5, (6, FEATURES)).astype(np.float32)
+
+
+def test_the_restored_network_computes_what_the_shipped_one_does() -> None:
+    net, network = Shipped(restored(SHIPPED)).eval(), CropNetwork()
+    crops, features = given(1)
+    with torch.no_grad():
+        mine = [one.numpy() for one in net(torch.from_numpy(crops), torch.from_numpy(features))]
+    theirs = network._session.run(None, {"crops": crops, "features": features})
+    assert len(mine) == len(theirs)
+    for one, other in zip(mine, theirs, strict=True):
+        assert np.abs(one - other).max() < 1e-2
+
+
+def test_settling_keeps_the_output() -> None:
+    net = restored(SHIPPED).eval()
+    crops, features = given(2)
+    pictures, known = torch.from_numpy(crops).permute(0, 3, 1, 2).float() / 255.0, torch.from_numpy(features)
+    with torch.no_grad():
+        before = net(pictures, known)
+        settle(net, lambda: net(pictures, known))
+        after = net(pictures, known)
+    assert all((one - other).abs().max() < 2e-2 for one, other in zip(before, after, strict=True))
+
+
+def test_another_network_is_named() -> None:
+    with pytest.raises(RestoreError, match=r"far\.onnx"):
+        restored(DATA / "far.onnx")
