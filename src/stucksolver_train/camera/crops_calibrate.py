@@ -14,14 +14,17 @@ from typing import Any
 
 import numpy as np
 
+from stucksolver.perception.camera.crop_network import HEADS
 from stucksolver_train.camera.crops_check import Logits, by_halves, report
 from stucksolver_train.camera.crops_data import Crops, crops_in
 
 AT_ONCE = 256
 
 
-def calibrate(run: Path, check: Sequence[Path], jobs: int = 1) -> dict[str, Any]:
+def calibrate(run: Path, check: Sequence[Path], jobs: int = 1, only: Sequence[str] = ()) -> dict[str, Any]:
     """Rewrites `crops.json` in the folder `run`, and prints the scores. Returns the new card.
+
+    With `only`, names of `HEADS`, the temperatures and thresholds of the others stay as they are.
 
     Raises:
         RecordingError: A folder has no recordings.
@@ -33,7 +36,9 @@ def calibrate(run: Path, check: Sequence[Path], jobs: int = 1) -> dict[str, Any]
     card, scores = by_halves(logits_of(run / "crops.onnx", held), held)
     print(report(scores))
     file = run / "crops.json"
-    told: dict[str, Any] = json.loads(file.read_text(encoding="utf-8")) | card
+    told: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    for part, values in card.items():
+        told[part] |= {head: one for head, one in values.items() if not only or head in only}
     told["trained"]["check_crops"] = len(held)
     file.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
     return told
@@ -58,8 +63,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--run", type=Path, required=True, help="folder with crops.onnx and crops.json")
     parser.add_argument("--check", type=Path, nargs="+", required=True, help="held-out recordings")
     parser.add_argument("--jobs", type=int, default=1, help="number of reading processes")
+    parser.add_argument("--only", default="", help=f"heads to calibrate, of {', '.join(HEADS)}; otherwise all")
     given = parser.parse_args(arguments)
-    calibrate(given.run, given.check, given.jobs)
+    only = [one for one in given.only.split(",") if one]
+    if unknown := [one for one in only if one not in HEADS]:
+        parser.error(f"--only {unknown[0]}: there are {', '.join(HEADS)}")
+    calibrate(given.run, given.check, given.jobs, only)
 
 
 if __name__ == "__main__":

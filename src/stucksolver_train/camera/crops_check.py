@@ -28,7 +28,7 @@ KIND_RIGHT, PASSABLE_RIGHT = 0.95, 0.99
 LIGHT_RIGHT = {"red": 0.98, "yellow": 0.98, "green": 0.99, "off": 0.98, "unseen": 0.0}
 LAMP_RIGHT, BLINKER_DARK_RIGHT = 0.97, 0.75
 """The same for lamps. A blinker that is dark in one image may still be blinking: the memory waits for more images."""
-GESTURE_RIGHT = 0.97
+GESTURE_RIGHT = 0.95
 LEAST_CONFIDENCE = 0.5
 
 

@@ -15,7 +15,7 @@ from stucksolver.perception.camera.crops import CROP_PX, FEATURES, FILL
 from stucksolver_train.restore import Layer, Modules, restored_by
 
 WIDTHS = (24, 32, 64, 128)
-SQUEEZED, JOINED = 48, 160
+SQUEEZED, JOINED, GESTURE_UNITS = 48, 160, 48
 SHIFT, ZOOM = 0.10, 0.18
 """Error of a tracker's box: its centre by this fraction of the crop's side, and its side by this fraction."""
 COVERED = 0.2
@@ -40,7 +40,7 @@ class Block(nn.Module):
 
 
 class CropNet(nn.Module):
-    """A trunk of convolutions down to 4x4, joined with the features, with one linear head per question."""
+    """A trunk of convolutions down to 4x4, joined with the features, with one head per question."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -49,14 +49,20 @@ class CropNet(nn.Module):
         self.squeeze = nn.Sequential(nn.Conv2d(WIDTHS[-1], SQUEEZED, 1), nn.ReLU())
         self.geometry = nn.Sequential(nn.Linear(FEATURES, 32), nn.ReLU())
         self.join = nn.Sequential(nn.Linear(16 * SQUEEZED + 32, JOINED), nn.ReLU(), nn.Dropout(0.2))
-        self.heads = nn.ModuleList(nn.Linear(JOINED, size) for size in HEADS.values())
+        *joined, last = HEADS.values()
+        self.heads = nn.ModuleList(nn.Linear(JOINED, size) for size in joined)
+        # On its own, so that it could be trained for an older network without a change of what that says of the rest.
+        self.gesture = nn.Sequential(
+            nn.Linear(16 * SQUEEZED + 32, GESTURE_UNITS), nn.ReLU(), nn.Linear(GESTURE_UNITS, last)
+        )
 
     def forward(self, pictures: Tensor, features: Tensor) -> tuple[Tensor, ...]:
         """Logits of each head for images (n, 3, 64, 64; 0 to 1) and features (n, 10)."""
         # The square root brightens dark pixels, which matter at night.
         seen = self.squeeze(self.trunk(pictures.clamp(min=1e-4).sqrt() * 2.0 - 1.0)).flatten(1)
-        joined = self.join(torch.cat([seen, self.geometry(features)], dim=1))
-        return tuple(head(joined) for head in self.heads)
+        both = torch.cat([seen, self.geometry(features)], dim=1)
+        joined = self.join(both)
+        return (*(head(joined) for head in self.heads), self.gesture(both))
 
 
 def restored(file: Path) -> CropNet:
@@ -75,9 +81,9 @@ def _empty(layers: Sequence[Layer]) -> tuple[CropNet, Modules]:
     for block in blocks:
         pairs += [(block.down[0], block.down[1]), (block.more[0], block.more[1])]
     pairs += [(net.squeeze[0], None), (net.geometry[0], None), (net.join[0], None)]
-    # Heads were added at the end.
-    pairs += [(head, None) for head in net.heads][: max(len(layers) - len(pairs), 1)]
-    return net, pairs
+    pairs += [(head, None) for head in net.heads]
+    # The first networks read no gestures.
+    return net, pairs if len(layers) == len(pairs) else [*pairs, (net.gesture[0], None), (net.gesture[2], None)]
 
 
 class Shipped(nn.Module):

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor
+from torch import Tensor, nn
 from torch.nn import functional
 
 from stucksolver.perception.camera.crop_network import HEADS, LAMP_ANSWERS
@@ -58,6 +58,8 @@ class Settings:
     start: Path | None = None
     """An exported network to start from; random weights if None."""
     peak_rate: float = PEAK_RATE
+    gestures_only: bool = False
+    """Train the head for gestures alone, on flaggers; the rest of the network stays as it is."""
 
 
 def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> dict[str, object]:
@@ -68,6 +70,8 @@ def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> di
     print(f"{len(taught)} crops to train on, {len(held)} to check on, read in {time.monotonic() - start:.0f} s")
     if not len(taught) or not len(held):
         raise ValueError("the recordings contain no crops: they need images with instance masks")
+    if settings.gestures_only:
+        taught = taught.part(taught.gesture >= 0)
     net = fit(taught, settings)
     logits = logits_of(net, held, settings)
     card, told = by_halves(logits, held)
@@ -94,10 +98,14 @@ def fit(taught: Crops, settings: Settings) -> CropNet:
         torch.from_numpy(one[kept.numpy()]).to(device)
         for one in (taught.crops, taught.features, taught.kind, taught.lamps, taught.light, taught.gesture)
     )
-    if settings.start is not None:
+    learnt: nn.Module = net
+    if settings.gestures_only:
+        net.eval()
+        learnt = net.gesture
+    elif settings.start is not None:
         some = torch.multinomial(weights, settings.batch, replacement=True)
         settle(net, lambda: net(middle(stored[some]), features[some]))
-    optimizer = torch.optim.AdamW(net.parameters(), settings.peak_rate, weight_decay=WEIGHT_DECAY)
+    optimizer = torch.optim.AdamW(learnt.parameters(), settings.peak_rate, weight_decay=WEIGHT_DECAY)
     averaged: CropNet = copy.deepcopy(net).eval()
     start, said, step, losses = time.monotonic(), 0.0, 0, torch.zeros(len(HEADS), device=device)
     while True:
@@ -173,10 +181,20 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="number of reading processes")
     parser.add_argument("--start", type=Path, help="a network to start from, such as the shipped crops.onnx")
     parser.add_argument("--rate", type=float, default=PEAK_RATE, help="largest learning rate")
+    parser.add_argument("--gestures-only", action="store_true", help="train the head for gestures alone")
     told = parser.parse_args()
     device = "cuda" if torch.cuda.is_available() else "cpu"
     settings = Settings(
-        told.out, told.minutes, told.seed, told.batch, told.steps, told.jobs, device, told.start, told.rate
+        told.out,
+        told.minutes,
+        told.seed,
+        told.batch,
+        told.steps,
+        told.jobs,
+        device,
+        told.start,
+        told.rate,
+        told.gestures_only,
     )
     train(told.data, told.check, settings)
 
