@@ -120,10 +120,14 @@ def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
     passable = {one.value for one in PASSABLE_KINDS}
     wanted = {name: PASSABLE_RIGHT if name in passable else KIND_RIGHT for name in KINDS}
     lamp_least = {}
+    blinkers = [i for i, name in enumerate(LAMPS) if "blinker" in name]
     for i, name in enumerate(LAMPS):
-        dark = BLINKER_DARK_RIGHT if "blinker" in name else LAMP_RIGHT
+        dark = BLINKER_DARK_RIGHT if i in blinkers else LAMP_RIGHT
         shares = dict(zip(LAMP_ANSWERS, (dark, LAMP_RIGHT, 0.0), strict=True))
-        lamp_least[name] = _least(lamps[:, i], crops.lamps[:, i], shares, crops.lit[:, i])
+        # Both sides together: training mirrors its crops, and lit blinkers are rare.
+        which = blinkers if i in blinkers else [i]
+        told, labels, lit = (np.concatenate([one[:, k] for k in which]) for one in (lamps, crops.lamps, crops.lit))
+        lamp_least[name] = _least(told, labels, shares, lit)
     gestures = {name: 0.0 if name == UNSEEN_GESTURE else GESTURE_RIGHT for name in GESTURES}
     least = {
         "kind": _least(kind, crops.kind, wanted),

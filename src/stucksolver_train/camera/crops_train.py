@@ -75,6 +75,10 @@ def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> di
     net = fit(taught, settings)
     logits = logits_of(net, held, settings)
     card, told = by_halves(logits, held)
+    if settings.gestures_only and settings.start is not None:
+        kept = json.loads(settings.start.with_suffix(".json").read_text(encoding="utf-8"))
+        for part in card:
+            card[part] = {**card[part], **{head: one for head, one in kept[part].items() if head != "gesture"}}
     print(report(told))
     settings.out.mkdir(parents=True, exist_ok=True)
     (settings.out / "crops_scores.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")

@@ -1,6 +1,5 @@
 """A training of the crop network goes on from the file that is shipped; needs torch and onnx."""
 
-
 import numpy as np
 import pytest
 

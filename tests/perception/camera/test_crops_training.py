@@ -1,6 +1,7 @@
 """Crops with labels from recordings, thresholds from held-out crops, and a training run from end to end."""
 
 import io
+import json
 from pathlib import Path
 
 import numpy as np
@@ -148,6 +149,7 @@ def test_a_network_that_is_too_sure_is_cooled() -> None:
 def test_a_training_run_makes_a_network_that_the_runtime_loads(folder: Path, tmp_path: Path) -> None:
     pytest.importorskip("torch", reason="training needs torch")
     pytest.importorskip("onnx", reason="training needs onnx")
+    from stucksolver_train.camera.crops_calibrate import calibrate
     from stucksolver_train.camera.crops_train import Settings, train
 
     train([folder], [folder], Settings(tmp_path / "out", minutes=1.0, batch=8, steps=3))
@@ -156,6 +158,11 @@ def test_a_training_run_makes_a_network_that_the_runtime_loads(folder: Path, tmp
     assert np.allclose(told.kind.sum(1), 1.0)
     assert told.lamps.shape == (2, 5, 3)
     card = tmp_path / "out" / "crops.json"
+    marked = json.loads(card.read_text())
+    marked["least"]["kind"]["car"], marked["least"]["gesture"]["stop"] = 0.123, 0.456
+    card.write_text(json.dumps(marked))
+    least = calibrate(tmp_path / "out", [folder], only=("gesture",))["least"]
+    assert (least["kind"]["car"], least["gesture"]["stop"]) == (0.123, NEVER), "there are no flaggers"
     card.write_text(card.read_text().replace('"bag"', '"rug"'))
     with pytest.raises(WeightsError, match=r"crops\.json.*kinds"):
         CropNetwork(tmp_path / "out")
