@@ -16,7 +16,9 @@ from stucksolver.perception.recording import GESTURES, KINDS, PARTS, Recorded
 from stucksolver.perception.rig import CameraRig
 from stucksolver.scene.objects import MOTOR_VEHICLES, TWO_WHEELED, Gesture, ObjectKind
 
-BRAKE, LEFT, RIGHT = 8, 32, 16
+BRAKE = 8
+LEFT = 32
+RIGHT = 16
 SPECIAL = 512 | 1024
 """Bits of `carla.VehicleLightState`."""
 SPECIAL_KINDS = frozenset({ObjectKind.EMERGENCY, ObjectKind.SCHOOL_BUS})
@@ -87,7 +89,8 @@ class VisibleParts:
         if kind not in MOTOR_VEHICLES:
             return Seen({}, {}, None, False)
         measured = int(truth.shown[i])
-        lamps, so = self._lamps(i, kind, longer >= LEAST_PX), self._so(i, kind)
+        so = self._so(i, kind)
+        lamps = self._lamps(i, kind, so, longer >= LEAST_PX)
         if measured >= 0:
             # Both must hold: pixels also change in the light of other vehicles' lamps.
             for bit, name in enumerate(PARTS):
@@ -106,24 +109,20 @@ class VisibleParts:
             found |= dict(zip(PARTS, lit, strict=False))
         return found if doors < 0 else found | {PARTS[-1]: bool(doors)}
 
-    def _lamps(self, i: int, kind: ObjectKind, large: bool) -> dict[str, bool | None]:
-        flags, doors = int(self._tick.truth.lamps[i]), int(self._tick.truth.doors[i])
+    def _lamps(self, i: int, kind: ObjectKind, so: dict[str, bool], large: bool) -> dict[str, bool | None]:
         found: dict[str, bool | None] = {}
-        if flags >= 0:
+        if "brake_lights" in so:
             lamps = _lamp_points(kind)
             shows = {name: large and self._share(i, points) >= SHOWN for name, points in lamps.items()}
             rear = shows["rear left"] or shows["rear right"]
-            found["brake_lights"] = bool(flags & BRAKE) if rear else None
-            for name, side, bit in (("left_blinker", "left", LEFT), ("right_blinker", "right", RIGHT)):
+            found["brake_lights"] = so["brake_lights"] if rear else None
+            for side in ("left", "right"):
                 any_of = any(shows[f"{place} {side}"] for place in ("rear", "front", "side"))
-                found[name] = bool(flags & bit) if any_of else None
-            if kind in SPECIAL_KINDS:
-                roof = large and self._share(i, _ROOF, behind=True) >= SHOWN_ROOF
-                found["emergency_lights"] = bool(flags & SPECIAL) if roof else None
-            else:
-                found["emergency_lights"] = False
-        if doors >= 0:
-            found |= self._doors(i, doors, large)
+                found[f"{side}_blinker"] = so[f"{side}_blinker"] if any_of else None
+            roof = kind not in SPECIAL_KINDS or (large and self._share(i, _ROOF, behind=True) >= SHOWN_ROOF)
+            found["emergency_lights"] = so["emergency_lights"] if roof else None
+        if "door_open" in so:
+            found |= self._doors(i, int(self._tick.truth.doors[i]), large)
         return found
 
     def _doors(self, i: int, doors: int, large: bool) -> dict[str, bool | None]:

@@ -11,9 +11,7 @@ points. In drives, few lamps are lit, hardly any door is open, and no flagger si
 
 from __future__ import annotations
 
-import argparse
 import math
-import os
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -30,13 +28,21 @@ from stucksolver.perception.recording import PARTS, LightTruth, Recorded, Record
 from stucksolver.perception.rig import load_rig
 from stucksolver.perception.visible_parts import BRAKE, LEFT, RIGHT, SPECIAL_KINDS
 from stucksolver.scene import ObjectKind
-from stucksolver.scene.objects import Gesture
+from stucksolver.scene.objects import VEHICLES, Gesture
 from stucksolver.stacks.sensed.mounting import camera_setup
 from stucksolver.stacks.sensed.readings import camera_rgb
-from stucksolver_eval.perception.far_places import AWAY_M, GRID_M, Posed
-from stucksolver_eval.perception.scoring.samples import boxes_in_body
-from stucksolver_eval.perception.staged import CLIENT_LIMIT_S, copied, drawn, drawn_weather, record_all, spawn_away
-from stucksolver_eval.recording.crowd import blueprints_by_kind
+from stucksolver_eval.perception.far_places import AWAY_M, Posed, lane_places
+from stucksolver_eval.perception.scoring.samples import boxes_in_body, mask_id
+from stucksolver_eval.perception.staged import (
+    CLIENT_LIMIT_S,
+    copied,
+    drawn,
+    drawn_weather,
+    options,
+    record_all,
+    spawn_away,
+)
+from stucksolver_eval.recording.crowd import SIGNALS, blueprints_by_kind
 from stucksolver_eval.recording.mounted import INSTANCE_CAMERA, MountedSensor, encoded, instance_ids
 from stucksolver_eval.recording.truth import LightsReader, TruthReader, ego_pose
 from stucksolver_eval.server import carlette_server, connect, set_synchronous
@@ -90,30 +96,12 @@ _POOL = {
 """By kind: how many a drive has, and how many of them are in each scene."""
 _FLAGGERS = 2
 """Flaggers of each gesture in a drive; one in each scene has a random gesture."""
-_ON_WHEELS = frozenset(
-    {
-        ObjectKind.CAR,
-        ObjectKind.EMERGENCY,
-        ObjectKind.VAN,
-        ObjectKind.TRUCK,
-        ObjectKind.BUS,
-        ObjectKind.SCHOOL_BUS,
-        ObjectKind.MOTORCYCLE,
-        ObjectKind.BICYCLE,
-    }
-)
-_ON_FEET = frozenset({ObjectKind.PEDESTRIAN, ObjectKind.FLAGGER})
 _BITS = {"brake_lights": BRAKE, "left_blinker": LEFT, "right_blinker": RIGHT, "emergency_lights": SIREN}
-_EVERY_ID = 65536
 _LAMP_ODDS = (("Brake", 0.35), ("LeftBlinker", 0.22), ("RightBlinker", 0.22), ("Reverse", 0.08), ("HighBeam", 0.06))
-_BOTH_BLINKERS_ODDS, _LIT_ODDS, _LIT_AT_NIGHT_ODDS = 0.15, 0.4, 0.85
+_BOTH_BLINKERS_ODDS = 0.15
+_LIT_ODDS = 0.4
+_LIT_AT_NIGHT_ODDS = 0.85
 _DOORS = (carla.VehicleDoor.FL, carla.VehicleDoor.FR, carla.VehicleDoor.RL, carla.VehicleDoor.RR)
-_STATES = (
-    carla.TrafficLightState.Red,
-    carla.TrafficLightState.Yellow,
-    carla.TrafficLightState.Green,
-    carla.TrafficLightState.Off,
-)
 
 
 @dataclass(frozen=True)
@@ -205,7 +193,7 @@ class _Stage:
         self._weather, self._dry, self._images = weather, copied(weather), 0
         self._dry.precipitation = 0.0
         self._client, self._world, self._random, self._dark = client, world, random, dark
-        self._rows = _rows(world.get_map())
+        self._rows = lane_places(world.get_map())
         library = world.get_blueprint_library()
         self._ego = spawn_away(world, library.find("vehicle.lincoln.mkz_2020"), 0)
         self._extras: list[_Extra] = []
@@ -244,14 +232,14 @@ class _Stage:
         for number, (extra, pose) in enumerate(self._placed(ego)):
             if pose is None:
                 pose = Posed(AWAY_M + 20.0 * number, -AWAY_M - 40.0, 0.0, 0.0, 0.0, 0.0)
-            elif extra.kind in _ON_WHEELS:
+            elif extra.kind in VEHICLES:
                 there.append(extra)
             moves.append(carla.command.ApplyTransform(extra.actor, pose.transform()))
         self._client.apply_batch_sync(moves, False)
         for light in self._lights:
             at = light.get_location()
             if math.hypot(at.x - ego.x, at.y - ego.y) < LIGHTS_WITHIN_M:
-                light.set_state(_STATES[int(self._random.integers(len(_STATES)))])
+                light.set_state(SIGNALS[int(self._random.integers(len(SIGNALS)))])
         first = self._look()
         looks, shown = [first], dict.fromkeys((extra.actor.id for extra in there), 0)
         for bit, part in enumerate(PARTS):
@@ -294,7 +282,7 @@ class _Stage:
             rows = slice(max(int(row - half), 0), int(row + half) + 1)
             columns = slice(max(int(column - half), 0), int(column + half) + 1)
             actor = int(one.truth.actor_id[i])
-            own = (one.ids[rows, columns] == actor % _EVERY_ID) | (other.ids[rows, columns] == actor % _EVERY_ID)
+            own = (one.ids[rows, columns] == mask_id(actor)) | (other.ids[rows, columns] == mask_id(actor))
             differs = np.abs(one.rgb[rows, columns].astype(int) - other.rgb[rows, columns]).max(axis=2) >= least
             if np.count_nonzero(own & differs) * (CROP_PX / windows.side[i]) ** 2 >= area_px:
                 found.add(actor)
@@ -343,7 +331,7 @@ class _Stage:
             if pose is not None:
                 poses[extra.actor.id] = pose
                 taken.append((pose.x, pose.y, extra.reach_m))
-                if extra.kind in _ON_WHEELS:
+                if extra.kind in VEHICLES:
                     self._draw_lamps_and_doors(extra)
         return [(extra, poses.get(extra.actor.id)) for extra in self._extras]
 
@@ -361,7 +349,7 @@ class _Stage:
             if any(math.hypot(x - a, y - b) < extra.reach_m + reach for a, b, reach in taken):
                 continue
             z, pitch, yaw, roll = self._rows[near, 2:].tolist()
-            if extra.kind in _ON_WHEELS and random.random() < ALONG_SHARE:
+            if extra.kind in VEHICLES and random.random() < ALONG_SHARE:
                 turned = yaw + random.choice((0.0, 0.0, 180.0)) + random.normal(0.0, 7.0)
             elif extra.kind is ObjectKind.FLAGGER and random.random() < ALONG_SHARE:
                 turned = ego.yaw_deg + 180.0 + random.normal(0.0, 25.0)
@@ -426,25 +414,10 @@ def _align(world: Any, phase_s: float) -> None:
     set_synchronous(world, STEP_S)
 
 
-def _rows(carla_map: carla.Map) -> Floats:
-    """Return places in lanes, shape (n, 6): x, y, z (m), pitch, yaw, roll (degrees) in CARLA's world frame."""
-    rows = []
-    for waypoint in carla_map.generate_waypoints(GRID_M):
-        at, turn = waypoint.transform.location, waypoint.transform.rotation
-        rows.append((at.x, at.y, at.z, math.remainder(turn.pitch, 360.0), turn.yaw, turn.roll))
-    return np.array(rows, np.float64)
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Record drives in parallel. A failed drive is reported, and the others continue. Returns 1 if any failed."""
-    parser = argparse.ArgumentParser(description="Records scenes for the crop network.")
-    parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
-    parser.add_argument("--drives", type=int, default=32)
-    parser.add_argument("--scenes", type=int, default=10, help="scenes in each drive, with six or seven images each")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--towns", default=",".join(TOWNS), help="towns to use in turn, separated by commas")
-    parser.add_argument("--maps", default=os.environ.get("STUCKSOLVER_MAPS"), help="folders with towns")
+    scenes = "scenes in each drive, with six or seven images each"
+    parser = options("Records scenes for the crop network.", TOWNS, drives=32, scenes=10, scenes_help=scenes)
     args = parser.parse_args(arguments)
     towns = args.towns.split(",")
     drives = [

@@ -62,16 +62,21 @@ class Posed:
         )
 
 
+def lane_places(carla_map: carla.Map) -> Floats:
+    """Return places in lanes, shape (n, 6): x, y, z (m), pitch, yaw, roll (degrees) in CARLA's world frame."""
+    rows = []
+    for waypoint in carla_map.generate_waypoints(GRID_M):
+        at, turn = waypoint.transform.location, waypoint.transform.rotation
+        rows.append((at.x, at.y, at.z, math.remainder(turn.pitch, 360.0), turn.yaw, turn.roll))
+    return np.array(rows, np.float64)
+
+
 class Places:
     """Draws random poses on one map."""
 
     def __init__(self, carla_map: carla.Map, random: np.random.Generator) -> None:
         self._random = random
-        rows = []
-        for waypoint in carla_map.generate_waypoints(GRID_M):
-            at, turn = waypoint.transform.location, waypoint.transform.rotation
-            rows.append((at.x, at.y, at.z, math.remainder(turn.pitch, 360.0), turn.yaw, turn.roll))
-        self._rows: Floats = np.array(rows, np.float64)
+        self._rows = lane_places(carla_map)
         self._chances = self._long_views()
 
     def ego(self) -> Posed:

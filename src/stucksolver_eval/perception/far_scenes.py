@@ -12,8 +12,6 @@ scenes are `SCENE_S` apart and the two looks `LOOK_S`.
 
 from __future__ import annotations
 
-import argparse
-import os
 import queue
 import sys
 from collections.abc import Iterator, Sequence
@@ -30,7 +28,7 @@ from stucksolver.perception.measurements import LidarSweep
 from stucksolver.perception.recording import Recorded, RecordingWriter
 from stucksolver.perception.rig import CameraRig, Rig, load_rig
 from stucksolver_eval.perception.far_places import AWAY_M, Places, Posed
-from stucksolver_eval.perception.staged import CLIENT_LIMIT_S, drawn, drawn_weather, record_all, spawn_away
+from stucksolver_eval.perception.staged import CLIENT_LIMIT_S, drawn, drawn_weather, options, record_all, spawn_away
 from stucksolver_eval.recording.truth import TruthReader, ego_pose
 from stucksolver_eval.server import carlette_server, connect, set_synchronous
 
@@ -245,15 +243,11 @@ def _jpeg(image: Any) -> bytes:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Record drives in parallel. A failed drive is reported, and the others continue. Returns 1 if any failed."""
-    parser = argparse.ArgumentParser(description="Records scenes for the detector of far vehicles.")
-    parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
-    parser.add_argument("--drives", type=int, default=24)
-    parser.add_argument("--scenes", type=int, default=50, help="scenes in each drive, with two images each")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=2)
+    scenes = "scenes in each drive, with two images each"
+    parser = options(
+        "Records scenes for the detector of far vehicles.", TOWNS, drives=24, scenes=50, scenes_help=scenes
+    )
     parser.add_argument("--queued", action="store_true", help="a low car stands close ahead of the ego in each scene")
-    parser.add_argument("--towns", default=",".join(TOWNS), help="towns to use in turn, separated by commas")
-    parser.add_argument("--maps", default=os.environ.get("STUCKSOLVER_MAPS"), help="folders with towns")
     args = parser.parse_args(arguments)
     towns = args.towns.split(",")
     drives = [

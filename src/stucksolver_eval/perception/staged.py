@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
@@ -73,6 +75,21 @@ def copied(weather: carla.WeatherParameters) -> carla.WeatherParameters:
     for name in (one for one in dir(weather) if not one.startswith("_") and isinstance(getattr(weather, one), float)):
         setattr(chosen, name, getattr(weather, name))
     return chosen
+
+
+def options(
+    description: str, towns: Sequence[str], *, drives: int, scenes: int, scenes_help: str
+) -> argparse.ArgumentParser:
+    """Return the options that all recordings of staged scenes have, with these defaults."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
+    parser.add_argument("--drives", type=int, default=drives)
+    parser.add_argument("--scenes", type=int, default=scenes, help=scenes_help)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--towns", default=",".join(towns), help="towns to use in turn, separated by commas")
+    parser.add_argument("--maps", default=os.environ.get("STUCKSOLVER_MAPS"), help="folders with towns")
+    return parser
 
 
 def record_all(record: Callable[[Drive], int], drives: Sequence[Drive], jobs: int) -> int:

@@ -149,7 +149,7 @@ class Crowd:
         for signal in self._signals:
             if time_s >= signal.next_s:
                 signal.next_s = time_s + self._random.uniform(*CYCLE_S)
-                signal.light.set_state(self._random.choice(_SIGNALS))
+                signal.light.set_state(self._random.choice(SIGNALS))
         self._unblock_hero(time_s)
 
     def _unblock_hero(self, time_s: float) -> None:
@@ -357,7 +357,7 @@ class Crowd:
         self._cast.lights(member, lamps(*names))
 
 
-_SIGNALS = (
+SIGNALS = (
     carla.TrafficLightState.Red,
     carla.TrafficLightState.Yellow,
     carla.TrafficLightState.Green,

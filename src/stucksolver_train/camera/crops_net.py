@@ -15,7 +15,9 @@ from stucksolver.perception.camera.crops import CROP_PX, FEATURES, FILL
 from stucksolver_train.restore import Layer, Modules, restored_by
 
 WIDTHS = (24, 32, 64, 128)
-SQUEEZED, JOINED, GESTURE_UNITS = 48, 160, 48
+SQUEEZED = 48
+JOINED = 160
+GESTURE_UNITS = 48
 SHIFT, ZOOM = 0.10, 0.18
 """Error of a tracker's box: its centre by this fraction of the crop's side, and its side by this fraction."""
 COVERED = 0.2

@@ -187,6 +187,8 @@ def main() -> None:
     parser.add_argument("--rate", type=float, default=PEAK_RATE, help="largest learning rate")
     parser.add_argument("--gestures-only", action="store_true", help="train the head for gestures alone")
     told = parser.parse_args()
+    if told.gestures_only and told.start is None:
+        parser.error("--gestures-only needs --start, the network to which the head belongs")
     device = "cuda" if torch.cuda.is_available() else "cpu"
     settings = Settings(
         told.out,
@@ -196,9 +198,9 @@ def main() -> None:
         told.steps,
         told.jobs,
         device,
-        told.start,
-        told.rate,
-        told.gestures_only,
+        start=told.start,
+        peak_rate=told.rate,
+        gestures_only=told.gestures_only,
     )
     train(told.data, told.check, settings)
 
