@@ -28,10 +28,13 @@ def seen(
     gesture: Gesture | None = None,
     hide: tuple[slice, slice] | None = None,
     wide_px: int = 0,
+    sign: tuple[float, float] | None = None,
+    before: tuple[float, float] | None = None,
 ) -> Seen:
-    """A car 15 m ahead, which fills its rectangle in the mask and `wide_px` more to either side.
+    """A car or a flagger 15 m ahead, which fills its rectangle in the mask and `wide_px` more to either side.
 
-    In `hide`, rows and columns as shares of the rectangle, something else is in front of it.
+    In `hide`, rows and columns as shares of the rectangle, something else is in front of it. A `sign` of 0.6 m that
+    belongs to it, or one of 1 m nearby `before` it, has its middle so far to the left of it, and so high (m).
     """
     size = (0.5, 0.5, 1.8) if kind is ObjectKind.FLAGGER else (4.5, 1.9, 1.5)
     box = np.array([[15.0, 0.0, size[2] / 2.0, *size, yaw]])
@@ -46,6 +49,13 @@ def seen(
             for share, length in zip(hide, part.shape, strict=True)
         )
         part[rows, columns] = OTHER
+    for middle, half_m, owner in ((sign, 0.3, CAR), (before, 0.5, OTHER)):
+        if middle is not None:
+            corners = np.array(
+                [(15.0, middle[0] + a, middle[1] + b) for a, b in ((half_m, half_m), (-half_m, -half_m))]
+            )
+            column, row, _ = RIG.project(corners)
+            mask[int(row[0]) : int(row[1]) + 1, int(column[0]) : int(column[1]) + 1] = owner
     truth = Truth(
         np.array([CAR]),
         np.array([KINDS.index(kind)]),
@@ -132,8 +142,22 @@ def test_unknown_lamps_and_doors_are_missing() -> None:
     assert told.so == {}
 
 
-def test_a_flagger_has_a_gesture_if_it_is_seen() -> None:
-    told = seen(kind=ObjectKind.FLAGGER, gesture=Gesture.STOP)
+def test_a_flaggers_gesture_is_seen_if_its_paddle_is() -> None:
+    flagger = ObjectKind.FLAGGER
+    told = seen(kind=flagger, gesture=Gesture.STOP, sign=(-0.2, 2.18))
     assert (told.gesture, told.is_flagger, told.lamps) == (Gesture.STOP, True, {})
-    assert seen(kind=ObjectKind.FLAGGER, gesture=Gesture.STOP, hide=(slice(0, 1), slice(0, 0.95))).gesture is None
+    assert seen(kind=flagger, gesture=Gesture.GO, sign=(-0.85, 2.18)).gesture is Gesture.GO
+    assert seen(kind=flagger, gesture=Gesture.SLOW, sign=(-0.2, 1.82)).gesture is Gesture.SLOW
+    # Turned by a quarter to the left, its right hand is towards the camera, and the stretched arm before its body.
+    assert seen(kind=flagger, gesture=Gesture.STOP, yaw=np.pi / 2, sign=(0.76, 2.18)).gesture is Gesture.STOP
+    covered = seen(kind=flagger, gesture=Gesture.STOP, sign=(-0.2, 2.18), before=(-0.2, 2.18))
+    assert (covered.gesture, covered.is_flagger) == (None, True)
+    body = (slice(0, 1), slice(0, 0.95))
+    assert seen(kind=flagger, gesture=Gesture.STOP, sign=(-0.2, 2.18), hide=body).gesture is None
     assert seen(kind=ObjectKind.PEDESTRIAN).is_flagger is False
+
+
+def test_a_flagger_without_a_paddle_is_seen_as_such_if_nothing_hides_where_it_would_be() -> None:
+    flagger = ObjectKind.FLAGGER
+    assert seen(kind=flagger, gesture=Gesture.NONE).gesture is Gesture.NONE
+    assert seen(kind=flagger, gesture=Gesture.NONE, before=(0.9, 2.18)).gesture is Gesture.NONE

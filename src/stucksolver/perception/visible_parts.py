@@ -40,6 +40,14 @@ SIDE_DOORS = ((0.36, 1.0), (0.36, -1.0), (-0.08, 1.0), (-0.08, -1.0))
 """Hinges of the doors of `carla.VehicleDoor` in order: half lengths ahead of the centre, and the side (1: left)."""
 HINGE_M = (-0.1, -0.25)
 """Where the points of an open door are, ahead of its hinge (m)."""
+PADDLES = {
+    Gesture.STOP: (0.42, -0.11, 0.31),
+    Gesture.SLOW: (0.36, -0.11, 0.11),
+    Gesture.GO: (0.06, -0.47, 0.31),
+}
+"""Where carlette's flaggers hold their paddle: ahead, left and above the middle of the body, in heights of the body."""
+PADDLE_UP_M, PADDLE_HALF_M = 0.72, 0.15
+"""How far the middle of the sign is above the hand, and of its points from that middle (m)."""
 _EVERY_ID = 65536
 
 
@@ -52,7 +60,7 @@ class Seen:
     so: dict[str, bool]
     """The same whether it can be seen or not."""
     gesture: Gesture | None
-    """None if it cannot be seen, or the object is no flagger."""
+    """None if the paddle, or where it could be, cannot be seen, or the object is no flagger."""
     is_flagger: bool
 
 
@@ -181,7 +189,21 @@ class VisibleParts:
         right, bottom = (int(np.ceil(one)) for one in rectangle[2:])
         part = self._mask[top:bottom, left:right]
         own = np.count_nonzero(part == int(self._tick.truth.actor_id[i]) % _EVERY_ID) / max(part.size, 1)
-        return GESTURES[told] if told >= 0 and longer >= LEAST_PERSON_PX and own >= SHOWN_PERSON else None
+        if told < 0 or longer < LEAST_PERSON_PX or own < SHOWN_PERSON:
+            return None
+        gesture = GESTURES[told]
+        if gesture in PADDLES:
+            return gesture if self._paddle_share(i, PADDLES[gesture], own=True) >= SHOWN else None
+        # Without a paddle, nothing may hide the places where it would be.
+        clear = all(self._paddle_share(i, place, own=False) >= SHOWN for place in PADDLES.values())
+        return gesture if clear else None
+
+    def _paddle_share(self, i: int, place: tuple[float, float, float], *, own: bool) -> float:
+        """Fraction of a paddle's points that the camera sees; if `own`, with the flagger's pixels."""
+        height, off = float(self._boxes[i, 5]), PADDLE_HALF_M
+        middle = height * np.array(place) + (0.0, 0.0, PADDLE_UP_M)
+        points = middle + np.array([(0.0, a, b) for a in (-off, 0.0, off) for b in (-off, 0.0, off)])
+        return self._fraction(i, points, own=own, behind=True)
 
 
 def _lamp_points(kind: ObjectKind) -> dict[str, Floats]:

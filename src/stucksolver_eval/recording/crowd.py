@@ -18,6 +18,7 @@ from typing import Any
 import carla
 
 from stucksolver.scene import ObjectKind
+from stucksolver.scene.objects import Gesture
 from stucksolver.stacks.carla_stack.kinds import kind_of
 from stucksolver_eval.actors.cars import Car
 from stucksolver_eval.actors.pool import LIFT_M, ScenarioActor, lamps
@@ -88,6 +89,8 @@ _LAMPS: tuple[tuple[str, ...], ...] = (
 )
 _SIREN = ("Special1",)
 _FLAGGER = "walker.flagger"
+GESTURES = tuple(gesture.value for gesture in Gesture)
+"""Each flagger keeps one of these for the whole drive."""
 _DOORS = ("FL", "FR", "RL", "RR")
 
 
@@ -118,6 +121,8 @@ class Crowd:
         self._setting, self._cast = setting, setting.cast
         self._random = Random(f"{seed}:crowd")
         self._flows = Random(f"{seed}:{setting.route.length_m:.1f}:flows").random() < 0.5
+        # Their own random numbers: everything else in a crowd is as it was before flaggers signalled.
+        self._gestures = Random(f"{seed}:gestures")
         self._kinds = blueprints_by_kind(setting.world.get_blueprint_library())
         self._end_m = min(setting.route.length_m, REACH_M)
         self._taken: list[tuple[float, float, float]] = []
@@ -215,7 +220,8 @@ class Crowd:
         for place in self._places(kind, right_m, reach_m):
             place.location = self._grounded(place.location)
             lift_m = next((up for start, up in _LIFTS_M if name.startswith(start)), LIFT_M)
-            member = self._cast.spawn(name, place, role="crowd", lift_m=lift_m)
+            signals = {"gesture": self._gestures.choice(GESTURES)} if kind is ObjectKind.FLAGGER else {}
+            member = self._cast.spawn(name, place, role="crowd", lift_m=lift_m, **signals)
             if member is not None:
                 reach_m = min(math.hypot(member.half_length_m, member.half_width_m), reach_m)
                 self._taken.append((place.location.x, place.location.y, reach_m))

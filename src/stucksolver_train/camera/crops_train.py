@@ -31,7 +31,7 @@ from stucksolver_train.restore import settle
 from stucksolver_train.schedule import average, rate
 
 MOST_CROPS = 250_000
-"""Maximum number of crops; more are subsampled. About 7 GB."""
+"""Maximum number of crops by default; more are subsampled. About 7 GB."""
 RARE = 0.65
 """Classes are drawn in proportion to count ** (1 - this)."""
 LIT = 3.0
@@ -60,19 +60,29 @@ class Settings:
     peak_rate: float = PEAK_RATE
     gestures_only: bool = False
     """Train the head for gestures alone, on flaggers; the rest of the network stays as it is."""
+    most: int = MOST_CROPS
+    """Maximum number of crops to train on; more are subsampled."""
 
 
 def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> dict[str, object]:
-    """Trains, exports and scores. Returns the card. Raises `RecordingError`, or `ValueError` without crops."""
+    """Trains, exports and scores. Returns the card. Raises `RecordingError`, or `ValueError` without crops.
+
+    Each folder of `data` is drawn from equally often, however much it contains.
+    """
     torch.manual_seed(settings.seed)
     start = time.monotonic()
-    taught, held = (crops_in(folders, settings.jobs, settings.seed) for folders in (data, check))
+    parts = [crops_in([folder], settings.jobs, settings.seed) for folder in data]
+    weights = np.concatenate([shares_of(part) for part in parts])
+    taught = Crops.joined(parts)
+    del parts
+    held = crops_in(check, settings.jobs, settings.seed)
     print(f"{len(taught)} crops to train on, {len(held)} to check on, read in {time.monotonic() - start:.0f} s")
     if not len(taught) or not len(held):
         raise ValueError("the recordings contain no crops: they need images with instance masks")
     if settings.gestures_only:
-        taught = taught.part(taught.gesture >= 0)
-    net = fit(taught, settings)
+        signals = taught.gesture >= 0
+        taught, weights = taught.part(signals), weights[signals]
+    net = fit(taught, weights, settings)
     logits = logits_of(net, held, settings)
     card, told = by_halves(logits, held)
     if settings.gestures_only and settings.start is not None:
@@ -91,16 +101,14 @@ def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> di
     return export(net, settings.out, card, held)
 
 
-def fit(taught: Crops, settings: Settings) -> CropNet:
-    """The trained network with averaged weights, on the CPU."""
+def fit(taught: Crops, shares: Floats, settings: Settings) -> CropNet:
+    """The trained network with averaged weights, on the CPU. Crops are drawn in proportion to `shares` (n,)."""
     device = torch.device(settings.device)
     net = (CropNet() if settings.start is None else restored(settings.start)).to(device).train()
-    weights = torch.from_numpy(sampling_weights(taught))
-    kept = _thinned(weights, settings)
-    weights = weights[kept].to(device)
-    stored, features, kind, lamps, light, gesture = (
-        torch.from_numpy(one[kept.numpy()]).to(device)
-        for one in (taught.crops, taught.features, taught.kind, taught.lamps, taught.light, taught.gesture)
+    taught, shares = _thinned(taught, shares, settings)
+    stored, features, kind, lamps, light, gesture, weights = (
+        torch.from_numpy(one).to(device)
+        for one in (taught.crops, taught.features, taught.kind, taught.lamps, taught.light, taught.gesture, shares)
     )
     learnt: nn.Module = net
     if settings.gestures_only:
@@ -147,12 +155,15 @@ def losses_of(outputs: Sequence[Tensor], kind: Tensor, lamps: Tensor, light: Ten
     return torch.stack([total / count for total, count in zip(sums, counts, strict=True)])
 
 
-def sampling_weights(crops: Crops) -> Floats:
-    """Sampling weight of each crop: higher for rare kinds, rare light states and lit lamps."""
+def shares_of(crops: Crops) -> Floats:
+    """How often each crop is drawn: more often with a rare kind or light state, or a lit lamp. The sum is 1."""
+    if not len(crops):
+        return np.zeros(0)
     names = np.where(crops.kind >= 0, crops.kind, np.where(crops.light >= 0, 100 + crops.light, 200))
     _, place, counts = np.unique(names, return_inverse=True, return_counts=True)
     weights = counts[place].astype(np.float64) ** -RARE
-    return np.asarray(weights * np.where((crops.lamps == 1).any(axis=1), LIT, 1.0))
+    weights *= np.where((crops.lamps == 1).any(axis=1), LIT, 1.0)
+    return np.asarray(weights / weights.sum())
 
 
 def logits_of(net: CropNet, crops: Crops, settings: Settings) -> Logits:
@@ -166,43 +177,47 @@ def logits_of(net: CropNet, crops: Crops, settings: Settings) -> Logits:
     return Logits.of([np.concatenate(one) for one in zip(*parts, strict=True)])
 
 
-def _thinned(weights: Tensor, settings: Settings) -> Tensor:
-    if len(weights) <= MOST_CROPS:
-        return torch.arange(len(weights))
-    return torch.multinomial(weights, MOST_CROPS, replacement=False).sort().values
+def _thinned(crops: Crops, shares: Floats, settings: Settings) -> tuple[Crops, Floats]:
+    if len(crops) <= settings.most:
+        return crops, shares
+    kept = torch.multinomial(torch.from_numpy(shares), settings.most, replacement=False).sort().values.numpy()
+    return crops.part(kept), shares[kept]
 
 
 def main() -> None:
     """The command line."""
     parser = argparse.ArgumentParser(description="train the crop network on recordings")
-    parser.add_argument("--data", type=Path, nargs="+", required=True, help="folders of training recordings")
+    folders = "folders of training recordings; each is drawn from equally often"
+    parser.add_argument("--data", type=Path, nargs="+", required=True, help=folders)
     parser.add_argument("--check", type=Path, nargs="+", required=True, help="folders of held-out recordings")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--minutes", type=float, default=4.0, help="duration of training")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--batch", type=int, default=512)
     parser.add_argument("--steps", type=int, help="stop after this many steps at the latest")
+    parser.add_argument("--most", type=int, default=MOST_CROPS, help="maximum number of crops to train on")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="number of reading processes")
     parser.add_argument("--start", type=Path, help="a network to start from, such as the shipped crops.onnx")
     parser.add_argument("--rate", type=float, default=PEAK_RATE, help="largest learning rate")
     parser.add_argument("--gestures-only", action="store_true", help="train the head for gestures alone")
-    told = parser.parse_args()
-    if told.gestures_only and told.start is None:
+    given = parser.parse_args()
+    if given.gestures_only and given.start is None:
         parser.error("--gestures-only needs --start, the network to which the head belongs")
     device = "cuda" if torch.cuda.is_available() else "cpu"
     settings = Settings(
-        told.out,
-        told.minutes,
-        told.seed,
-        told.batch,
-        told.steps,
-        told.jobs,
+        given.out,
+        given.minutes,
+        given.seed,
+        given.batch,
+        given.steps,
+        given.jobs,
         device,
-        start=told.start,
-        peak_rate=told.rate,
-        gestures_only=told.gestures_only,
+        start=given.start,
+        peak_rate=given.rate,
+        gestures_only=given.gestures_only,
+        most=given.most,
     )
-    train(told.data, told.check, settings)
+    train(given.data, given.check, settings)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stucksolver.perception.recording import KINDS, Recorded, recordings
+from stucksolver.perception.recording import GESTURES, KINDS, Recorded, recordings
 from stucksolver.scene import ObjectKind
 from stucksolver_eval.perception.collect import CollectSpec, collect
 from stucksolver_eval.perception.scoring.samples import (
@@ -87,3 +87,15 @@ def test_a_route_that_is_recorded_is_not_driven_again(folder: Path) -> None:
     assert collect(_spec(folder), told).done == 1
     assert {file: file.stat().st_mtime_ns for file in folder.glob("*/*.npz")} == before
     assert "1 of 1 routes are recorded already" in told.getvalue()
+
+
+def test_the_flaggers_of_a_crowd_signal(tmp_path: Path) -> None:
+    spec = CollectSpec(tmp_path, towns=("demo_town",), drives=2, jobs=2, limit_s=4.0, seed=5)
+    assert collect(spec, io.StringIO()).failed == ()
+    told = set()
+    for recording in recordings(tmp_path):
+        for tick in recording:
+            is_flagger = tick.truth.kind == KINDS.index(ObjectKind.FLAGGER)
+            told |= {GESTURES[one] for one in tick.truth.gesture[is_flagger].tolist()}
+            assert (tick.truth.gesture[~is_flagger] < 0).all()
+    assert len(told) >= 2

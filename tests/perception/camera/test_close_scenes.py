@@ -9,12 +9,16 @@ import pytest
 
 pytest.importorskip("PIL", reason="images need the extra `perception`")
 
+from stucksolver.perception.camera.crops import windows_of
 from stucksolver.perception.recording import GESTURES, KINDS, PARTS, Recorded, Recording
+from stucksolver.perception.visible_parts import VisibleParts
 from stucksolver.scene import ObjectKind
+from stucksolver.scene.objects import Gesture
 from stucksolver_eval.perception.close_scenes import CloseDrive, record
+from stucksolver_eval.perception.scoring.samples import boxes_in_body
 
 LIT = {"brake_lights": 8, "left_blinker": 32, "right_blinker": 16, "emergency_lights": 512}
-SCENES = 3
+SCENES, SIGNALLED = 3, 6
 
 
 @pytest.fixture(scope="module")
@@ -77,3 +81,20 @@ def test_things_are_where_they_were_and_flaggers_signal(scenes: list[list[Record
         assert ((first.truth.gesture >= 0) == is_flagger).all()
         signals |= {GESTURES[one] for one in first.truth.gesture[is_flagger].tolist()}
     assert signals or not any((one[0].truth.kind == KINDS.index(ObjectKind.FLAGGER)).any() for one in scenes)
+
+
+@pytest.mark.integration
+def test_scenes_for_gestures_have_many_flaggers_whose_paddles_are_where_they_are_looked_for(tmp_path: Path) -> None:
+    count = record(CloseDrive(tmp_path / "signals", "demo_town", None, 5, SIGNALLED, gestures=True))
+    recording = Recording(tmp_path / "signals")
+    ticks = list(recording)
+    assert len(ticks) == count == SIGNALLED, "one image of each scene"
+    seen: list[Gesture | None] = []
+    for tick in ticks:
+        boxes = boxes_in_body(tick.pose, tick.truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]])
+        windows = windows_of(recording.rig.camera, boxes)
+        parts = VisibleParts(tick, recording.rig.camera, boxes)
+        flaggers = windows.usable & (tick.truth.kind == KINDS.index(ObjectKind.FLAGGER))
+        seen += [parts.of(i, windows.rectangle[i]).gesture for i in np.flatnonzero(flaggers).tolist()]
+    with_paddle = [one for one in seen if one not in (None, Gesture.NONE)]
+    assert len(with_paddle) >= SIGNALLED, seen
