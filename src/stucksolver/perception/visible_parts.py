@@ -61,7 +61,13 @@ class Seen:
     """The same whether it can be seen or not."""
     gesture: Gesture | None
     """None if the paddle, or where it could be, cannot be seen, or the object is no flagger."""
-    is_flagger: bool
+    shows: Gesture | None = None
+    """The flagger's gesture whether it can be seen or not; None if the object is no flagger, or it is unknown."""
+
+    @property
+    def is_flagger(self) -> bool:
+        """Whether the object is a flagger with a known gesture."""
+        return self.shows is not None
 
 
 class VisibleParts:
@@ -93,9 +99,11 @@ class VisibleParts:
         kind = KINDS[int(truth.kind[i])]
         longer = float(np.max(rectangle[2:] - rectangle[:2]))
         if kind is ObjectKind.FLAGGER:
-            return Seen({}, {}, self._gesture(i, rectangle, longer), True)
+            told = int(truth.gesture[i])
+            shows = GESTURES[told] if told >= 0 else None
+            return Seen({}, {}, None if shows is None else self._gesture(i, shows, rectangle, longer), shows)
         if kind not in MOTOR_VEHICLES:
-            return Seen({}, {}, None, False)
+            return Seen({}, {}, None)
         measured = int(truth.shown[i])
         so = self._so(i, kind)
         lamps = self._lamps(i, kind, so, longer >= LEAST_PX)
@@ -106,7 +114,7 @@ class VisibleParts:
                     lamps[name] = None
             if kind not in SPECIAL_KINDS:
                 lamps["emergency_lights"] = False
-        return Seen(lamps, so, None, False)
+        return Seen(lamps, so, None)
 
     def _so(self, i: int, kind: ObjectKind) -> dict[str, bool]:
         flags, doors = int(self._tick.truth.lamps[i]), int(self._tick.truth.doors[i])
@@ -183,15 +191,13 @@ class VisibleParts:
             seen &= ~_crosses(lens, points[:, :2], INNER * box[3:5] / 2.0)
         return float(seen.mean())
 
-    def _gesture(self, i: int, rectangle: Floats, longer: float) -> Gesture | None:
-        told = int(self._tick.truth.gesture[i])
+    def _gesture(self, i: int, gesture: Gesture, rectangle: Floats, longer: float) -> Gesture | None:
         left, top = (int(one) for one in rectangle[:2])
         right, bottom = (int(np.ceil(one)) for one in rectangle[2:])
         part = self._mask[top:bottom, left:right]
         own = np.count_nonzero(part == int(self._tick.truth.actor_id[i]) % _EVERY_ID) / max(part.size, 1)
-        if told < 0 or longer < LEAST_PERSON_PX or own < SHOWN_PERSON:
+        if longer < LEAST_PERSON_PX or own < SHOWN_PERSON:
             return None
-        gesture = GESTURES[told]
         if gesture in PADDLES:
             return gesture if self._paddle_share(i, PADDLES[gesture], own=True) >= SHOWN else None
         # Without a paddle, nothing may hide the places where it would be.

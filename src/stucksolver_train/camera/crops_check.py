@@ -136,7 +136,7 @@ def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
         "kind": _least(kind, crops.kind, wanted),
         "lamps": lamp_least,
         "light": _least(light, crops.light, LIGHT_RIGHT, crops.state),
-        "gesture": _least(gesture, crops.gesture, gestures),
+        "gesture": _least(gesture, crops.gesture, gestures, crops.signal),
     }
     return {"temperatures": temperatures, "least": least}
 
@@ -146,8 +146,8 @@ def _least(
 ) -> dict[str, float]:
     """Thresholds by name; `wanted` has the names in the order of the columns of `shares`.
 
-    With `state`, an answer is also correct if it is what the light or lamp shows although it counts as unseen: a part
-    of it, its glow, or its twin on the same pole, was enough.
+    With `state`, an answer is also correct if it is what the light, lamp or flagger shows although it counts as unseen:
+    a part of it, its glow, or its twin on the same pole, was enough.
     """
     counts = labels >= 0
     best, sure, labels = shares[counts].argmax(1), shares[counts].max(1), labels[counts]
@@ -167,7 +167,7 @@ def scores(logits: Logits, crops: Crops, card: dict[str, Any]) -> dict[str, Any]
     told = {
         "kind": _scored(softmax(logits.kind / warm["kind"]), crops.kind, least["kind"]),
         "light": _scored(softmax(logits.light / warm["light"]), crops.light, least["light"], crops.state),
-        "gesture": _scored(softmax(logits.gesture / warm["gesture"]), crops.gesture, least["gesture"]),
+        "gesture": _scored(softmax(logits.gesture / warm["gesture"]), crops.gesture, least["gesture"], crops.signal),
     }
     lamps = softmax(logits.lamps / warm["lamps"])
     for i, name in enumerate(LAMPS):

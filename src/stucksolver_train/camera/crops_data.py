@@ -50,6 +50,8 @@ class Crops:
     """(n, 5): 0 off, 1 on, seen or not."""
     gesture: NDArray[np.int64]
     """Index into `GESTURES`."""
+    signal: NDArray[np.int64]
+    """Index into `GESTURES`: what a flagger signals, seen or not."""
     light: NDArray[np.int64]
     """Index into `LIGHTS`; unseen if the head is mostly hidden or turned away."""
     state: NDArray[np.int64]
@@ -80,21 +82,24 @@ def empty() -> Crops:
     """No crops."""
     whole = (np.zeros((0, STORED_PX, STORED_PX, 3), np.uint8), np.zeros((0, FEATURES), np.float32))
     lamps = (np.zeros((0, len(LAMPS)), int) for _ in range(2))
-    return Crops(*whole, np.zeros(0, int), *lamps, *(np.zeros(0, int) for _ in range(4)))
+    return Crops(*whole, np.zeros(0, int), *lamps, *(np.zeros(0, int) for _ in range(5)))
 
 
-def crops_in(folders: Sequence[Path], jobs: int, seed: int = 0) -> Crops:
-    """Reads every crop of the recordings in some folders with `jobs` processes. Raises `RecordingError`."""
+def crops_in(folders: Sequence[Path], jobs: int, seed: int = 0, *, flaggers: bool = False) -> Crops:
+    """Reads every crop of the recordings in some folders with `jobs` processes, or only those of `flaggers`.
+
+    Raises `RecordingError`.
+    """
     found = [one for folder in folders for one in recordings(folder)]
-    work = [(one.folder, file, group, seed) for group, one in enumerate(found) for file in one.files]
+    work = [(one.folder, file, group, seed, flaggers) for group, one in enumerate(found) for file in one.files]
     if jobs <= 1:
         return Crops.joined([empty(), *map(_of_stretch, work)])
     with multiprocessing.get_context("fork").Pool(jobs) as pool:
         return Crops.joined([empty(), *pool.imap_unordered(_of_stretch, work)])
 
 
-def _of_stretch(work: tuple[Path, Path, int, int]) -> Crops:
-    folder, file, group, seed = work
+def _of_stretch(work: tuple[Path, Path, int, int, bool]) -> Crops:
+    folder, file, group, seed, flaggers = work
     recording = Recording(folder)
     random = np.random.default_rng([seed, group, int(file.stem)])
     parts = [
@@ -103,7 +108,8 @@ def _of_stretch(work: tuple[Path, Path, int, int]) -> Crops:
         if tick.jpeg is not None and tick.instances is not None
         for one in _of_tick(tick, recording.rig.camera, group, random)
     ]
-    return Crops.joined([empty(), *parts])
+    found = Crops.joined([empty(), *parts])
+    return found.part(found.gesture >= 0) if flaggers else found
 
 
 def to_vehicle(pose: Floats, boxes: Floats) -> Floats:
@@ -136,7 +142,8 @@ def _of_tick(tick: Recorded, rig: CameraRig, group: int, random: np.random.Gener
         lamps = [_lamp_labels(one, hidden=gone) for one, gone in zip(seen, hidden, strict=True)]
         gestures = [_gesture_label(one, hidden=gone) for one, gone in zip(seen, hidden, strict=True)]
         lit = [[int(one.so.get(name, IGNORE)) for name in LAMPS] for one in seen]
-        labels = _Labels(np.array(kinds), np.array(lamps), np.array(lit), np.array(gestures))
+        signals = [IGNORE if one.shows is None else GESTURES.index(one.shows.value) for one in seen]
+        labels = _Labels(np.array(kinds), np.array(lamps), np.array(lit), np.array(gestures), np.array(signals))
         yield _made(rgb, windows, keep, features[keep], labels, group)
     yield from _background(rgb, rig, windows, group, random)
     yield from _lights(tick, rgb, mask, rig, group)
@@ -150,6 +157,7 @@ class _Labels:
     lamps: NDArray[np.int64] | None = None
     lit: NDArray[np.int64] | None = None
     gesture: NDArray[np.int64] | None = None
+    signal: NDArray[np.int64] | None = None
     light: NDArray[np.int64] | None = None
     state: int = IGNORE
 
@@ -167,6 +175,7 @@ def _made(
         np.full((n, len(LAMPS)), IGNORE) if labels.lamps is None else labels.lamps,
         np.full((n, len(LAMPS)), IGNORE) if labels.lit is None else labels.lit,
         none if labels.gesture is None else labels.gesture,
+        none if labels.signal is None else labels.signal,
         none if labels.light is None else labels.light,
         np.full(n, labels.state),
         np.full(n, group),

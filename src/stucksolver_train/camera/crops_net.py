@@ -17,6 +17,7 @@ from stucksolver_train.restore import Layer, Modules, restored_by
 WIDTHS = (24, 32, 64, 128)
 SQUEEZED = 48
 JOINED = 160
+SEEN = 16 * SQUEEZED + 32
 GESTURE_UNITS = 48
 SHIFT, ZOOM = 0.10, 0.18
 """Error of a tracker's box: its centre by this fraction of the crop's side, and its side by this fraction."""
@@ -50,21 +51,23 @@ class CropNet(nn.Module):
         self.trunk = nn.Sequential(first, *(Block(a, b) for a, b in itertools.pairwise(WIDTHS)))
         self.squeeze = nn.Sequential(nn.Conv2d(WIDTHS[-1], SQUEEZED, 1), nn.ReLU())
         self.geometry = nn.Sequential(nn.Linear(FEATURES, 32), nn.ReLU())
-        self.join = nn.Sequential(nn.Linear(16 * SQUEEZED + 32, JOINED), nn.ReLU(), nn.Dropout(0.2))
+        self.join = nn.Sequential(nn.Linear(SEEN, JOINED), nn.ReLU(), nn.Dropout(0.2))
         *joined, last = HEADS.values()
         self.heads = nn.ModuleList(nn.Linear(JOINED, size) for size in joined)
-        # On its own, so that it could be trained for an older network without a change of what that says of the rest.
-        self.gesture = nn.Sequential(
-            nn.Linear(16 * SQUEEZED + 32, GESTURE_UNITS), nn.ReLU(), nn.Linear(GESTURE_UNITS, last)
-        )
+        # On its own, so that it can be trained without a change of what the network says of the rest.
+        self.gesture = nn.Sequential(nn.Linear(SEEN, GESTURE_UNITS), nn.ReLU(), nn.Linear(GESTURE_UNITS, last))
 
     def forward(self, pictures: Tensor, features: Tensor) -> tuple[Tensor, ...]:
         """Logits of each head for images (n, 3, 64, 64; 0 to 1) and features (n, 10)."""
-        # The square root brightens dark pixels, which matter at night.
-        seen = self.squeeze(self.trunk(pictures.clamp(min=1e-4).sqrt() * 2.0 - 1.0)).flatten(1)
-        both = torch.cat([seen, self.geometry(features)], dim=1)
+        both = self.seen(pictures, features)
         joined = self.join(both)
         return (*(head(joined) for head in self.heads), self.gesture(both))
+
+    def seen(self, pictures: Tensor, features: Tensor) -> Tensor:
+        """(n, `SEEN`): what the trunk makes of images and features, the input of the heads."""
+        # The square root brightens dark pixels, which matter at night.
+        seen = self.squeeze(self.trunk(pictures.clamp(min=1e-4).sqrt() * 2.0 - 1.0)).flatten(1)
+        return torch.cat([seen, self.geometry(features)], dim=1)
 
 
 def restored(file: Path) -> CropNet:

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor, nn
+from torch import Tensor
 from torch.nn import functional
 
 from stucksolver.perception.camera.crop_network import HEADS, LAMP_ANSWERS
@@ -58,8 +58,6 @@ class Settings:
     start: Path | None = None
     """An exported network to start from; random weights if None."""
     peak_rate: float = PEAK_RATE
-    gestures_only: bool = False
-    """Train the head for gestures alone, on flaggers; the rest of the network stays as it is."""
     most: int = MOST_CROPS
     """Maximum number of crops to train on; more are subsampled."""
 
@@ -79,16 +77,9 @@ def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> di
     print(f"{len(taught)} crops to train on, {len(held)} to check on, read in {time.monotonic() - start:.0f} s")
     if not len(taught) or not len(held):
         raise ValueError("the recordings contain no crops: they need images with instance masks")
-    if settings.gestures_only:
-        signals = taught.gesture >= 0
-        taught, weights = taught.part(signals), weights[signals]
     net = fit(taught, weights, settings)
-    logits = logits_of(net, held, settings)
+    logits = logits_of(net, held)
     card, told = by_halves(logits, held)
-    if settings.gestures_only and settings.start is not None:
-        kept = json.loads(settings.start.with_suffix(".json").read_text(encoding="utf-8"))
-        for part in card:
-            card[part] = {**card[part], **{head: one for head, one in kept[part].items() if head != "gesture"}}
     print(report(told))
     settings.out.mkdir(parents=True, exist_ok=True)
     (settings.out / "crops_scores.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
@@ -110,14 +101,10 @@ def fit(taught: Crops, shares: Floats, settings: Settings) -> CropNet:
         torch.from_numpy(one).to(device)
         for one in (taught.crops, taught.features, taught.kind, taught.lamps, taught.light, taught.gesture, shares)
     )
-    learnt: nn.Module = net
-    if settings.gestures_only:
-        net.eval()
-        learnt = net.gesture
-    elif settings.start is not None:
+    if settings.start is not None:
         some = torch.multinomial(weights, settings.batch, replacement=True)
         settle(net, lambda: net(middle(stored[some]), features[some]))
-    optimizer = torch.optim.AdamW(learnt.parameters(), settings.peak_rate, weight_decay=WEIGHT_DECAY)
+    optimizer = torch.optim.AdamW(net.parameters(), settings.peak_rate, weight_decay=WEIGHT_DECAY)
     averaged: CropNet = copy.deepcopy(net).eval()
     start, said, step, losses = time.monotonic(), 0.0, 0, torch.zeros(len(HEADS), device=device)
     while True:
@@ -166,7 +153,7 @@ def shares_of(crops: Crops) -> Floats:
     return np.asarray(weights / weights.sum())
 
 
-def logits_of(net: CropNet, crops: Crops, settings: Settings) -> Logits:
+def logits_of(net: CropNet, crops: Crops) -> Logits:
     """The network's outputs for crops, cut in the same way as at runtime."""
     parts: list[list[NDArray[np.float64]]] = []
     with torch.no_grad():
@@ -199,10 +186,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="number of reading processes")
     parser.add_argument("--start", type=Path, help="a network to start from, such as the shipped crops.onnx")
     parser.add_argument("--rate", type=float, default=PEAK_RATE, help="largest learning rate")
-    parser.add_argument("--gestures-only", action="store_true", help="train the head for gestures alone")
     given = parser.parse_args()
-    if given.gestures_only and given.start is None:
-        parser.error("--gestures-only needs --start, the network to which the head belongs")
     device = "cuda" if torch.cuda.is_available() else "cpu"
     settings = Settings(
         given.out,
@@ -214,7 +198,6 @@ def main() -> None:
         device,
         start=given.start,
         peak_rate=given.rate,
-        gestures_only=given.gestures_only,
         most=given.most,
     )
     train(given.data, given.check, settings)
