@@ -65,6 +65,7 @@ class Drive:
     """How far the LiDAR is turned to the left, by the distance driven."""
     gyro_offset_rps: float = 0.0
     gyro_noise_rps: float = 0.001
+    rear_axle_m: float = REAR_AXLE_M
     slip_per_mps2: float = 0.0
     """How far the body slips to the outside, in radians per m/s2 of lateral acceleration."""
     others: Callable[[float], Floats] = lambda _: np.zeros((0, 2))
@@ -86,7 +87,7 @@ class Drive:
             t += TICK_S
             speed, rate = self.speed_mps(t), self.rate_rps(t)
             slip = -self.slip_per_mps2 * speed * rate
-            middle, aside = yaw + rate * TICK_S / 2.0, REAR_AXLE_M * rate + speed * math.tan(slip)
+            middle, aside = yaw + rate * TICK_S / 2.0, self.rear_axle_m * rate + speed * math.tan(slip)
             x += (speed * math.cos(middle) - aside * math.sin(middle)) * TICK_S
             y += (speed * math.sin(middle) + aside * math.cos(middle)) * TICK_S
             yaw, driven = yaw + rate * TICK_S, driven + abs(speed) * TICK_S
@@ -177,6 +178,12 @@ def test_in_a_bend_it_is_noticed_as_well_and_nothing_else_is(turned_deg: float) 
 def test_a_body_that_slips_in_a_tight_bend_is_not_a_turned_lidar() -> None:
     # 12 m of radius at 6.5 m/s, round and round: 3.5 m/s2, and the body slips by 2 degrees all the time.
     drive = Drive(ring(12.0), lambda _: 6.5, lambda _: 6.5 / 12.0, slip_per_mps2=math.radians(0.57)).go(200.0)
+    assert drive.noticed_m is None
+
+
+@pytest.mark.parametrize("radius_m", [9.0, 20.0, 34.0])
+def test_a_vehicle_with_another_wheelbase_that_goes_round_slowly_is_not_accused(radius_m: float) -> None:
+    drive = Drive(ring(radius_m), lambda _: 3.0, lambda _: 3.0 / radius_m, rear_axle_m=REAR_AXLE_M + 0.5).go(120.0)
     assert drive.noticed_m is None
 
 

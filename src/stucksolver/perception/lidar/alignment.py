@@ -36,8 +36,8 @@ SIDEWAYS_MPS2 = 1.5
 """With more lateral acceleration the tyres slip by up to a degree, as a rule of thumb half a degree per m/s2."""
 JOLT_MPS2, JOLT_MPS = 12.0, 0.2
 """No brake and no engine changes the speed faster: the vehicle was hit. The second is the noise of the wheels."""
-TURNS_RAD = math.radians(45.0)
-"""If the vehicle turned further, different sides of things are seen."""
+TURNS_RAD = math.radians(12.0)
+"""If the vehicle turned further, too much depends on where its rear axle is: half a metre makes a degree of 12."""
 
 NEAR_M, FAR_M = 3.5, 50.0
 """Upright surfaces are looked for between these distances: not on the vehicle itself, and where returns are dense."""
