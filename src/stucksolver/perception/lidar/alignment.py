@@ -277,14 +277,16 @@ def _match(before: _Turn, now: _Turn, turn_rad: float, moved: Floats, foot: Floa
         normal = by.reshape(-1, 3).T @ fitted + prior
         gradient = fitted.T @ off.ravel() + prior @ np.array([0.0, error, scale - 1.0])
         try:
-            change = np.linalg.solve(normal, -gradient)
+            covariance = np.linalg.inv(normal)
         except np.linalg.LinAlgError:
             return None
+        change = -covariance @ gradient
         angle, error, scale = angle + change[0], error + change[1], scale + change[2]
         if step > WIDE_STEPS and abs(change).max() < DONE_RAD:
             break
     # An error of the gyro that grows evenly turned the motion by half of what it turned the vehicle.
-    return Match(error / 2.0 - angle, math.sqrt(np.linalg.inv(normal)[0, 0]), float(fit.sum()) / len(cells))
+    sd_rad = math.sqrt(covariance[0, 0]) if covariance[0, 0] > 0.0 else math.inf
+    return Match(error / 2.0 - angle, sd_rad, float(fit.sum()) / len(cells))
 
 
 def _start(before: _Turn, cells: Floats, turn_rad: float, moved: Floats, foot: Floats) -> float:
