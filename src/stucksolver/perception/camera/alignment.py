@@ -41,8 +41,8 @@ AROUND_RAD = math.radians(0.9)
 """Angles this close to the best one belong to it."""
 CLEAR = 0.4
 """How far the edges at the best angle must stand out from those at all others, as a share of how far they stand out
-from usual ones. With it, 1 % of the measurements were off by more than 0.7 degrees, without it 9 %, most of them in
-heavy rain at night.
+from usual ones. On 54 drives 3 % of the measurements were off by more than 0.7 degrees with it; without it 9 % on 21 of
+them, most of these in heavy rain at night.
 """
 FAINT = 2.0
 """Weaker edges at the best angle (0 to 255) are the noise of the picture, or fog."""
