@@ -155,3 +155,28 @@ def test_a_sweep_without_a_return_above_the_road_is_clear(health):
     """Also one far body with single returns: in clear air nothing is removed."""
     lone = LidarSweep(0.0, np.concatenate([sweep().points, drops(20)]))
     assert health.sweep(lone) is lone
+
+
+def test_sweeps_of_a_turned_lidar_are_not_believed_until_the_drive_ends(health):
+    health.turned("LiDAR", None)
+    assert health.sweep(sweep()) is not None
+    health.turned("LiDAR", np.radians(-2.04))
+    for _ in range(5):
+        health.turned("LiDAR", None)  # a vehicle that stands measures nothing
+        assert health.sweep(sweep()) is None
+    assert health.faults == ("the LiDAR seems turned by 2.0 degrees to the right",)
+    assert health.picture(picture(), moves=True) is not None
+
+
+def test_pictures_of_a_turned_camera_are_not_believed_and_those_of_others_are(health):
+    health.turned("camera", np.radians(1.97))
+    assert health.picture(picture(), moves=True) is None
+    assert health.faults == ("the camera seems turned by 2.0 degrees to the left",)
+    assert health.picture(picture(), moves=True, camera="rear camera") is not None
+    assert health.sweep(sweep()) is not None
+
+
+def test_a_turned_lidar_that_falls_silent_is_called_silent(health):
+    health.turned("LiDAR", 0.04)
+    health.sweep(None)
+    assert health.faults == ("the LiDAR is silent",)

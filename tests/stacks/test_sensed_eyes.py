@@ -10,6 +10,7 @@ import carla
 import pytest
 
 from stucksolver.perception.labels import LABELS
+from stucksolver.perception.lidar.alignment import LidarAlignment
 from stucksolver.scene import LightState, ObjectKind
 from stucksolver.stacks.carla_stack import CarlaStack
 from stucksolver.stacks.driver import BehaviorDriver
@@ -109,6 +110,22 @@ def test_whoever_has_gone_blind_brakes(world: Any, street: tuple[Any, Any], faul
         checked = eyes.checked(go)
         assert (checked.throttle, checked.brake) == (0.0, 1.0)
         assert checked.steer == pytest.approx(0.1)
+    finally:
+        eyes.close()
+
+
+def test_whoever_has_measured_that_its_lidar_is_turned_brakes_and_stays(
+    world: Any, street: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ego, _ = street
+    measured = iter([math.radians(-2.0)])
+    # It says so once, as a vehicle that stands afterwards measures nothing.
+    monkeypatch.setattr(LidarAlignment, "turned_rad", property(lambda _: next(measured, None)))
+    eyes = looked(world, ego, 30)
+    try:
+        assert eyes.health.faults == ("the LiDAR seems turned by 2.0 degrees to the right",)
+        assert eyes.blind
+        assert eyes.checked(carla.VehicleControl(throttle=0.7)).brake == 1.0
     finally:
         eyes.close()
 

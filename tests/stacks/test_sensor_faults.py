@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
 from stucksolver.perception.measurements import CameraFrame, GnssFix, ImuSample, LidarSweep, WheelSpeed
+from stucksolver.perception.rig import load_rig
 from stucksolver.stacks.sensed.faults import FAULTS, JUMP_M, SALTED, STRAY_POINTS, STRAY_REACH_M, SensorFault
 from stucksolver.stacks.sensed.suite import Measured
 
@@ -151,6 +152,23 @@ def test_salt_covers_its_share_of_the_lens_always_in_the_same_places():
         assert np.array_equal(after[~masks[-1]], now.picture.rgb[~masks[-1]])
     assert np.array_equal(*masks)
     assert SALTED / 3.0 < masks[0].mean() < SALTED * 3.0
+
+
+def test_a_turned_camera_sees_everything_two_degrees_to_the_left():
+    """A thin post straight ahead, one ten degrees to the left, and one that leaves the picture."""
+    camera = load_rig().camera
+    half_px, focal_px = camera.width_px / 2.0, camera.focal_px
+    rgb = np.zeros((camera.height_px, camera.width_px, 3), np.uint8)
+    for bearing_deg, value in ((0.0, 100), (10.0, 200), (34.0, 250)):
+        at = round(half_px - focal_px * math.tan(math.radians(bearing_deg)))
+        rgb[:, at - 1 : at + 2] = value
+    now = replace(measured(0.0), picture=CameraFrame(0.0, rgb))
+    after = SensorFault("camera-turned", camera=camera).after(now, 0.0).picture.rgb
+    assert after.shape == rgb.shape
+    for bearing_deg, value in ((2.0, 100), (12.0, 200)):
+        columns = np.flatnonzero(after[camera.height_px // 2, :, 0] == value)
+        assert columns.mean() == pytest.approx(half_px - focal_px * math.tan(math.radians(bearing_deg)), abs=1.5)
+    assert not (after == 250).any()
 
 
 def test_fixes_jump_about_the_truth_and_keep_their_height():

@@ -4,6 +4,7 @@ that.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -38,6 +39,8 @@ class SensorHealth:
     """By camera: the last image's sample, and how often it was the same before."""
     _sweep: tuple[int, float] | None = None
     _sweeps: int = 0
+    _turned: dict[str, str] = field(default_factory=dict)
+    """What is said of sensors that are turned."""
     _wrong: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -47,7 +50,7 @@ class SensorHealth:
 
     def sweep(self, sweep: LidarSweep | None) -> LidarSweep | None:
         """Return the sweep, without spray if there is any, or None if it is not plausible."""
-        why = self._why_not_sweep(sweep)
+        why = self._why_not_sweep(sweep) or self._turned.get("LiDAR", "")
         self._note("LiDAR", why)
         return None if why or sweep is None else self._cleared(sweep)
 
@@ -59,13 +62,24 @@ class SensorHealth:
         self._note("LiDAR", f"{share:.1%} of the LiDAR's points are spray" + (", too many" if share > THICK else ""))
         return None if share > THICK else replace(sweep, points=sweep.points[~lost])
 
+    def turned(self, sensor: str, turned_rad: float | None) -> None:
+        """Note how far a sensor is turned to the left, if this is known. Its data are not believed from then on.
+
+        This holds until the drive ends. Without sweeps the vehicle brakes, and only a vehicle that moves can measure
+        the angle again. A mount that has given way does not go back by itself, either: if the data were believed again
+        after a while, the vehicle would drive some tens of metres by them each time, until the angle is measured anew.
+        """
+        if turned_rad is not None:
+            angle, side = math.degrees(abs(turned_rad)), "left" if turned_rad > 0.0 else "right"
+            self._turned[sensor] = f"the {sensor} seems turned by {angle:.1f} degrees to the {side}"
+
     def fixes(self, doubted: bool) -> None:
         """Note whether the satellite fixes contradict each other."""
         self._note("GNSS", "the GNSS fixes contradict each other" if doubted else "")
 
     def picture(self, frame: CameraFrame, moves: bool, camera: str = "camera") -> CameraFrame | None:
         """Return the image, or None if it is not plausible. `moves`: True if the vehicle moves."""
-        why = self._why_not_picture(frame, moves, camera)
+        why = self._why_not_picture(frame, moves, camera) or self._turned.get(camera, "")
         self._note(camera, why)
         return None if why else frame
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stucksolver.perception.camera.alignment import CameraAlignment
 from stucksolver.perception.camera.attributes import AttributeMemory, AttributeReader, Attributes
 from stucksolver.perception.camera.far import FarDetections, FarDetector
 from stucksolver.perception.camera.far_range import RangeModel, far_places
@@ -20,6 +21,7 @@ from stucksolver.perception.camera.weights import WeightsError
 from stucksolver.perception.far_tracking import FarTracker, is_refuted
 from stucksolver.perception.far_view import FarLook, FarView, blockers_of
 from stucksolver.perception.frames import into_vehicle
+from stucksolver.perception.lidar.alignment import LidarAlignment
 from stucksolver.perception.lidar.crowd import with_neighbours
 from stucksolver.perception.lidar.detector import LidarDetector
 from stucksolver.perception.lidar.ends import with_measured_ends
@@ -74,6 +76,7 @@ class Perceiver:
         self._buffer = SweepBuffer()
         self._detector = LidarDetector()
         self._tracker = ObjectTracker(rig)
+        self._lidar_alignment, self._camera_alignment = LidarAlignment(rig.lidar), CameraAlignment(rig)
         self._attributes, self._memory = AttributeReader(threads=threads), AttributeMemory()
         self._lights, self._shown = LightReader(threads=threads), LightFilter()
         self._far = FarDetector(threads=threads)
@@ -110,6 +113,8 @@ class Perceiver:
             detections = with_measured_heights(detections, points)
         with self._timed("tracking"):
             tracks = self._tracker.update(detections, look.pose, seen, standing)
+        with self._timed("alignment"):
+            self._align(look, tracks)
         with self._timed("unknown"):
             unknown_m = seen.blocked_otherwise(footprints(boxes_of(tracks, look.pose)))
         lights = self._pictured(look, tracks)
@@ -128,6 +133,8 @@ class Perceiver:
             far_tracks=far_tracks,
             far_view=self._view if newest is not None else None,
             unknown_m=unknown_m,
+            lidar_turned_rad=self._lidar_alignment.turned_rad,
+            camera_turned_rad=self._camera_alignment.turned_rad,
             stages_ms=dict(self._stages_ms),
         )
 
@@ -136,6 +143,17 @@ class Perceiver:
         vehicles = [track for track in self._tracker.predict(pose.time_s) if WHEELED[track.label]]
         speed = [math.hypot(track.vx_mps, track.vy_mps) for track in vehicles]
         return np.column_stack([boxes_of(vehicles, pose), speed])
+
+    def _align(self, look: Look, tracks: tuple[Track, ...]) -> None:
+        """Check by what does not move whether LiDAR and camera are still mounted as the rig says."""
+        for sweep, pose in look.sweeps:
+            self._lidar_alignment.add(sweep, pose)
+        if look.picture is not None and look.picture_pose is not None:
+            self._camera_alignment.look(look.picture, look.picture_pose, look.sweeps)
+        moving = [track for track in tracks if track.standing_since_s is None]
+        match = self._lidar_alignment.look(footprints(boxes_of(moving, look.pose)))
+        if match is not None:
+            self._camera_alignment.measure(match.turned_rad)
 
     def _pictured(self, look: Look, tracks: tuple[Track, ...]) -> Mapping[int, LightState]:
         """Look at the new images, if there are any, and return the known states of the lights."""

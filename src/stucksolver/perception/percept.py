@@ -53,5 +53,9 @@ class Percept:
     """What the last images showed; None before the first."""
     unknown_m: Floats | None = None
     """(`visibility.AZIMUTHS`,): distance of the nearest tall return that comes from no track; None if not known."""
+    lidar_turned_rad: float | None = None
+    """How far the LiDAR is turned to the left (rad), see `lidar/alignment.py`; None if nothing says so."""
+    camera_turned_rad: float | None = None
+    """The same of the front camera, see `camera/alignment.py`."""
     stages_ms: Mapping[str, float] = field(default_factory=dict)
     """Duration of each step (ms)."""

@@ -186,6 +186,8 @@ class Eyes:
                 return
             self._under_way.popleft()
             self.percept = future.result()
+            self.health.turned("LiDAR", self.percept.lidar_turned_rad)
+            self.health.turned("camera", self.percept.camera_turned_rad)
 
     def _say_lag(self) -> None:
         lags = not self._paced and self.percept is not None and self.age_s(self.now_s) > LAGS_S

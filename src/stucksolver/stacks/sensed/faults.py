@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from stucksolver.perception.measurements import CameraFrame, LidarSweep
+from stucksolver.perception.rig import CameraRig, load_rig
 from stucksolver.stacks.sensed.suite import Measured
 
 TURNED_RAD = math.radians(2.0)
@@ -24,17 +25,18 @@ JUMP_M = 8.0
 
 
 class SensorFault:
-    """Changes the measurements of each tick from `since_s` on.
+    """Changes the measurements of each tick from `since_s` on. `camera` is the front one; None for the shipped rig's.
 
     Raises:
         ValueError: The name of the fault is unknown.
     """
 
-    def __init__(self, name: str, since_s: float = 0.0, seed: int = 0) -> None:
+    def __init__(self, name: str, since_s: float = 0.0, seed: int = 0, camera: CameraRig | None = None) -> None:
         if name not in FAULTS:
             raise ValueError(f"unknown sensor fault {name!r}; choose from {', '.join(FAULTS)}")
         self._change = FAULTS[name]
         self._since_s = since_s
+        self.focal_px = (camera or load_rig().camera).focal_px
         self.random = np.random.default_rng(seed)
         self.kept: Measured | None = None
         """The last measurements before the fault began."""
@@ -117,6 +119,23 @@ def _camera_salted(fault: SensorFault, now: Measured) -> Measured:
     return replace(now, picture=CameraFrame(now.picture.time_s, rgb))
 
 
+def _camera_turned(fault: SensorFault, now: Measured) -> Measured:
+    """Its mount has turned by two degrees: everything is seen further to the left. What it newly sees is unknown, so
+    the picture's outermost column is repeated there.
+    """
+    if now.picture is None:
+        return now
+    rows, columns = now.picture.rgb.shape[:2]
+    # Where a ray of the turned camera leaves the picture of the other one (a homography; Hartley and Zisserman 2004).
+    aside = (columns / 2.0 - 0.5 - np.arange(columns)) / fault.focal_px
+    ahead = math.cos(TURNED_RAD) + math.sin(TURNED_RAD) * aside
+    left = (math.cos(TURNED_RAD) * aside - math.sin(TURNED_RAD)) / ahead
+    column = np.clip(np.rint(columns / 2.0 - 0.5 - fault.focal_px * left).astype(np.int64), 0, columns - 1)
+    down = (np.arange(rows)[:, None] - rows / 2.0 + 0.5) / ahead
+    row = np.clip(np.rint(rows / 2.0 - 0.5 + down).astype(np.int64), 0, rows - 1)
+    return replace(now, picture=CameraFrame(now.picture.time_s, now.picture.rgb[row, column]))
+
+
 def _gnss_missing(fault: SensorFault, now: Measured) -> Measured:
     return replace(now, fix=None, silent=(*now.silent, "GNSS"))
 
@@ -138,6 +157,7 @@ FAULTS: dict[str, Callable[[SensorFault, Measured], Measured]] = {
     "camera-black": _camera_black,
     "camera-frozen": _camera_frozen,
     "camera-salted": _camera_salted,
+    "camera-turned": _camera_turned,
     "gnss-missing": _gnss_missing,
     "gnss-jumping": _gnss_jumping,
 }
