@@ -1,7 +1,8 @@
 """Calibrates an exported crop network anew: `python -m stucksolver_train.camera.crops_calibrate --run OUT --check DIR`.
 
-The network stays as it is. Temperatures and thresholds come from one half of the check recordings, the printed scores
-from the other half. For recordings of another camera or simulator, or more of them than there were at the training.
+The network stays as it is. Temperatures and thresholds come from all check recordings; the printed scores of each half
+are those with the thresholds of the other half. For recordings of another camera or simulator, or more of them than
+there were at the training.
 """
 
 from __future__ import annotations

@@ -100,10 +100,11 @@ def least_confidence(confidence: Floats, right: NDArray[np.bool_], share: float)
 
 
 def by_halves(logits: Logits, crops: Crops) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The card that one half of the crops calibrates, and the scores of the other half."""
+    """The card that all crops calibrate, and the scores of each half with a card that the other half calibrates."""
     half = halves(crops.group)
-    card = calibrated(logits.part(half), crops.part(half))
-    return card, scores(logits.part(~half), crops.part(~half), card)
+    parts = [(logits.part(one), crops.part(one)) for one in (half, ~half)]
+    cards = [calibrated(*one) for one in reversed(parts)]
+    return calibrated(logits, crops), scores([(*one, card) for one, card in zip(parts, cards, strict=True)])
 
 
 def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
@@ -161,28 +162,56 @@ def _least(
     }
 
 
-def scores(logits: Logits, crops: Crops, card: dict[str, Any]) -> dict[str, Any]:
-    """Accuracy, answer rate, accuracy of the answers, and confusion matrix of each head."""
-    warm, least = card["temperatures"], card["least"]
-    told = {
-        "kind": _scored(softmax(logits.kind / warm["kind"]), crops.kind, least["kind"]),
-        "light": _scored(softmax(logits.light / warm["light"]), crops.light, least["light"], crops.state),
-        "gesture": _scored(softmax(logits.gesture / warm["gesture"]), crops.gesture, least["gesture"], crops.signal),
-    }
-    lamps = softmax(logits.lamps / warm["lamps"])
-    for i, name in enumerate(LAMPS):
-        told[name] = _scored(lamps[:, i], crops.lamps[:, i], least["lamps"][name], crops.lit[:, i])
-    return told
+def scores(parts: Sequence[tuple[Logits, Crops, dict[str, Any]]]) -> dict[str, Any]:
+    """Accuracy, answer rate, accuracy of the answers, and confusion matrix of each head, over all parts.
+
+    Each part has the outputs for some crops, the crops, and the card to use.
+    """
+    told: dict[str, list[_Told]] = {}
+    for logits, crops, card in parts:
+        warm, least = card["temperatures"], card["least"]
+        kind, light, gesture, lamps = (
+            softmax(getattr(logits, head) / warm[head]) for head in ("kind", "light", "gesture", "lamps")
+        )
+        one = {
+            "kind": _told(kind, crops.kind, least["kind"]),
+            "light": _told(light, crops.light, least["light"], crops.state),
+            "gesture": _told(gesture, crops.gesture, least["gesture"], crops.signal),
+        }
+        for i, name in enumerate(LAMPS):
+            one[name] = _told(lamps[:, i], crops.lamps[:, i], least["lamps"][name], crops.lit[:, i])
+        for head, found in one.items():
+            told.setdefault(head, []).append(found)
+    return {head: _scored(found) for head, found in told.items()}
 
 
-def _scored(
+@dataclass(frozen=True, eq=False)
+class _Told:
+    """One head's answers for crops with a label."""
+
+    names: list[str]
+    labels: NDArray[np.int64]
+    shown: NDArray[np.int64]
+    best: NDArray[np.int64]
+    says: NDArray[np.bool_]
+
+
+def _told(
     shares: Floats, labels: NDArray[np.int64], least: dict[str, float], state: NDArray[np.int64] | None = None
-) -> dict[str, Any]:
+) -> _Told:
     counts = labels >= 0
     shown = labels[counts] if state is None else state[counts]
-    names, limits = list(least), np.array(list(least.values()))
-    best, sure, labels = shares[counts].argmax(1), shares[counts].max(1), labels[counts]
-    says = sure >= limits[best]
+    limits = np.array(list(least.values()))
+    best, sure = shares[counts].argmax(1), shares[counts].max(1)
+    return _Told(list(least), labels[counts], shown, best, sure >= limits[best])
+
+
+def _scored(parts: Sequence[_Told]) -> dict[str, Any]:
+    names = parts[0].names
+    labels, shown, best = (
+        np.concatenate([getattr(one, name) for one in parts]) for name in ("labels", "shown", "best")
+    )
+    says = np.concatenate([one.says for one in parts])
     matrix = np.zeros((len(names), len(names)), int)
     np.add.at(matrix, (labels, best), 1)
     by_name = {}
@@ -196,7 +225,7 @@ def _scored(
             "right": _share((true | (shown == i))[said]),
         }
     return {
-        "crops": int(counts.sum()),
+        "crops": len(labels),
         "accuracy": _share(best == labels),
         "answered": _share(says),
         "right_when_answered": _share(((best == labels) | (best == shown))[says]),

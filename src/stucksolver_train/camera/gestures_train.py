@@ -4,7 +4,7 @@
 
 Since the rest of the network stays as it is, only what it makes of the flaggers' crops is needed. Each crop is
 augmented a few times and goes through the network once; the head learns from the results within a minute on a CPU. The
-head is calibrated on one half of the check recordings and scored on the other half. Writes `crops.onnx` and
+head is calibrated on the check recordings, and each half is scored with what the other half calibrates. Writes `crops.onnx` and
 `crops.json` to OUT; what they say of everything but gestures is as before.
 """
 
