@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
 from stucksolver.perception.measurements import CameraFrame, GnssFix, ImuSample, LidarSweep, WheelSpeed
-from stucksolver.stacks.sensed.faults import FAULTS, JUMP_M, SALTED, STRAY_POINTS, STRAY_REACH_M, SensorFault
+from stucksolver.stacks.sensed.faults import (
+    FAULTS,
+    JUMP_M,
+    MUD,
+    SALTED,
+    SMEAR_AT,
+    STRAY_POINTS,
+    STRAY_REACH_M,
+    SensorFault,
+)
 from stucksolver.stacks.sensed.suite import Measured
 
 CHANGES = {"lidar": "sweep", "camera": "picture", "gnss": "fix"}
@@ -151,6 +160,15 @@ def test_salt_covers_its_share_of_the_lens_always_in_the_same_places():
         assert np.array_equal(after[~masks[-1]], now.picture.rgb[~masks[-1]])
     assert np.array_equal(*masks)
     assert SALTED / 3.0 < masks[0].mean() < SALTED * 3.0
+
+
+def test_mud_darkens_one_place_that_grows_clear_towards_its_rim():
+    bright = replace(measured(1.0), picture=CameraFrame(1.0, np.full((240, 320, 3), 220, np.uint8)))
+    grey = SensorFault("camera-muddy").after(bright, 1.0).picture.rgb[:, :, 0].astype(int)
+    dark = np.argwhere(grey == MUD)
+    assert dark.mean(axis=0) == pytest.approx([SMEAR_AT[1] * 320.0, SMEAR_AT[0] * 320.0], abs=1.0)
+    assert 0.03 < (grey == MUD).mean() < (grey < 220).mean() < 0.15
+    assert np.abs(np.diff(grey, axis=1)).max() < 40
 
 
 def test_fixes_jump_about_the_truth_and_keep_their_height():
