@@ -7,9 +7,9 @@ edge across it cannot stay at its pixels; edges along it can (kerbs, solid lines
   right ahead of the lens is watched, where no other vehicle is for long.
 * The vehicle's own shadow, bonnet and light on that road. They are in one place, or one line. Dirt counts there only if
   it is spread over the width of the image.
-* Dirt in one place must stay while the vehicle turns, which moves all the rest sideways, and must not reach the lower
-  edge of the image, as the vehicle's own parts do. At night, only what is above the horizon counts there: the
-  headlights draw edges on the road.
+* Dirt in one place must stay while the vehicle turns, which moves all the rest sideways, to the left and to the right:
+  kerbs, and a vehicle ahead, stay where they are all around a roundabout. It must not reach the lower edge of the
+  image, as the vehicle's own parts do. At night, it counts only above the horizon: headlights draw edges on the road.
 
 Nothing is learned while the vehicle stands: what is known of the lens stays known.
 """
@@ -48,7 +48,9 @@ The simulator's nights have 36 to 54, its days, sunsets and rain 64 and more.
 LINE = 6
 """What is wider than a sector, with fewer samples in a column, is a line: the rim of a bonnet or of a shadow."""
 PATCH = 12
-"""Least number of coarse samples that prove dirt in turns. Healthy drives have up to 5."""
+"""Least number of coarse samples that prove dirt in turns. Healthy drives have none; in turns to one side, up to 5, and
+more in a roundabout.
+"""
 GRAIN = 3
 """Least number of them in one piece."""
 TOO_MUCH = 0.01
@@ -84,7 +86,7 @@ class LensMonitor:
         """First coarse row below the horizon."""
         self._near = StayingEdges(*_away(rig, self._side, self._shape, self._first))
         flat = np.ones([cells // COARSE - 2 for cells in self._shape], np.float32)
-        self._whole = StayingEdges(flat, np.zeros_like(flat))
+        self._turns = tuple(StayingEdges(flat, np.zeros_like(flat)) for _ in ("to the right", "to the left"))
         self._driven_from: PoseEstimate | None = None
         self._turned_from: PoseEstimate | None = None
         self._spread: LensDirt | None = None
@@ -115,13 +117,14 @@ class LensMonitor:
         """Watch an image (height, width, 3) of the moving vehicle."""
         driven, turned = self._driven_from or pose, self._turned_from or pose
         gone_m = math.hypot(pose.x_m - driven.x_m, pose.y_m - driven.y_m)
-        if gone_m >= DRIVEN_M and _turn_rad(driven, pose) <= STRAIGHT_PER_M * gone_m:
+        if gone_m >= DRIVEN_M and abs(_turn_rad(driven, pose)) <= STRAIGHT_PER_M * gone_m:
             self._near.add(self._samples(rgb, self._first))
             self._spread = self._spread_dirt()
-        if _turn_rad(turned, pose) >= TURNED_RAD:
+        turn_rad = _turn_rad(turned, pose)
+        if abs(turn_rad) >= TURNED_RAD:
             samples = _coarse(self._samples(rgb, 0))
             sky = samples[: self._horizon]
-            self._whole.add(sky if sky.mean() < NIGHT else samples)
+            self._turns[turn_rad > 0.0].add(sky if sky.mean() < NIGHT else samples)
             self._patches = self._patches_of_dirt()
             turned = pose
         self._driven_from, self._turned_from = (pose if gone_m >= DRIVEN_M else driven), turned
@@ -145,17 +148,18 @@ class LensMonitor:
         return self._spread if self._spread and _spread(self._near.proving(STILL)) >= SPREAD else None
 
     def _patches_of_dirt(self) -> LensDirt | None:
-        """Dirt in any places, by the whole image in turns."""
-        proof = self._whole.proving()
+        """Dirt in any places, by the whole image in turns both ways."""
+        right, left = self._turns
+        proof = right.proving() & left.proving()
         if proof.sum() >= PATCH:
-            covered, share = covered_by(self._whole.staying(), proof, GRAIN)
+            covered, share = covered_by(right.staying() & left.staying(), proof, GRAIN)
             if (proof & covered).sum() >= PATCH:
                 return LensDirt(share, np.pad(covered, 1))
         known = self._patches
         if known is None or known.covered is None:
             return None
-        left = self._whole.proving(STILL) & known.covered[1:-1, 1:-1]
-        return known if left.sum() >= PATCH // 2 else None
+        seen = right.proving(STILL) & left.proving(STILL) & known.covered[1:-1, 1:-1]
+        return known if seen.sum() >= PATCH // 2 else None
 
 
 def _vanishing_px(rig: CameraRig) -> tuple[float, float]:
@@ -178,7 +182,7 @@ def _away(rig: CameraRig, side: int, shape: tuple[int, int], first: int) -> tupl
 
 
 def _turn_rad(sooner: PoseEstimate, later: PoseEstimate) -> float:
-    return abs(math.remainder(later.yaw_rad - sooner.yaw_rad, math.tau))
+    return math.remainder(later.yaw_rad - sooner.yaw_rad, math.tau)
 
 
 def _coarse(samples: Singles) -> Singles:
