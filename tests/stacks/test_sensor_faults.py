@@ -10,7 +10,16 @@ import pytest
 
 from stucksolver.perception.measurements import CameraFrame, GnssFix, ImuSample, LidarSweep, WheelSpeed
 from stucksolver.perception.rig import load_rig
-from stucksolver.stacks.sensed.faults import FAULTS, JUMP_M, SALTED, STRAY_POINTS, STRAY_REACH_M, SensorFault
+from stucksolver.stacks.sensed.faults import (
+    FAULTS,
+    JUMP_M,
+    MUD,
+    SALTED,
+    SMEAR_AT,
+    STRAY_POINTS,
+    STRAY_REACH_M,
+    SensorFault,
+)
 from stucksolver.stacks.sensed.suite import Measured
 
 CHANGES = {"lidar": "sweep", "camera": "picture", "gnss": "fix"}
@@ -169,6 +178,15 @@ def test_a_turned_camera_sees_everything_two_degrees_to_the_left():
         columns = np.flatnonzero(after[camera.height_px // 2, :, 0] == value)
         assert columns.mean() == pytest.approx(half_px - focal_px * math.tan(math.radians(bearing_deg)), abs=1.5)
     assert not (after == 250).any()
+
+
+def test_mud_darkens_one_place_that_grows_clear_towards_its_rim():
+    bright = replace(measured(1.0), picture=CameraFrame(1.0, np.full((240, 320, 3), 220, np.uint8)))
+    grey = SensorFault("camera-muddy").after(bright, 1.0).picture.rgb[:, :, 0].astype(int)
+    dark = np.argwhere(grey == MUD)
+    assert dark.mean(axis=0) == pytest.approx([SMEAR_AT[1] * 320.0, SMEAR_AT[0] * 320.0], abs=1.0)
+    assert 0.03 < (grey == MUD).mean() < (grey < 220).mean() < 0.15
+    assert np.abs(np.diff(grey, axis=1)).max() < 40
 
 
 def test_fixes_jump_about_the_truth_and_keep_their_height():

@@ -9,8 +9,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from stucksolver.perception.camera.lens import LensMonitor
 from stucksolver.perception.lidar.spray import SPRAY, THICK, stray
-from stucksolver.perception.measurements import CameraFrame, LidarSweep, Pixels
+from stucksolver.perception.measurements import CameraFrame, LidarSweep, Pixels, PoseEstimate
 from stucksolver.perception.rig import LidarRig
 
 DARK = 3.0
@@ -35,6 +36,8 @@ class SensorHealth:
 
     rig: LidarRig
     tick_s: float = 0.05
+    lenses: dict[str, LensMonitor] = field(default_factory=dict)
+    """By camera; a lens without a monitor is taken for clean."""
     _pictures: dict[str, tuple[Pixels, int]] = field(default_factory=dict)
     """By camera: the last image's sample, and how often it was the same before."""
     _sweep: tuple[int, float] | None = None
@@ -77,11 +80,25 @@ class SensorHealth:
         """Note whether the satellite fixes contradict each other."""
         self._note("GNSS", "the GNSS fixes contradict each other" if doubted else "")
 
-    def picture(self, frame: CameraFrame, moves: bool, camera: str = "camera") -> CameraFrame | None:
-        """Return the image, or None if it is not plausible. `moves`: True if the vehicle moves."""
+    def picture(
+        self, frame: CameraFrame, moves: bool, camera: str = "camera", pose: PoseEstimate | None = None
+    ) -> CameraFrame | None:
+        """Return the image, with what is known of dirt on the lens, or None if it is not plausible.
+
+        Args:
+            frame: The image.
+            moves: True if the vehicle moves.
+            camera: Which camera took it.
+            pose: The vehicle's pose then; without it, dirt is not looked for.
+        """
         why = self._why_not_picture(frame, moves, camera) or self._turned.get(camera, "")
-        self._note(camera, why)
-        return None if why else frame
+        lens = self.lenses.get(camera)
+        if why or lens is None:
+            self._note(camera, why)
+            return None if why else frame
+        checked, dirt = lens.checked(frame, pose if moves else None, camera)
+        self._note(camera, dirt)
+        return checked
 
     def _why_not_sweep(self, sweep: LidarSweep | None) -> str:
         if sweep is None:

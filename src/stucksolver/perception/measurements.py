@@ -29,6 +29,8 @@ class CameraFrame:
     time_s: float
     rgb: Pixels
     """(height, width, 3)."""
+    covered: NDArray[np.bool_] | None = None
+    """(rows, columns): the image in equal cells, True where dirt is on the lens; None if none is known."""
 
 
 @dataclass(frozen=True)

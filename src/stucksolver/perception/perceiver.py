@@ -16,6 +16,7 @@ from stucksolver.perception.camera.attributes import AttributeMemory, AttributeR
 from stucksolver.perception.camera.far import FarDetections, FarDetector
 from stucksolver.perception.camera.far_range import RangeModel, far_places
 from stucksolver.perception.camera.far_sight import CameraSight, SightModel
+from stucksolver.perception.camera.far_strip import is_dirty
 from stucksolver.perception.camera.lights import LightFilter, LightReader
 from stucksolver.perception.camera.weights import WeightsError
 from stucksolver.perception.far_tracking import FarTracker, is_refuted
@@ -163,14 +164,18 @@ class Perceiver:
                 self._read_attributes(look.picture, self._rig.camera, look.picture_pose, tracks)
             with self._timed("lights"):
                 self._read_lights(look.picture, look.picture_pose, look.heads)
-            with self._timed("far"):
-                found = self._far.detect(look.picture, self._rig.camera)
-            with self._timed("far_view"):
-                self._follow(found, look.picture_pose, tracks)
+            if not is_dirty(look.picture, self._rig.camera):
+                self._look_far(look.picture, look.picture_pose, tracks)
         if look.rear is not None and self._rig.rear_camera is not None:
             with self._timed("rear"):
                 self._read_attributes(look.rear[0], self._rig.rear_camera, look.rear[1], tracks)
         return {light: self._shown.state(light, look.pose.time_s) for light in look.heads}
+
+    def _look_far(self, picture: CameraFrame, pose: PoseEstimate, tracks: tuple[Track, ...]) -> None:
+        with self._timed("far"):
+            found = self._far.detect(picture, self._rig.camera)
+        with self._timed("far_view"):
+            self._follow(found, pose, tracks)
 
     def _follow(self, found: FarDetections, pose: PoseEstimate, tracks: tuple[Track, ...]) -> None:
         """Add what was detected far ahead."""

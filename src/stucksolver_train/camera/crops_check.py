@@ -208,10 +208,9 @@ def _told(
 
 def _scored(parts: Sequence[_Told]) -> dict[str, Any]:
     names = parts[0].names
-    labels, shown, best = (
-        np.concatenate([getattr(one, name) for one in parts]) for name in ("labels", "shown", "best")
+    labels, shown, best, says = (
+        np.concatenate([getattr(one, name) for one in parts]) for name in ("labels", "shown", "best", "says")
     )
-    says = np.concatenate([one.says for one in parts])
     matrix = np.zeros((len(names), len(names)), int)
     np.add.at(matrix, (labels, best), 1)
     by_name = {}

@@ -1,7 +1,8 @@
 """Trains the crop network: `python -m stucksolver_train.camera.crops_train --data DIR --check DIR --out OUT`.
 
-Reads all crops of the recordings, trains for a given time on a GPU or the CPU, calibrates on the check recordings
-(and scores each half with what the other half calibrates), and writes `crops.onnx`, `crops.json` (the card) and `crops_scores.json` to OUT.
+Reads all crops of the recordings, trains for a given time on a GPU or the CPU, calibrates on the check recordings,
+scores each half of them with what the other half calibrates, and writes `crops.onnx`, `crops.json` (the card) and
+`crops_scores.json` to OUT.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@
 
 Since the rest of the network stays as it is, only what it makes of the flaggers' crops is needed. Each crop is
 augmented a few times and goes through the network once; the head learns from the results within a minute on a CPU. The
-head is calibrated on the check recordings, and each half is scored with what the other half calibrates. Writes `crops.onnx` and
-`crops.json` to OUT; what they say of everything but gestures is as before.
+head is calibrated on the check recordings, and each half of them is scored with what the other half calibrates. Writes
+`crops.onnx` and `crops.json` to OUT; what they say of everything but gestures is as before.
 """
 
 from __future__ import annotations

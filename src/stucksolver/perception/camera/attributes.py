@@ -18,7 +18,7 @@ from stucksolver.perception.camera.crop_network import (
     CropAnswers,
     CropNetwork,
 )
-from stucksolver.perception.camera.crops import cut_crops, features_of, windows_of
+from stucksolver.perception.camera.crops import behind_dirt, cut_crops, features_of, windows_of
 from stucksolver.perception.camera.weights import DATA
 from stucksolver.perception.measurements import CameraFrame, Floats
 from stucksolver.perception.rig import CameraRig
@@ -50,10 +50,11 @@ class AttributeReader:
             boxes: (n, 7) centre x, y, z, length, width, height (m), yaw (rad) in the vehicle frame of that moment.
 
         Returns:
-            One answer for each box, in order; nothing is known of boxes out of view or too small.
+            One answer for each box, in order; nothing is known of boxes out of view, too small, or
+            behind dirt on the lens.
         """
         windows = windows_of(rig, boxes)
-        keep = np.flatnonzero(windows.usable)
+        keep = np.flatnonzero(windows.usable & ~behind_dirt(windows, frame))
         answers: list[Attributes] = [Attributes()] * len(boxes)
         if len(keep):
             crops = cut_crops(frame.rgb, windows.center[keep], windows.side[keep])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver.perception.measurements import Floats, Pixels, Singles
+from stucksolver.perception.measurements import CameraFrame, Floats, Pixels, Singles
 from stucksolver.perception.rig import CameraRig
 
 CROP_PX = 64
@@ -75,6 +75,16 @@ def windows_of(rig: CameraRig, boxes: Floats) -> Windows:
     in_view = np.prod(sides, axis=1) / area
     fits = (sides.max(1) >= LEAST_PX) & (in_view >= LEAST_IN_VIEW)
     return Windows(cut, in_view, fits & (ahead.min(1) > NEAREST_M))
+
+
+def behind_dirt(windows: Windows, frame: CameraFrame) -> NDArray[np.bool_]:
+    """(n,): True where known dirt on the lens touches the window."""
+    if frame.covered is None:
+        return np.zeros(len(windows.rectangle), bool)
+    cell = np.array(frame.rgb.shape[1::-1]) / np.array(frame.covered.shape[::-1])
+    first, last = windows.rectangle[:, :2] // cell, windows.rectangle[:, 2:] // cell + 1
+    spans = np.concatenate([first, last], axis=1).astype(int).tolist()
+    return np.array([frame.covered[top:bottom, left:right].any() for left, top, right, bottom in spans], bool)
 
 
 def cut_crops(rgb: Pixels, center: Floats, side: Floats, pixels: int = CROP_PX) -> Pixels:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from stucksolver.perception.measurements import Floats, Pixels
+from stucksolver.perception.measurements import CameraFrame, Floats, Pixels
 from stucksolver.perception.rig import CameraRig
 
 STRIP_ROWS = 192
@@ -37,6 +37,15 @@ def horizon_row(rig: CameraRig, pitch_rad: float = 0.0) -> float:
 def strip_top(rig: CameraRig, pitch_rad: float = 0.0) -> int:
     """Return the image's row with which the strip begins; it may lie outside the image."""
     return round(horizon_row(rig, pitch_rad)) - STRIP_ROWS // 2
+
+
+def is_dirty(frame: CameraFrame, rig: CameraRig) -> bool:
+    """True if known dirt on the lens lies in the strip: a vehicle far away may be behind it in each image."""
+    if frame.covered is None:
+        return False
+    top, cells = strip_top(rig), len(frame.covered)
+    first, last = (max(row, 0) * cells // rig.height_px for row in (top, top + STRIP_ROWS - 1))
+    return bool(frame.covered[first : last + 1].any())
 
 
 def cut_rows(rgb: Pixels, top: int, rows: int) -> Pixels:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from stucksolver.perception.camera.crop_network import LIGHTS, CropNetwork
-from stucksolver.perception.camera.crops import cut_crops, windows_of
+from stucksolver.perception.camera.crops import behind_dirt, cut_crops, windows_of
 from stucksolver.perception.camera.weights import DATA
 from stucksolver.perception.measurements import CameraFrame, Floats
 from stucksolver.perception.rig import CameraRig
@@ -57,7 +57,7 @@ class LightReader:
         counts = [len(one) for one in heads]
         joined = np.concatenate([np.zeros((0, 7)), *(one.reshape(-1, 7) for one in heads)])
         windows = windows_of(rig, boxes_of_heads(joined))
-        keep = np.flatnonzero(windows.usable & (facing(rig, joined) > LEAST_FACING))
+        keep = np.flatnonzero(windows.usable & (facing(rig, joined) > LEAST_FACING) & ~behind_dirt(windows, frame))
         crops = cut_crops(frame.rgb, windows.center[keep], windows.side[keep])
         shares = np.zeros((len(joined), len(LIGHTS)))
         shares[:, -1] = 1.0

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import carla
 import numpy as np
 
+from stucksolver.perception.camera.lens import LensMonitor
 from stucksolver.perception.health import SensorHealth
 from stucksolver.perception.localisation import Localiser
 from stucksolver.perception.measurements import CameraFrame, Floats, LidarSweep, PoseEstimate
@@ -50,6 +51,7 @@ BLIND_S = 0.6
 DARK_AGE_S = 60.0
 """The age of data that never came."""
 TICK_S = 1e-6
+REAR = "rear camera"
 
 
 class Eyes:
@@ -104,7 +106,9 @@ class Eyes:
         self.percept: Percept | None = None
         """The newest result; None before the first."""
         self.now_s = 0.0
-        self.health = SensorHealth(self._rig.lidar)
+        cameras = {"camera": self._rig.camera, REAR: self._rig.rear_camera}
+        lenses = {name: LensMonitor(camera) for name, camera in cameras.items() if camera is not None}
+        self.health = SensorHealth(self._rig.lidar, lenses=lenses)
         self._fault = fault
         self._began_s = float(vehicle.get_world().get_snapshot().timestamp.elapsed_seconds)
         self.vehicle = SensedVehicle(vehicle, self, SensedWorld(vehicle.get_world(), carla_map, self))
@@ -156,10 +160,10 @@ class Eyes:
         if sweep is not None:
             self._sweeps.append((sweep, self.pose))
         moves = abs(self.pose.speed_mps) > MOVES_MPS
-        picture = measured.picture and self.health.picture(measured.picture, moves)
+        picture = measured.picture and self.health.picture(measured.picture, moves, pose=self.pose)
         if picture is not None:
             self._picture, self.picture = (picture, self.pose), picture
-        rear = measured.rear and self.health.picture(measured.rear, moves, "rear camera")
+        rear = measured.rear and self.health.picture(measured.rear, moves, REAR, self.pose)
         if rear is not None:
             self._rear = rear, self.pose
 

@@ -17,6 +17,12 @@ SALTED = 0.05
 """Share of the lens that is covered."""
 GRAIN_PX = 24
 """Size of a grain on the image: it is on the lens, far out of focus."""
+SMEAR_AT, SMEAR_SIZE = (0.6, 0.3), (0.2, 0.12)
+"""Place (right, down) and half size of a smear of mud, in widths of the image: 13 % of it."""
+SMEAR_RIM = 0.15
+"""Share of its half size over which it grows thin."""
+MUD = 40
+"""Its brightness (0 to 255)."""
 STRAY_POINTS = 400
 """Points of a sweep without an object, such as spray."""
 STRAY_REACH_M = 30.0
@@ -136,6 +142,18 @@ def _camera_turned(fault: SensorFault, now: Measured) -> Measured:
     return replace(now, picture=CameraFrame(now.picture.time_s, now.picture.rgb[row, column]))
 
 
+def _camera_muddy(fault: SensorFault, now: Measured) -> Measured:
+    """One dark smear with a soft rim, always at the same place."""
+    if now.picture is None:
+        return now
+    rows, columns = now.picture.rgb.shape[:2]
+    y, x = np.mgrid[0:rows, 0:columns].astype(np.float32) / columns
+    from_middle = np.hypot((x - SMEAR_AT[0]) / SMEAR_SIZE[0], (y - SMEAR_AT[1]) / SMEAR_SIZE[1])
+    thick = np.clip((1.0 - from_middle) / SMEAR_RIM + 0.5, 0.0, 1.0)[:, :, None]
+    rgb = (1.0 - thick) * now.picture.rgb + thick * MUD
+    return replace(now, picture=CameraFrame(now.picture.time_s, rgb.astype(np.uint8)))
+
+
 def _gnss_missing(fault: SensorFault, now: Measured) -> Measured:
     return replace(now, fix=None, silent=(*now.silent, "GNSS"))
 
@@ -158,6 +176,7 @@ FAULTS: dict[str, Callable[[SensorFault, Measured], Measured]] = {
     "camera-frozen": _camera_frozen,
     "camera-salted": _camera_salted,
     "camera-turned": _camera_turned,
+    "camera-muddy": _camera_muddy,
     "gnss-missing": _gnss_missing,
     "gnss-jumping": _gnss_jumping,
 }
