@@ -6,7 +6,7 @@ They are turned back, so that nobody has to keep the weights of a training for t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -82,6 +82,18 @@ def fill(modules: Modules, layers: Sequence[Layer]) -> None:
             if normalisation is not None:
                 # Otherwise its small constant under the root would scale the output.
                 normalisation.weight.fill_((1.0 + normalisation.eps) ** 0.5)
+
+
+def mean_of(one: Mapping[str, Tensor], other: Mapping[str, Tensor], share: float) -> dict[str, Tensor]:
+    """The weighted mean of two state dicts of one shape; `share` is the weight of the other (0 to 1).
+
+    A network that is trained on for new data forgets some of what it knew. Its weights lie near the old ones, and their
+    mean keeps most of both (Wortsman et al. 2022, "Robust fine-tuning of zero-shot models").
+    """
+    return {
+        name: value + share * (other[name] - value) if value.is_floating_point() else value
+        for name, value in one.items()
+    }
 
 
 def settle(net: nn.Module, run: Callable[[], object]) -> None:

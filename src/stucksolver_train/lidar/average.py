@@ -1,7 +1,6 @@
 """Averages two networks, one trained on from the other: `python -m stucksolver_train.lidar.average A B --out DIR`.
 
-A network that is trained on for new data forgets some of what it knew. Its weights lie near the old ones, and their
-mean keeps most of both (Wortsman et al. 2022, "Robust fine-tuning of zero-shot models").
+The mean keeps most of what both know (`stucksolver_train.restore.mean_of`).
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from stucksolver_train.lidar.export import AVERAGED
 from stucksolver_train.lidar.restore import restore
 from stucksolver_train.lidar.train import CARD as TRAINING
 from stucksolver_train.lidar.train import FIGURES, WEIGHTS
-from stucksolver_train.restore import RestoreError
+from stucksolver_train.restore import RestoreError, mean_of
 
 
 def average(first: Path, second: Path, share: float, out: Path) -> None:
@@ -43,11 +42,7 @@ def average(first: Path, second: Path, share: float, out: Path) -> None:
         card = {key: trained[key] for key in FIGURES} | {AVERAGED: share}
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RestoreError(f"{card_file}: no card of a training ({error}); export the network again") from error
-    theirs = other.state_dict()
-    mean = {
-        name: value + share * (theirs[name] - value) if value.is_floating_point() else value
-        for name, value in one.state_dict().items()
-    }
+    mean = mean_of(one.state_dict(), other.state_dict(), share)
     out.mkdir(parents=True, exist_ok=True)
     torch.save({"weights": mean, "widths": one.widths}, out / WEIGHTS)
     (out / TRAINING).write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")

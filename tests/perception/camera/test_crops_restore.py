@@ -9,8 +9,9 @@ from stucksolver.perception.camera.weights import DATA
 
 torch = pytest.importorskip("torch", reason="training needs torch")
 pytest.importorskip("onnx", reason="training needs onnx")
-from stucksolver_train.camera.crops_net import Shipped, restored  # noqa: E402
-from stucksolver_train.restore import RestoreError, settle  # noqa: E402
+from stucksolver_train.camera.crops_net import SEEN, Shipped, restored  # noqa: E402
+from stucksolver_train.camera.gestures_train import fit  # noqa: E402
+from stucksolver_train.restore import RestoreError, mean_of, settle  # noqa: E402
 
 SHIPPED = DATA / "crops.onnx"
 
@@ -46,3 +47,28 @@ def test_settling_keeps_the_output() -> None:
 def test_another_network_is_named() -> None:
     with pytest.raises(RestoreError, match=r"far\.onnx"):
         restored(DATA / "far.onnx")
+
+
+def test_a_mean_of_a_network_and_itself_is_that_network_and_the_share_is_that_of_the_other() -> None:
+    one, other = restored(SHIPPED), restored(SHIPPED)
+    with torch.no_grad():
+        other.heads[0].bias += 1.0
+    mean = mean_of(one.state_dict(), other.state_dict(), 0.25)
+    for name, value in one.state_dict().items():
+        off = 0.25 if name == "heads.0.bias" else 0.0
+        assert torch.allclose(mean[name].double(), value.double() + off, atol=1e-6), name
+
+
+def test_the_head_for_gestures_learns_without_a_change_of_anything_else() -> None:
+    net = restored(SHIPPED).eval()
+    before = {name: value.clone() for name, value in net.state_dict().items()}
+    random = np.random.default_rng(3)
+    gestures = torch.from_numpy(random.integers(0, 5, 400))
+    # Numbers of very different size, of which a few tell the gesture.
+    seen = torch.from_numpy(random.normal(3.0, 1.0, (400, SEEN)) * random.uniform(0.1, 10.0, SEEN)).float()
+    seen[torch.arange(400), gestures] += 200.0
+    fit(net.gesture, seen, gestures, steps=150)
+    with torch.no_grad():
+        assert (net.gesture(seen).argmax(1) == gestures).float().mean() > 0.95
+    for name, value in net.state_dict().items():
+        assert name.startswith("gesture.") or torch.equal(value, before[name]), name

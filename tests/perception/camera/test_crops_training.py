@@ -2,19 +2,20 @@
 
 import io
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from stucksolver.perception.camera.crop_network import KINDS, LIGHTS, NEVER, NOTHING, CropNetwork
+from stucksolver.perception.camera.crop_network import GESTURES, KINDS, LIGHTS, NEVER, NOTHING, CropNetwork
 from stucksolver.perception.camera.weights import WeightsError
 from stucksolver.perception.measurements import LidarSweep
 from stucksolver.perception.recording import KINDS as RECORDED
 from stucksolver.perception.recording import LightTruth, Recorded, RecordingWriter, Truth
 from stucksolver.perception.rig import load_rig
 from stucksolver.scene import ObjectKind
-from stucksolver_train.camera.crops_check import halves, least_confidence, temperature_of
+from stucksolver_train.camera.crops_check import Logits, by_halves, halves, least_confidence, temperature_of
 from stucksolver_train.camera.crops_data import Crops, crops_in, to_vehicle
 
 BRAKE, LEFT = 8, 32
@@ -107,6 +108,12 @@ def test_processes_read_the_same_crops(folder: Path) -> None:
     assert set(one.group.tolist()) == {0, 1}
 
 
+def test_only_the_crops_of_flaggers_are_kept_if_wanted(folder: Path) -> None:
+    pytest.importorskip("PIL")
+    assert len(crops_in([folder], jobs=1)) > 0
+    assert len(crops_in([folder], jobs=1, flaggers=True)) == 0
+
+
 def test_recordings_are_not_torn_between_calibrating_and_scoring() -> None:
     group = np.array([0, 1, 1, 2, 0])
     half = halves(group)
@@ -128,6 +135,31 @@ def test_a_share_that_too_few_answers_show_is_never_reached() -> None:
     assert least_confidence(np.full(100, 0.9), np.ones(100, bool), 0.99) == 0.9
     assert least_confidence(np.zeros(0), np.zeros(0, bool), 0.95) == NEVER
     assert least_confidence(np.full(100, 0.9), np.zeros(100, bool), 0.95) == NEVER
+
+
+def test_each_half_is_scored_with_thresholds_of_the_other() -> None:
+    """All lamps but brake lamps are unlabelled. In the first half, the sure answers are right; in the second, wrong."""
+    n = 400
+    first = np.arange(n) < n // 2
+    lamps, lit = np.full((n, 5), -1), np.full((n, 5), -1)
+    lamps[:, 0] = np.where(first, 1, 0)
+    lit[:, 0] = lamps[:, 0]
+    none, group = np.full(n, -1), np.where(first, 0, 1)
+    crops = Crops(np.zeros((n, 1, 1, 3), np.uint8), np.zeros((n, 1), np.float32), *[none] * 7, group)
+    crops = replace(crops, lamps=lamps, lit=lit)
+    told = np.zeros((n, 5, 3))
+    told[:, 0, 1] = 1.0
+    logits = Logits(np.zeros((n, len(KINDS))), told, np.zeros((n, len(LIGHTS))), np.zeros((n, len(GESTURES))))
+    card, scored = by_halves(logits, crops)
+    # The first half allows the answer, which is always wrong in the second; the second forbids it in the first.
+    assert scored["brake_lights"]["by_name"]["on"] == {
+        "crops": 200,
+        "found": 1.0,
+        "answered": 0.0,
+        "answers": 200,
+        "right": 0.0,
+    }
+    assert card["least"]["lamps"]["brake_lights"]["on"] == NEVER, "half of all answers are wrong"
 
 
 def test_answers_of_equal_confidence_stand_or_fall_together() -> None:
