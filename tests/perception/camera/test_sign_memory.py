@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver.perception.camera.sign_memory import FORGET_S, SignLook, SignMemory
+from stucksolver.perception.camera.sign_memory import FORGET_S, SignLook, SignMemory, WordPlace
 from stucksolver.perception.camera.sign_targets import SignTarget
 from stucksolver.scene import SeenSign, SignWord
 
@@ -24,7 +24,8 @@ def signs(*looks):
     return memory.signs(time_s)
 
 
-STOP, SLOW = (SignWord.STOP, 0.1), (SignWord.SLOW, 0.1)
+STOP, SLOW = (SignWord.STOP, WordPlace(0.1, 7)), (SignWord.SLOW, WordPlace(0.1, 7))
+ALONE = (SignWord.STOP, WordPlace(0.1))
 
 
 def test_one_look_proves_nothing_and_two_that_agree_count():
@@ -54,15 +55,15 @@ def test_an_old_word_is_forgotten_and_a_departure_forgets_all():
 
 
 def test_a_sign_on_no_object_has_its_direction_and_its_distance_if_the_map_knows_its_place():
-    assert signs((POST, STOP), (POST, STOP)) == (SeenSign(word=SignWord.STOP, distance_m=15.3, bearing_rad=0.1),)
-    assert signs((AHEAD, STOP), (AHEAD, STOP)) == (SeenSign(word=SignWord.STOP, bearing_rad=0.1),)
-    assert signs((CAR, STOP), (CAR, STOP)) == (SeenSign(word=SignWord.STOP, bearing_rad=0.1),)
+    assert signs((POST, ALONE), (POST, ALONE)) == (SeenSign(word=SignWord.STOP, distance_m=15.3, bearing_rad=0.1),)
+    assert signs((AHEAD, ALONE), (AHEAD, ALONE)) == (SeenSign(word=SignWord.STOP, bearing_rad=0.1),)
+    assert signs((CAR, ALONE), (CAR, ALONE)) == (SeenSign(word=SignWord.STOP, bearing_rad=0.1),)
 
 
 def test_the_same_sign_in_two_crops_is_told_once_with_its_object():
-    looks = [(AHEAD, (SignWord.STOP, 0.12)), (BARRIER, STOP), (POST, STOP)]
+    looks = [(AHEAD, (SignWord.STOP, WordPlace(0.12))), (BARRIER, STOP), (POST, ALONE)]
     assert signs(*looks, *looks) == (SeenSign(word=SignWord.STOP, object_id="7"),)
-    elsewhere = (AHEAD, (SignWord.STOP, -0.3))
+    elsewhere = (AHEAD, (SignWord.STOP, WordPlace(-0.3)))
     assert len(signs(elsewhere, elsewhere, (BARRIER, STOP), (BARRIER, STOP))) == 2
 
 
@@ -73,7 +74,7 @@ def test_all_have_their_turn_and_what_was_found_once_is_read_again_soon():
     for time_s in range(8):
         target = memory.next_of(places, float(time_s))
         order.append(target.key)
-        memory.add(SignLook(float(time_s), target, {SignWord.STOP: 0.1} if target is BARRIER else {}))
+        memory.add(SignLook(float(time_s), target, dict([STOP]) if target is BARRIER else {}))
     assert order[:2] == ["track-7", "track-7"]
     assert set(order) == {"track-7", "ahead-1", "track-9", "post-0"}
     assert order.count("track-7") <= 4

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stucksolver.perception.camera.sign_targets import MOST_OBJECTS, bearing_rad, swaths, targets
+from stucksolver.perception.camera.sign_targets import MOST_OBJECTS, bearing_rad, carrier_of, swaths, targets
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.measurements import PoseEstimate
 from stucksolver.perception.rig import load_rig
@@ -92,11 +92,23 @@ def test_posts_of_the_map_are_read_where_their_face_is():
     assert crop.distance_m == pytest.approx(math.hypot(15.0, 3.0), abs=0.05)
 
 
-def test_a_car_carries_its_own_words_and_no_sign_behind_it():
-    car = targets(RIG, HERE, [replace(BARRIER, label=LABELS.index("car"))], {})[-1]
-    barrier = targets(RIG, HERE, [BARRIER], {})[0]
-    assert car.carries(SignWord.POLICE) and not car.carries(SignWord.STOP)
-    assert barrier.carries(SignWord.ROAD_CLOSED) and not barrier.carries(SignWord.POLICE)
+def test_a_word_is_the_nearest_objects_that_can_carry_it_wherever_it_was_read():
+    far_car = replace(BARRIER, id=9, label=LABELS.index("car"), y_m=65.0)
+    found = targets(RIG, HERE, [BARRIER, replace(far_car, id=8, y_m=63.0), far_car], {})
+    barrier, road, behind = found[0], found[2], found[-1]
+    column, row = (behind.left + behind.right) / 2, (behind.top + behind.bottom) / 2
+    carriers = {word: carrier_of(word, column, row, found, road) for word in (SignWord.STOP, SignWord.POLICE)}
+    assert {word: one and one.track_id for word, one in carriers.items()} == {SignWord.STOP: 7, SignWord.POLICE: 8}
+    assert carrier_of(SignWord.POLICE, column, row, found[:1], barrier) is None
+    assert carrier_of(SignWord.STOP, 10.0, 10.0, found, road) is None
+
+
+def test_a_word_at_a_post_of_the_map_is_the_posts():
+    found = targets(RIG, HERE, [BARRIER], {0: (100.0, 63.0)})
+    post = found[-1]
+    column, row = (post.left + post.right) / 2, (post.top + post.bottom) / 2
+    assert found[0].carries(SignWord.STOP, column, row)
+    assert carrier_of(SignWord.STOP, column, row, found, post) is None
 
 
 def test_a_wider_look_contains_the_first_and_stays_in_the_image():

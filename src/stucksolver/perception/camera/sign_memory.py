@@ -21,12 +21,22 @@ SAME_RAD = math.radians(4.0)
 
 
 @dataclass(frozen=True)
+class WordPlace:
+    """Where a word was read."""
+
+    bearing_rad: float
+    """From the heading, to the left positive."""
+    track_id: int | None = None
+    """The tracked object that carries it."""
+
+
+@dataclass(frozen=True)
 class SignLook:
-    """What one look at a target found: each word once, with its direction from the heading (rad)."""
+    """What one look at a target found: each word once."""
 
     time_s: float
     target: SignTarget
-    found: dict[SignWord, float]
+    found: dict[SignWord, WordPlace]
 
 
 @dataclass
@@ -90,11 +100,11 @@ def _counted(looks: Sequence[SignLook], time_s: float) -> list[tuple[float, Seen
     if last is None or time_s - last.time_s > FORGET_S:
         return []
     agreed = [word for word in last.found if sum(word in look.found for look in looks) >= AGREE]
-    return [(last.found[word], _sign(last.target, word, last.found[word])) for word in agreed]
+    return [(last.found[word].bearing_rad, _sign(last.target, word, last.found[word])) for word in agreed]
 
 
-def _sign(target: SignTarget, word: SignWord, bearing: float) -> SeenSign:
-    if target.carries(word):
-        return SeenSign(word=word, object_id=str(target.track_id))
+def _sign(target: SignTarget, word: SignWord, place: WordPlace) -> SeenSign:
+    if place.track_id is not None:
+        return SeenSign(word=word, object_id=str(place.track_id))
     away = None if target.track_id is not None or target.distance_m is None else round(target.distance_m, 1)
-    return SeenSign(word=word, distance_m=away, bearing_rad=round(bearing, 3))
+    return SeenSign(word=word, distance_m=away, bearing_rad=round(place.bearing_rad, 3))

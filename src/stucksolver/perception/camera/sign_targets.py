@@ -76,9 +76,10 @@ class SignTarget:
             bottom=min(int(self.bottom + along), rig.height_px),
         )
 
-    def carries(self, word: SignWord) -> bool:
-        """True if a word in this part belongs to the object that is tracked there."""
-        return self.track_id is not None and self.is_vehicle == (word in CARRIED)
+    def carries(self, word: SignWord, column: float, row: float) -> bool:
+        """True if the object that is tracked here may carry a word at this place of the image."""
+        inside = self.left <= column < self.right and self.top <= row < self.bottom
+        return inside and self.track_id is not None and self.is_vehicle == (word in CARRIED)
 
 
 def targets(
@@ -101,6 +102,24 @@ def targets(
     found += [*swaths(rig), *_of_posts(rig, pose, posts)]
     found += [_of_track(rig, slow[i], boxes[i]) for i in vehicles[:MOST_VEHICLES]]
     return tuple(one for one in found if one is not None)
+
+
+def carrier_of(
+    word: SignWord, column: float, row: float, among: Sequence[SignTarget], here: SignTarget
+) -> SignTarget | None:
+    """Return the tracked object that carries a word; None if it is on none.
+
+    Args:
+        word: The word.
+        column: Where it is in the image (px).
+        row: The same.
+        among: All targets of this moment.
+        here: The target in which it was read.
+    """
+    if here.distance_m is not None and here.track_id is None:
+        return None  # a post of the map
+    able = [one for one in (here, *among) if one.carries(word, column, row)]
+    return min(able, key=lambda one: one.distance_m or 0.0, default=None)
 
 
 def swaths(rig: CameraRig) -> list[SignTarget | None]:

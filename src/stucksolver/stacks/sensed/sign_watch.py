@@ -13,9 +13,9 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
-from stucksolver.perception.camera.sign_memory import SignLook, SignMemory
+from stucksolver.perception.camera.sign_memory import SignLook, SignMemory, WordPlace
 from stucksolver.perception.camera.sign_reader import ReadsWords, SignReader, SignReaderError, why_not_read
-from stucksolver.perception.camera.sign_targets import SignTarget, bearing_rad, targets
+from stucksolver.perception.camera.sign_targets import SignTarget, bearing_rad, carrier_of, targets
 from stucksolver.perception.measurements import CameraFrame, PoseEstimate
 from stucksolver.perception.rig import CameraRig
 from stucksolver.perception.tracking import Track
@@ -32,8 +32,8 @@ DELAY_S = 0.5
 TICK_S = 1e-6
 
 
-Found = dict[SignWord, float]
-"""The words in a crop, each with its direction (rad)."""
+Found = dict[SignWord, WordPlace]
+"""The words in a crop, each with its place."""
 
 
 @dataclass(frozen=True)
@@ -91,17 +91,22 @@ class SignWatch:
             self._worker.shutdown(wait=True, cancel_futures=True)
 
     def _begin(self, now_s: float, pose: PoseEstimate, picture: CameraFrame, tracks: Sequence[Track]) -> None:
-        target = self._memory.next_of(targets(self._rig, pose, tracks, self._posts), now_s)
+        places = targets(self._rig, pose, tracks, self._posts)
+        target = self._memory.next_of(places, now_s)
         self._begun_s, self._pictured_s = now_s, picture.time_s
         if target is not None and self._worker is not None:
             if self._memory.count(target) % 2:
                 target = target.widened(self._rig)
-            self._under_way = _UnderWay(now_s, target, self._worker.submit(self._read, picture, target))
+            self._under_way = _UnderWay(now_s, target, self._worker.submit(self._read, picture, target, places))
 
-    def _read(self, picture: CameraFrame, target: SignTarget) -> Found:
+    def _read(self, picture: CameraFrame, target: SignTarget, places: Sequence[SignTarget]) -> Found:
         assert self._reader is not None
-        words = self._reader.read(target.crop(picture.rgb), target.single)
-        return {one.word: bearing_rad(self._rig, target.left + one.column) for one in words}
+        found: Found = {}
+        for one in self._reader.read(target.crop(picture.rgb), target.single):
+            column, row = target.left + one.column, target.top + one.row
+            carrier = carrier_of(one.word, column, row, places, target)
+            found[one.word] = WordPlace(bearing_rad(self._rig, column), None if carrier is None else carrier.track_id)
+        return found
 
     def _take_up(self, now_s: float) -> None:
         one = self._under_way
