@@ -30,6 +30,8 @@ def line(text, left=0.0, top=0.0, width=100.0, height=20.0, confidence=0.9):
         ("LETOUR", SignWord.DETOUR),
         ("DETCUR", SignWord.DETOUR),
         ("SCHOOL BUS", SignWord.SCHOOL_BUS),
+        ("6CHOOLBU9", SignWord.SCHOOL_BUS),
+        ("OMBULANCE", SignWord.AMBULANCE),
     ],
 )
 def test_what_the_recognizer_makes_of_a_sign_is_its_word(text, word):

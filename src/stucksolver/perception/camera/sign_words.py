@@ -29,7 +29,7 @@ ALIKE = ("OCDQ0", "I1LJT", "S5", "B8", "Z2", "VY", "G6", "A4")
 """Letters and digits that recognizers confuse with each other: equal in the comparison."""
 SURE = 0.6
 """The least confidence of each line of a plate."""
-ONE_EDIT_FROM, TWO_EDITS_FROM = 7, 10
+ONE_EDIT_FROM, TWO_EDITS_FROM = 7, 9
 """Number of letters from which a word may differ by one letter, and by two: FIELD is not YIELD, POLICY not POLICE."""
 SPARE = frozenset({SignWord.DETOUR})
 """Shorter words that may differ by a letter, since no other word of English does."""
