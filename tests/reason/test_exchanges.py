@@ -98,7 +98,7 @@ def test_the_next_reasoner_answers_when_the_first_has_none(server):
 def test_reasoners_have_names_on_the_command_line():
     both = make_reasoner("openai:gpt-4o-2024-08-06@http://127.0.0.1:9/v1, rules")
     assert [r.name for r in both.reasoners] == [
-        "openai:gpt-4o-2024-08-06@http://127.0.0.1:9/v1 (prompt 5)",
+        "openai:gpt-4o-2024-08-06@http://127.0.0.1:9/v1 (prompt 6)",
         RuleReasoner().name,
     ]
 

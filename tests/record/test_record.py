@@ -26,10 +26,13 @@ from stucksolver.reason.faulty import make_faulty
 from stucksolver.record import Recorder, RecordError, replay
 from stucksolver.record.chain import ChainWriter, read_chain
 from stucksolver.record.compact import Packer, Unpacker
-from stucksolver.scene import CameraImage, LineKind
+from stucksolver.scene import CameraImage, LineKind, SeenSign, SignWord
 from stucksolver.solver import EventKind
 
 TWO_WAY = straight_road()
+
+
+CLOSED = SeenSign(word=SignWord.ROAD_CLOSED, object_id="lead")
 
 
 def recorded(folder, world=None, seconds=30.0, **options):
@@ -64,6 +67,16 @@ def test_a_recovery_leaves_one_file_that_matches(one):
     assert report.decisions == report.plans == 1
     assert report.ticks > 100
     assert report.underivable == 0
+
+
+def test_words_on_signs_are_kept_in_the_record_and_change_nothing(tmp_path):
+    class Signed(World):
+        def scene(self, seen=None):
+            return super().scene(seen).model_copy(update={"signs": (CLOSED,)})
+
+    _, (file,) = recorded(tmp_path, Signed(TWO_WAY, [thing("lead", 75.0)], x=66.0))
+    assert CLOSED.model_dump_json() in file.read_text()
+    assert replay(file).matches
 
 
 def test_it_begins_with_all_that_decides_how_it_goes(one):

@@ -154,6 +154,16 @@ def _perception() -> Iterator[Finding]:
     yield Finding(what, "broken" if why else "ok", why or "three networks and the rig load")
 
 
+def _signs() -> Iterator[Finding]:
+    from stucksolver.perception.camera.sign_reader import PACKAGE
+
+    found = importlib.util.find_spec(PACKAGE) is not None
+    remedy = "" if found else "pip install 'stucksolver[signs]'"
+    yield Finding(
+        "words on signs", "ok" if found else "absent", f"{PACKAGE} {'' if found else 'not '}installed", remedy
+    )
+
+
 def _model() -> Iterator[Finding]:
     from stucksolver.reason.llm.failures import KEY_VARIABLE
     from stucksolver.reason.llm.openai_api import URL_VARIABLE
@@ -273,6 +283,7 @@ LOOKS: tuple[Callable[[], Iterator[Finding]], ...] = (
     _package("openai", "language models over HTTP", "llm"),
     _model,
     _perception,
+    _signs,
     _package("fastapi", "the passenger's page", "passenger"),
     _package("matplotlib", "plots of evaluations", "report"),
     _package("distributed", "evaluations on a cluster", "cluster"),

@@ -33,6 +33,7 @@ from stucksolver.scene.scene import (
     SceneLane,
     SceneObject,
 )
+from stucksolver.scene.signs import SeenSign, SignWord
 from stucksolver.scene.status import Status
 from stucksolver.scene.surroundings import (
     ControlKind,
@@ -80,7 +81,9 @@ __all__ = [
     "SceneEgo",
     "SceneLane",
     "SceneObject",
+    "SeenSign",
     "Side",
+    "SignWord",
     "Status",
     "Surroundings",
     "TrackedObject",

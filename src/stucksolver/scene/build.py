@@ -17,6 +17,7 @@ from stucksolver.scene.scene import (
     SceneLane,
     SceneObject,
 )
+from stucksolver.scene.signs import SeenSign
 from stucksolver.scene.status import Status
 from stucksolver.scene.view import FrenetScene
 
@@ -33,6 +34,7 @@ def build_scene(
     waypoints: tuple[CandidateWaypoint, ...] = (),
     route_command: str | None = None,
     image: CameraImage | None = None,
+    signs: tuple[SeenSign, ...] = (),
 ) -> Scene:
     """Build the scene: everything that a reasoner may know now, in the ego frame.
 
@@ -43,6 +45,7 @@ def build_scene(
         waypoints: Places from which the route could be planned again.
         route_command: The route's next command, if there is one.
         image: The front camera's image, if there is one.
+        signs: Words that were read on signs.
     """
     lanes = _nearby_lanes(view)
     own = view.ego_lane
@@ -53,6 +56,7 @@ def build_scene(
         ego=_ego(view, status),
         objects=tuple(_object(view, i) for i in np.argsort(np.abs(view.gap)) if abs(view.s[i] - view.ego_s) < RANGE_M),
         controls=view.surroundings.controls,
+        signs=signs,
         lanes=tuple(_lane(view, lane, relation) for lane, relation in lanes),
         waypoints=waypoints,
         behaviors=behaviors,

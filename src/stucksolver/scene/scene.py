@@ -15,6 +15,7 @@ from stucksolver.scene.model import Model
 from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.reading import Claim, Reading
 from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
+from stucksolver.scene.signs import SeenSign
 from stucksolver.scene.surroundings import TrafficControl
 
 
@@ -143,6 +144,8 @@ class Scene(Model):
     ego: SceneEgo
     objects: tuple[SceneObject, ...]
     controls: tuple[TrafficControl, ...]
+    signs: tuple[SeenSign, ...] = ()
+    """Words read on signs and vehicles. They are for reasoners only: the guard reads no words."""
     lanes: tuple[SceneLane, ...]
     waypoints: tuple[CandidateWaypoint, ...] = ()
     behaviors: tuple[AvailableBehavior, ...]

@@ -12,7 +12,7 @@ from stucksolver.reason.llm.offers import available, known, signature
 from stucksolver.reason.llm.scene_text import scene_text
 from stucksolver.scene import Scene
 
-PROMPT_VERSION = 5
+PROMPT_VERSION = 6
 """Increased with every change to the text below, which a test enforces, and to the text of a scene."""
 
 ROLE = """\

@@ -7,19 +7,20 @@ the road only: its velocity and heading across the road are 0, and it is unknown
 from __future__ import annotations
 
 import json
+import math
 import re
 from typing import Any
 
 from pydantic import ValidationError
 
 from stucksolver.decision.behaviors import REGISTRY, describe
-from stucksolver.reason.llm.scene_text import SIGNALS
+from stucksolver.reason.llm.scene_text import SAYS, SIGNALS
 from stucksolver.scene import AttemptEnd, LaneRelation, Scene
 from stucksolver.scene.model import first_problem
 
 FAILED = "failed so far:"
 CONTROLS = "controls:"
-SAYS = re.compile(r'passenger says (-?\d+) s ago: (".*")$')
+PASSENGER = re.compile(r'passenger says (-?\d+) s ago: (".*")$')
 EGO = re.compile(
     r"ego: (?P<speed>\S+) m/s, below 5 km/h for (?P<stopped>\S+) s, progress in 20 s (?P<progress>\S+) m, "
     r"lane (?P<lane>.+) offset (?P<offset>\S+), (?:(?P<left>\S+) m to destination|at destination), "
@@ -36,6 +37,7 @@ OBJECT = re.compile(
 CONTROL = re.compile(
     r"(?P<kind>traffic_light|stop_sign)(?: (?P<state>[a-z]+))? (?P<gap>\S+) m (?P<applies>applies\??|not for us)$"
 )
+SIGN = re.compile(rf"sign {SAYS}(?P<word>[a-z-]+) (?P<gap>\S+) m at (?P<bearing>\S+) deg$")
 APPLIES = {"applies": True, "not for us": False, "applies?": None}
 
 
@@ -50,7 +52,7 @@ def read_prompt(text: str) -> Scene:
         PromptError: The text is not such a turn.
     """
     found: dict[str, Any] = {"time_s": 0.0, "frame": 0, "objects": [], "controls": [], "lanes": [], "waypoints": []}
-    found |= {"attempts": [], "behaviors": ()}
+    found |= {"attempts": [], "behaviors": (), "signs": []}
     part = ""
     for number, line in enumerate(text.strip().splitlines(), 1):
         part = _taken(found, part, number, line)
@@ -72,7 +74,7 @@ def _taken(found: dict[str, Any], part: str, number: int, line: str) -> str:
 
 def _line(found: dict[str, Any], part: str, line: str) -> str:
     """Take one line, and return the part of the text to which the next lines belong."""
-    says = SAYS.match(line)
+    says = PASSENGER.match(line)
     if line.startswith("ego: "):
         found["ego"], found["route_command"], found["speed_limit_mps"] = _ego(_matched(EGO, line))
         return ""
@@ -95,7 +97,11 @@ def _line(found: dict[str, Any], part: str, line: str) -> str:
         found["lanes"].append(_lane(_matched(LANE, line)))
     elif part == "objects":
         if not re.fullmatch(r"and \d+ more, farther", line):
-            found["objects"].append(_object(_matched(OBJECT, line), found["ego"]))
+            told = _matched(OBJECT, line)
+            found["objects"].append(_object(told, found["ego"]))
+            found["signs"] += [{"word": _word(word), "object_id": told["id"]} for word in _marked(told, SAYS)]
+    elif part == CONTROLS and line.startswith("sign "):
+        found["signs"].append(_sign(_matched(SIGN, line)))
     elif part == CONTROLS:
         found["controls"].append(_control(_matched(CONTROL, line)))
     elif part == FAILED:
@@ -172,8 +178,23 @@ def _object(told: dict[str, str | None], ego: dict[str, Any]) -> dict[str, Any]:
         "emergency_lights": "emergency-lights" in marks,
         "brake_lights": "brake-lights" in marks,
         "door_open": True if "door-open" in marks else None,
-        "gesture": next((mark.removeprefix(SIGNALS) for mark in marks if mark.startswith(SIGNALS)), None),
+        "gesture": next(iter(_marked(told, SIGNALS)), None),
     }
+
+
+def _marked(told: dict[str, str | None], prefix: str) -> list[str]:
+    """Return the rest of each mark of an object that begins so."""
+    return [mark.removeprefix(prefix) for mark in (told["marks"] or "").split() if mark.startswith(prefix)]
+
+
+def _word(mark: str | None) -> str:
+    return (mark or "").replace("-", "_")
+
+
+def _sign(told: dict[str, str | None]) -> dict[str, Any]:
+    bearing = _number(told["bearing"])
+    radians = None if bearing is None else math.radians(bearing)
+    return {"word": _word(told["word"]), "distance_m": _number(told["gap"]), "bearing_rad": radians}
 
 
 def _control(told: dict[str, str | None]) -> dict[str, Any]:

@@ -3,15 +3,30 @@
 from __future__ import annotations
 
 import json
+import math
 
-from stucksolver.scene import CandidateWaypoint, LaneDirection, LaneKind, Scene, SceneLane, SceneObject, TrafficControl
+from stucksolver.scene import (
+    CandidateWaypoint,
+    LaneDirection,
+    LaneKind,
+    Scene,
+    SceneLane,
+    SceneObject,
+    SeenSign,
+    SignWord,
+    TrafficControl,
+)
 from stucksolver.scene.objects import Gesture
 
 MOST_CHARACTERS = 1300
 """With the system's text, this keeps the prompt below 2,100 tokens (dense numbers take two characters per token)."""
 LEAST_OBJECTS = 4
+MOST_SIGNS = 4
+"""Signs on no object that are told."""
 SIGNALS = "signals-"
 """Begins the mark for a flagger's gesture."""
+SAYS = "says-"
+"""Begins the mark for a word that was read, always one of `SignWord`."""
 
 
 def scene_text(scene: Scene) -> str:
@@ -27,7 +42,10 @@ def scene_text(scene: Scene) -> str:
 
 
 def _controls(scene: Scene) -> list[str]:
-    return ["controls:", *(_control(control) for control in scene.controls)] if scene.controls else []
+    known = {o.id for o in scene.objects}
+    signs = [_sign(sign) for sign in scene.signs if sign.object_id not in known][:MOST_SIGNS]
+    lines = [*(_control(control) for control in scene.controls), *signs]
+    return ["controls:", *lines] if lines else []
 
 
 def _starts(scene: Scene) -> list[str]:
@@ -58,7 +76,7 @@ def _objects(scene: Scene, room: int) -> list[str]:
     head = "objects (id kind lane gap edges_right..left speed_along stood_for length*width*height marks):"
     lines = [head]
     for o in sorted(scene.objects, key=_importance):
-        line = _object(o)
+        line = _object(o, [sign.word for sign in scene.signs if sign.object_id == o.id])
         if len(lines) > LEAST_OBJECTS and sum(len(x) + 1 for x in lines) + len(line) > room:
             break
         lines.append(line)
@@ -100,7 +118,7 @@ def _lane(lane: SceneLane) -> str:
     )
 
 
-def _object(o: SceneObject) -> str:
+def _object(o: SceneObject, words: list[SignWord]) -> str:
     marks = [
         word
         for word, on in (
@@ -114,6 +132,7 @@ def _object(o: SceneObject) -> str:
     ]
     if o.gesture is not None and o.gesture is not Gesture.NONE:
         marks.append(f"{SIGNALS}{o.gesture.value}")
+    marks += [_says(word) for word in words]
     line = (
         f"{o.id} {o.kind.value} {o.lane.value} {_n(o.gap_m)} {_n(o.right_edge_m)}..{_n(o.left_edge_m)} "
         f"{_n(o.speed_along_mps)} {_n(o.stationary_s)} {_n(o.length_m)}*{_n(o.width_m)}*{_n(o.height_m)}"
@@ -125,6 +144,15 @@ def _control(control: TrafficControl) -> str:
     applies = {True: "applies", False: "not for us", None: "applies?"}[control.applies]
     state = f" {control.state.value}" if control.state else ""
     return f"{control.kind.value}{state} {_n(control.distance_m)} m {applies}"
+
+
+def _says(word: SignWord) -> str:
+    return SAYS + word.value.replace("_", "-")
+
+
+def _sign(sign: SeenSign) -> str:
+    bearing = None if sign.bearing_rad is None else math.degrees(sign.bearing_rad)
+    return f"sign {_says(sign.word)} {_n(sign.distance_m)} m at {_n(bearing)} deg"
 
 
 def _waypoint(w: CandidateWaypoint) -> str:

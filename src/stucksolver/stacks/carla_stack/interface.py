@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
-from stucksolver.scene import EgoState, LaneSight, TrackedObject
+from stucksolver.scene import EgoState, LaneSight, SeenSign, TrackedObject
 from stucksolver.scene.frenet import RoadFrame
 
 if TYPE_CHECKING:
@@ -98,6 +98,10 @@ class OwnEyes(Protocol):
     @property
     def position_sd_m(self) -> float:
         """Standard deviation of the ego's position in the worst direction (m)."""
+
+    @property
+    def signs(self) -> tuple[SeenSign, ...]:
+        """Words that were read on signs while the ego has been standing."""
 
     def age_s(self, now_s: float) -> float:
         """Age of the newest result's data (s)."""

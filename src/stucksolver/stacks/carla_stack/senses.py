@@ -166,6 +166,7 @@ class CarlaSenses:
             waypoints=self._waypoints(view),
             route_command=self._route_command(),
             image=None if self._camera is None else self._camera.image(),
+            signs=() if self._eyes is None else self._eyes.signs,
         )
 
     # ---- parts

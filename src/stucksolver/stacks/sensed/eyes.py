@@ -24,11 +24,14 @@ from stucksolver.perception.measurements import CameraFrame, Floats, LidarSweep,
 from stucksolver.perception.perceiver import LIGHT_REACH_M, Perceiver
 from stucksolver.perception.percept import Look, Percept
 from stucksolver.perception.rig import Rig, load_rig
+from stucksolver.scene import SeenSign
 from stucksolver.scene.surroundings import LightState
 from stucksolver.stacks.sensed.camera import SensedCamera
 from stucksolver.stacks.sensed.faults import SensorFault
 from stucksolver.stacks.sensed.mounting import SensorError
+from stucksolver.stacks.sensed.posts import sign_places
 from stucksolver.stacks.sensed.sight import SensedSight
+from stucksolver.stacks.sensed.sign_watch import SignWatch, reader_here
 from stucksolver.stacks.sensed.suite import GivesMeasurements, Measured, SensorSuite
 from stucksolver.stacks.sensed.tracked import SensedBodies, SensedTracker, lamps_of, stand_ins
 from stucksolver.stacks.sensed.vehicle import SensedVehicle
@@ -95,6 +98,7 @@ class Eyes:
         self._hero = vehicle
         self._heads = _heads(vehicle.get_world())
         self._worker = ThreadPoolExecutor(1, "perception")
+        self._signs = SignWatch(self._rig.camera, reader_here(), sign_places(carla_map), paced=paced)
         self._sweeps: list[tuple[LidarSweep, PoseEstimate]] = []
         self._picture: tuple[CameraFrame, PoseEstimate] | None = None
         self._rear: tuple[CameraFrame, PoseEstimate] | None = None
@@ -130,12 +134,15 @@ class Eyes:
         if self.now_s - self._begun_s >= PERIOD_S - TICK_S and self._sweeps and (self._paced or not self._under_way):
             self._begin()
         self._take_up()
+        tracks = () if self.percept is None else self.percept.tracks
+        self._signs.tick(self.now_s, self.pose, self.picture, tracks)
         self._say_lag()
 
     def close(self) -> None:
         """End the drive."""
         self._suite.close()
         self._worker.shutdown(wait=True, cancel_futures=True)
+        self._signs.close()
 
     def _locate(self, measured: Measured) -> None:
         if measured.imu is not None:
@@ -236,6 +243,11 @@ class Eyes:
     def lagging(self) -> bool:
         """True if perception has fallen behind."""
         return self._lags
+
+    @property
+    def signs(self) -> tuple[SeenSign, ...]:
+        """Words that were read on signs while the ego has been standing; see `SignWatch`."""
+        return self._signs.signs
 
     def light(self, light_id: int) -> LightState:
         """Return what a light on the map last showed; unknown if nothing certain was seen."""

@@ -9,9 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.tracking import Track
+from stucksolver.stacks.carla_stack.frames import to_local
+
+if TYPE_CHECKING:
+    import carla
 
 PLACE_M = 0.6
 """A post is seen within this distance of its place on the map: the error of the localiser and of a small cluster."""
@@ -23,6 +28,16 @@ POST_M = 0.2
 """Width of a post (m)."""
 
 _PERSON, _BARRIER = LABELS.index("pedestrian"), LABELS.index("barrier")
+
+
+LIGHT_TYPE = "1000001"
+"""OpenDRIVE's type of traffic lights, in CARLA's maps and ours."""
+
+
+def sign_places(carla_map: carla.Map) -> dict[int, tuple[float, float]]:
+    """Return the places (m, local frame) of the signs on a map, numbered."""
+    signs = (one for one in carla_map.get_all_landmarks() if one.type != LIGHT_TYPE)
+    return dict(enumerate(dict.fromkeys(to_local(one.transform.location) for one in signs)))
 
 
 class KnownPosts:
