@@ -9,7 +9,7 @@ from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.machine.admission import Admission, granted
-from stucksolver.solver.machine.blockage import still_blocked, why_stopped
+from stucksolver.solver.machine.blockage import BLIND_LIMIT_S, still_blocked, why_stopped
 from stucksolver.solver.machine.history import signature
 from stucksolver.solver.machine.state import AwaitingApproval, MinimalRisk, Monitoring
 from stucksolver.solver.machine.turn import Turn
@@ -73,7 +73,7 @@ def denied(turn: Turn, question: Question) -> None:
 def halt(turn: Turn, move: Assist) -> Directive:
     """Enter the minimal risk condition and call for help."""
     state = turn.state
-    why = why_stopped(state.scene, state.history.attempts)
+    why = why_stopped(state.scene, state.history.attempts, turn.unseen_s)
     assert not isinstance(state.posture, MinimalRisk)
     stop = MinimalRisk(SafeStop(reason=why), still_blocked(state.scene), state.posture)
     turn.set(posture=stop)
@@ -85,7 +85,7 @@ def halt(turn: Turn, move: Assist) -> Directive:
 
 def not_held(turn: Turn, move: Assist) -> Directive:
     """No place to stand is in reach: call for help, and leave the stack free to drive off."""
-    why = why_stopped(turn.state.scene, turn.state.history.attempts)
+    why = why_stopped(turn.state.scene, turn.state.history.attempts, turn.unseen_s)
     if turn.state.question is None:
         call_for_help(turn, f"it stands where nobody should: {why}")
     turn.pause(turn.now_s + move.look_every_s)
@@ -119,7 +119,7 @@ def free_again(turn: Turn) -> bool:
     """True if what stood in the way when the vehicle stopped is gone."""
     posture, by_itself = turn.state.posture, resumes(turn) in (Resume.CLEAR, Resume.PLAN)
     blocked = isinstance(posture, MinimalRisk) and posture.blocked
-    return by_itself and blocked and not still_blocked(turn.state.scene)
+    return by_itself and blocked and turn.unseen_s <= BLIND_LIMIT_S and not still_blocked(turn.state.scene)
 
 
 def helped_out(turn: Turn, yes: bool) -> Directive:

@@ -12,6 +12,7 @@ from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
 from stucksolver.solver.events import EventKind, Judgement, Tick
 from stucksolver.solver.machine.admission import Admission, admit, joined
+from stucksolver.solver.machine.blockage import BLIND_LIMIT_S
 from stucksolver.solver.machine.claims import confirmed
 from stucksolver.solver.machine.execution import STAND, Execution, ExecutionOutcome, Step
 from stucksolver.solver.machine.guidance import end_words
@@ -26,8 +27,6 @@ HARDLY_BEGUN_M = 2.0
 STANDS_THERE = "; it stands: the way back into the lane is not free"
 OBSERVED_AGAIN_S = 5.0
 """An observer who found a plan looks again after this time."""
-BLIND_LIMIT_S = 5.0
-"""A running plan ends after this long without new surroundings: nobody can tell any more whether it is done."""
 
 # ---- judging
 

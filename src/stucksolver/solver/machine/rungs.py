@@ -12,7 +12,7 @@ from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.machine import claims, people, plans
-from stucksolver.solver.machine.blockage import why_stopped
+from stucksolver.solver.machine.blockage import BLIND_LIMIT_S, why_stopped
 from stucksolver.solver.machine.doubts import disagreements, doubted_scene
 from stucksolver.solver.machine.history import GOT_ON_M, TEXTS
 from stucksolver.solver.machine.state import (
@@ -78,7 +78,7 @@ def _on_rung(turn: Turn) -> Directive:
         if left <= 0.0:
             turn.climb()
             return turn.resting
-        why = why_stopped(turn.state.scene, turn.state.history.attempts)
+        why = why_stopped(turn.state.scene, turn.state.history.attempts, turn.unseen_s)
         turn.ask_person(QuestionKind.ADVICE, move.to, f"I cannot get on: {why}. What shall I do?", within_s=left)
     _keep_calling(turn)
     whom = move if isinstance(move, AskReasoner) else turn.state.escalation.lowest
@@ -196,7 +196,9 @@ def _no_plan(turn: Turn, answer: Answer) -> None:
         again = now + turn.setup.ladder.asking.recheck_s
         turn.set(words_escalation=turn.state.words_escalation.paused(again))
         return
-    waits = turn.state.escalation.waited(answer.decision.analysis.wait, now)
+    # A red light that was seen long ago is no reason to wait for ever.
+    reason = answer.decision.analysis.wait if turn.unseen_s <= BLIND_LIMIT_S else None
+    waits = turn.state.escalation.waited(reason, now)
     if waits is None:
         turn.begin(turn.state.trigger)
     else:

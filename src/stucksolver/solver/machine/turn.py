@@ -80,6 +80,12 @@ class Turn:
         found = self.sight.surroundings
         return None if found is None else doubted(found, self.state.doubts, self.now_s)
 
+    @property
+    def unseen_s(self) -> float:
+        """Age of the surroundings (s); if there are none, the time since anything was seen."""
+        found = self.sight.surroundings
+        return self.sight.blind_s if found is None else found.age_s
+
     @cached_property
     def view(self) -> FrenetScene | None:
         """The same surroundings in road coordinates."""
