@@ -9,7 +9,7 @@ import math
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from worlds import LANE_M, World, drive, straight_road, stubborn, thing
+from worlds import LANE_M, World, drive, ladder, red_light, straight_road, stubborn, thing
 
 from stucksolver import CONTINUE, StuckSolver
 from stucksolver.decision import Execute
@@ -30,7 +30,8 @@ def stuck(**more):
 def spoiled(world, seconds, spoil, **options):
     """Drives with surroundings that went through `spoil`, which may give None."""
     told, directives, nearest = [], [], math.inf
-    with StuckSolver(world.scene, clock="lockstep", ladder=stubborn(), on_event=told.append, **options) as solver:
+    options = {"ladder": stubborn(), **options}
+    with StuckSolver(world.scene, clock="lockstep", on_event=told.append, **options) as solver:
         for _ in range(round(seconds / world.dt)):
             directive = solver.step(world.status(), lambda: spoil(world))
             directives.append(directive)
@@ -118,6 +119,35 @@ def test_a_plan_does_not_run_for_ever_on_nothing():
     told, directives, _ = spoiled(stuck(), 40.0, blind_once_committed)
     assert "nothing has been seen for 5 s" in texts(told, EventKind.ABORTED)
     assert directives[-1] is CONTINUE
+
+
+def at_a_red_light():
+    """Behind a car that is the first at a red light. A light is waited for up to three minutes."""
+    return stuck(controls=(red_light(15.0),))
+
+
+def test_who_has_seen_nothing_new_for_long_calls_for_help_whatever_was_seen_last():
+    """By then the light has long been green."""
+    kept = []
+
+    def grows_old(world):
+        if world.time_s < 5.0 or not kept:
+            kept[:] = [world.surroundings()]
+        new = kept[0].model_copy(update={"frame": world.frame, "time_s": world.time_s})
+        return new.model_copy(update={"age_s": world.time_s - kept[0].time_s})
+
+    asks = ladder(rungs={"model": None, "passenger": None})
+    told, _, _ = spoiled(at_a_red_light(), 60.0, grows_old, ladder=asks)
+    call = next(e for e in told if e.kind is EventKind.ASKED)
+    assert "the sensors have shown nothing new for" in call.text
+    assert call.time_s < 45.0
+
+
+def test_who_sees_a_red_light_waits_for_it():
+    asks = ladder(rungs={"model": None, "passenger": None})
+    told, _, _ = spoiled(at_a_red_light(), 60.0, lambda world: world.surroundings(), ladder=asks)
+    assert EventKind.ASKED not in [e.kind for e in told]
+    assert EventKind.DECIDED in [e.kind for e in told]
 
 
 def jpeg(size):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from stucksolver.detect import DetectorSettings
 from stucksolver.ladder import find_ladder
 from stucksolver.memory import EpisodeStore, Memory, MemoryFileError
+from stucksolver.perception.camera.sign_reader import why_not_read
 from stucksolver.reason import Reasoner
 from stucksolver.reason.faulty import FAULTY, make_faulty
 from stucksolver.reason.make import make_reasoner, preflight, sees
@@ -101,14 +102,16 @@ def _check_memory(spec: ArmSpec) -> None:
 
 
 def preflight_arm(spec: ArmSpec) -> tuple[str, ...]:
-    """Check once that each reasoner responds. Returns notes for the user, one line each.
+    """Check once that each reasoner responds, and whether words on signs are read. Returns notes for the user, one line each.
 
     Raises:
         ArmError: A reasoner does not respond.
     """
     words = [one for one in (spec.recovery, spec.reasoner) if one not in ("", NONE, TIMERS)]
+    unread = why_not_read() if spec.perception == SENSORS else None
+    notes = () if unread is None else (f"words on signs are not read: {unread}",)
     try:
-        return tuple(note for one in words for note in preflight(_reasoner(one, 0), one))
+        return (*notes, *(note for one in words for note in preflight(_reasoner(one, 0), one)))
     except ReasonerNameError as error:
         raise ArmError(str(error)) from error
 

@@ -9,7 +9,7 @@ from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.machine.admission import Admission, granted
-from stucksolver.solver.machine.blockage import BLIND_LIMIT_S, still_blocked, why_stopped
+from stucksolver.solver.machine.blockage import still_blocked, why_stopped
 from stucksolver.solver.machine.history import signature
 from stucksolver.solver.machine.state import AwaitingApproval, MinimalRisk, Monitoring
 from stucksolver.solver.machine.turn import Turn
@@ -119,7 +119,7 @@ def free_again(turn: Turn) -> bool:
     """True if what stood in the way when the vehicle stopped is gone."""
     posture, by_itself = turn.state.posture, resumes(turn) in (Resume.CLEAR, Resume.PLAN)
     blocked = isinstance(posture, MinimalRisk) and posture.blocked
-    return by_itself and blocked and turn.unseen_s <= BLIND_LIMIT_S and not still_blocked(turn.state.scene)
+    return by_itself and blocked and not turn.is_blind and not still_blocked(turn.state.scene)
 
 
 def helped_out(turn: Turn, yes: bool) -> Directive:

@@ -67,7 +67,7 @@ def _refused(turn: Turn, judged: Admission, answer: Answer) -> Directive | None:
 
     The reasoner is asked again at once while repair rounds are left.
     """
-    if judged.passing:
+    if judged.passing and not turn.is_blind:
         until = turn.now_s + turn.setup.ladder.asking.hold_s
         turn.set(activity=AwaitingGap(answer, judged.plan, until))
         return turn.resting
@@ -85,7 +85,7 @@ def await_gap(turn: Turn, held: AwaitingGap) -> Directive:
     if judged is not None and judged.verdict.accepted:
         turn.tell_decision(held.answer, judged.verdict)
         return start(turn, judged, held.answer)
-    if judged is None or not judged.passing or turn.now_s >= held.until_s:
+    if judged is None or not judged.passing or turn.is_blind or turn.now_s >= held.until_s:
         turn.set(activity=Monitoring())
         if judged is not None:
             _note_refusal(turn, judged)

@@ -12,7 +12,7 @@ from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.machine import claims, people, plans
-from stucksolver.solver.machine.blockage import BLIND_LIMIT_S, why_stopped
+from stucksolver.solver.machine.blockage import why_stopped
 from stucksolver.solver.machine.doubts import disagreements, doubted_scene
 from stucksolver.solver.machine.history import GOT_ON_M, TEXTS
 from stucksolver.solver.machine.state import (
@@ -197,7 +197,7 @@ def _no_plan(turn: Turn, answer: Answer) -> None:
         turn.set(words_escalation=turn.state.words_escalation.paused(again))
         return
     # A red light that was seen long ago is no reason to wait for ever.
-    reason = answer.decision.analysis.wait if turn.unseen_s <= BLIND_LIMIT_S else None
+    reason = None if turn.is_blind else answer.decision.analysis.wait
     waits = turn.state.escalation.waited(reason, now)
     if waits is None:
         turn.begin(turn.state.trigger)

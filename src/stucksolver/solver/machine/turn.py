@@ -13,6 +13,7 @@ from stucksolver.reason import Answer
 from stucksolver.scene import Guidance, Status, Surroundings
 from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.events import Event, EventKind, Told
+from stucksolver.solver.machine.blockage import BLIND_LIMIT_S
 from stucksolver.solver.machine.doubts import Disagreement, doubted, noted
 from stucksolver.solver.machine.inputs import Inputs, Setup, Sight
 from stucksolver.solver.machine.state import AwaitingApproval, Intervention, Monitoring, Querying, State
@@ -85,6 +86,11 @@ class Turn:
         """Age of the surroundings (s); if there are none, the time since anything was seen."""
         found = self.sight.surroundings
         return self.sight.blind_s if found is None else found.age_s
+
+    @property
+    def is_blind(self) -> bool:
+        """True if nothing new has been seen for long."""
+        return self.unseen_s > BLIND_LIMIT_S
 
     @cached_property
     def view(self) -> FrenetScene | None:

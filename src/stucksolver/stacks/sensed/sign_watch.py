@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
+import multiprocessing
 import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -135,5 +136,6 @@ def reader_here() -> SignReader | None:
 
 @functools.cache
 def say_why_not(why: str) -> None:
-    """Say once that signs are not read, and why."""
-    print(f"stucksolver: words on signs are not read: {why}", file=sys.stderr, flush=True)
+    """Say once that signs are not read, and why. The parent of many drives says so for all of them."""
+    if multiprocessing.parent_process() is None:
+        print(f"stucksolver: words on signs are not read: {why}", file=sys.stderr, flush=True)
