@@ -102,7 +102,7 @@ def _check_memory(spec: ArmSpec) -> None:
 
 
 def preflight_arm(spec: ArmSpec) -> tuple[str, ...]:
-    """Check once that each reasoner responds, and whether words on signs are read. Returns notes for the user, one line each.
+    """Check once that each reasoner responds, and whether signs are read. Returns notes for the user, one line each.
 
     Raises:
         ArmError: A reasoner does not respond.
