@@ -134,12 +134,15 @@ def test_who_has_seen_nothing_new_for_long_calls_for_help_whatever_was_seen_last
         if world.time_s < 5.0 or not kept:
             kept[:] = [world.surroundings()]
         new = kept[0].model_copy(update={"frame": world.frame, "time_s": world.time_s})
-        return new.model_copy(update={"age_s": world.time_s - kept[0].time_s})
+        wrong = ("the LiDAR seems turned by 2.0 degrees to the left",) if world.time_s >= 5.0 else ()
+        return new.model_copy(update={"age_s": world.time_s - kept[0].time_s, "sensor_faults": wrong})
 
     asks = ladder(rungs={"model": None, "passenger": None})
     told, _, _ = spoiled(at_a_red_light(), 60.0, grows_old, ladder=asks)
     call = next(e for e in told if e.kind is EventKind.ASKED)
     assert "the sensors have shown nothing new for" in call.text
+    assert "(the LiDAR seems turned by 2.0 degrees to the left)" in call.text
+    assert texts(told, EventKind.FAULT) == ["the LiDAR seems turned by 2.0 degrees to the left"]
     assert call.time_s < 45.0
 
 

@@ -80,6 +80,8 @@ class Surroundings(Model):
     time_s: float
     age_s: float = 0.0
     """Age of the sensor data when the stack hands them over (s)."""
+    sensor_faults: tuple[str, ...] = ()
+    """Why nothing new is seen, if the stack knows: each failed sensor, in a few words for people."""
     ego: EgoState
     objects: tuple[TrackedObject, ...]
     controls: tuple[TrafficControl, ...] = ()

@@ -57,7 +57,8 @@ class Senses:
         raw, why = _read(read)
         if raw is None:
             return self._missing(now_s, why)
-        age, self.fault = self._doubt(raw, now_s)
+        age, fault = self._doubt(raw, now_s)
+        self.fault = fault or "; ".join(raw.sensor_faults) or None
         ego = self._believed(raw.ego, now_s, jumped=age == DOUBTFUL_AGE_S)
         self._last = _Look(now_s, raw)
         objects = self._kept(raw.objects, now_s)

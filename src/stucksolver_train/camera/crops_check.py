@@ -26,8 +26,8 @@ from stucksolver_train.camera.crops_data import Crops
 KIND_RIGHT, PASSABLE_RIGHT = 0.95, 0.99
 """Fraction of answers that must be correct on held-out crops: of a kind, and of a kind that may be driven over."""
 LIGHT_RIGHT = {"red": 0.98, "yellow": 0.98, "green": 0.99, "off": 0.98, "unseen": 0.0}
-LAMP_RIGHT, DOOR_RIGHT, BLINKER_DARK_RIGHT = 0.97, 0.9, 0.75
-"""The same for lamps and doors. A blinker that is dark in one image may still be blinking: the memory waits for more
+LAMP_RIGHT, SPECIAL_RIGHT, DOOR_RIGHT, BLINKER_DARK_RIGHT = 0.97, 0.95, 0.9, 0.75
+"""The same for lamps, lit emergency lights, and doors. A blinker that is dark in one image may still be blinking: the memory waits for more
 images.
 """
 GESTURE_RIGHT = 0.95
@@ -126,7 +126,7 @@ def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
     blinkers = [i for i, name in enumerate(LAMPS) if "blinker" in name]
     for i, name in enumerate(LAMPS):
         dark = BLINKER_DARK_RIGHT if i in blinkers else LAMP_RIGHT
-        lit = DOOR_RIGHT if name == "door_open" else LAMP_RIGHT
+        lit = {"door_open": DOOR_RIGHT, "emergency_lights": SPECIAL_RIGHT}.get(name, LAMP_RIGHT)
         shares = dict(zip(LAMP_ANSWERS, (dark, lit, 0.0), strict=True))
         # Both sides together: training mirrors its crops, and lit blinkers are rare.
         which = blinkers if i in blinkers else [i]

@@ -14,7 +14,7 @@ from stucksolver.perception.camera.crop_network import HEADS
 from stucksolver.perception.camera.crops import CROP_PX, FEATURES, FILL
 from stucksolver_train.restore import Layer, Modules, restored_by
 
-WIDTHS = (24, 32, 64, 128)
+WIDTHS = (24, 40, 80, 160)
 SQUEEZED = 48
 JOINED = 160
 SEEN = 16 * SQUEEZED + 32

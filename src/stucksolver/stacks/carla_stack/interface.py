@@ -103,6 +103,10 @@ class OwnEyes(Protocol):
     def signs(self) -> tuple[SeenSign, ...]:
         """Words that were read on signs while the ego has been standing."""
 
+    @property
+    def why_blind(self) -> tuple[str, ...]:
+        """Why nothing new is seen, as it was when that began; empty while the ego sees."""
+
     def age_s(self, now_s: float) -> float:
         """Age of the newest result's data (s)."""
 

@@ -149,6 +149,7 @@ class CarlaSenses:
             frame=int(snapshot.frame),
             time_s=now,
             age_s=0.0 if self._eyes is None else self._eyes.age_s(now),
+            sensor_faults=() if self._eyes is None else self._eyes.why_blind,
             ego=ego,
             objects=objects,
             controls=self._controls.ahead(front),

@@ -104,6 +104,7 @@ class Eyes:
         self._rear: tuple[CameraFrame, PoseEstimate] | None = None
         self._under_way: deque[tuple[float, Future[Percept]]] = deque()
         self._begun_s = -np.inf
+        self._why_blind: tuple[str, ...] = ()
         self._lags = False
         self.picture: CameraFrame | None = None
         """The camera's latest image; None before the first."""
@@ -227,6 +228,16 @@ class Eyes:
     def blind(self) -> bool:
         """True if the newest result is too old to drive by."""
         return self.age_s(self.now_s) > BLIND_S
+
+    @property
+    def why_blind(self) -> tuple[str, ...]:
+        """Return why nothing new is seen, as it was when that began; empty while the ego sees."""
+        if not self.blind:
+            self._why_blind = ()
+        elif not self._why_blind:
+            # Kept: the number of points that a failing LiDAR gives differs from sweep to sweep.
+            self._why_blind = self.health.faults
+        return self._why_blind
 
     def checked(self, control: carla.VehicleControl) -> carla.VehicleControl:
         """Return the control to apply: full braking with the wheels unchanged if the ego is blind."""
