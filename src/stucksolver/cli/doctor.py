@@ -155,9 +155,9 @@ def _perception() -> Iterator[Finding]:
 
 
 def _signs() -> Iterator[Finding]:
-    from stucksolver.perception.camera.sign_reader import PACKAGE
+    from stucksolver.perception.camera.sign_reader import PACKAGE, why_not_read
 
-    found = importlib.util.find_spec(PACKAGE) is not None
+    found = why_not_read() is None
     remedy = "" if found else "pip install 'stucksolver[signs]'"
     yield Finding(
         "words on signs", "ok" if found else "absent", f"{PACKAGE} {'' if found else 'not '}installed", remedy

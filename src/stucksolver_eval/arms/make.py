@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from stucksolver.detect import DetectorSettings
 from stucksolver.ladder import find_ladder
 from stucksolver.memory import EpisodeStore, Memory, MemoryFileError
-from stucksolver.perception.camera.sign_reader import why_not_read
+from stucksolver.perception.camera.sign_reader import UNREAD, why_not_read
 from stucksolver.reason import Reasoner
 from stucksolver.reason.faulty import FAULTY, make_faulty
 from stucksolver.reason.make import make_reasoner, preflight, sees
@@ -109,7 +109,7 @@ def preflight_arm(spec: ArmSpec) -> tuple[str, ...]:
     """
     words = [one for one in (spec.recovery, spec.reasoner) if one not in ("", NONE, TIMERS)]
     unread = why_not_read() if spec.perception == SENSORS else None
-    notes = () if unread is None else (f"words on signs are not read: {unread}",)
+    notes = () if unread is None else (f"{UNREAD}: {unread}",)
     try:
         return (*notes, *(note for one in words for note in preflight(_reasoner(one, 0), one)))
     except ReasonerNameError as error:

@@ -26,10 +26,14 @@ from stucksolver_train.camera.crops_data import Crops
 KIND_RIGHT, PASSABLE_RIGHT = 0.95, 0.99
 """Fraction of answers that must be correct on held-out crops: of a kind, and of a kind that may be driven over."""
 LIGHT_RIGHT = {"red": 0.98, "yellow": 0.98, "green": 0.99, "off": 0.98, "unseen": 0.0}
-LAMP_RIGHT, SPECIAL_RIGHT, DOOR_RIGHT, BLINKER_DARK_RIGHT = 0.97, 0.95, 0.9, 0.75
-"""The same for lamps, lit emergency lights, and doors. A blinker that is dark in one image may still be blinking: the
-memory waits for more images.
-"""
+LAMP_RIGHT = 0.97
+"""The same for lamps."""
+SPECIAL_RIGHT = 0.95
+"""The same for lit emergency lights."""
+DOOR_RIGHT = 0.9
+"""The same for open doors."""
+BLINKER_DARK_RIGHT = 0.75
+"""A blinker that is dark in one image may still be blinking: the memory waits for more images."""
 GESTURE_RIGHT = 0.95
 LEAST_CONFIDENCE = 0.5
 

@@ -27,11 +27,13 @@ from stucksolver_train.camera.crops_check import by_halves, report
 from stucksolver_train.camera.crops_data import Crops, crops_in
 from stucksolver_train.camera.crops_export import export
 from stucksolver_train.camera.crops_net import CropNet, augmented, restored
-from stucksolver_train.camera.crops_train import RARE, logits_of
+from stucksolver_train.camera.crops_train import PEAK_RATE, RARE, WARM_UP, WEIGHT_DECAY, logits_of
 from stucksolver_train.schedule import rate
 
-AT_ONCE, BATCH = 128, 512
-PEAK_RATE, WEIGHT_DECAY, WARM_UP = 2e-3, 0.02, 0.05
+AT_ONCE = 128
+"""Crops that go through the trunk together."""
+BATCH = 512
+"""Crops of a step."""
 SMOOTHED = 0.02
 """Label smoothing: what a flagger shows in the dark is never certain."""
 LEAST_SPREAD = 1e-3

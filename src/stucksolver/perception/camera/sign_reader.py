@@ -12,10 +12,15 @@ from stucksolver.perception.camera.sign_words import FoundWord, TextLine, words_
 from stucksolver.perception.measurements import Pixels
 
 PACKAGE = "rapidocr_onnxruntime"
-LEAST_SIDE_PX, LARGEST_SCALE, MOST_SIDE_PX = 320, 4.0, 736
-"""Crops are upscaled to this smaller side, by at most this factor, and never beyond this longer side. The package's own
-choice, 736 for the smaller side, takes five times as long and reads no more.
+UNREAD = "words on signs are not read"
+LEAST_SIDE_PX = 320
+"""Crops are upscaled to this smaller side. The package's own choice, 736, takes five times as long and reads no more
+(px).
 """
+LARGEST_SCALE = 4.0
+"""They are upscaled by at most this factor."""
+MOST_SIDE_PX = 736
+"""Largest longer side of what is read; larger crops are downscaled (px)."""
 
 
 class ReadsWords(Protocol):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stucksolver.perception.camera.crops import NEAREST_M, corners_of
+from stucksolver.perception.camera.far_strip import horizon_row
 from stucksolver.perception.frames import into_vehicle
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.measurements import Floats, Pixels, PoseEstimate
@@ -20,23 +21,33 @@ REACH_M = 40.0
 """Words on signs are read up to this far (`python -m benchmarks.sign_words`)."""
 SLOW_MPS = 0.5
 """What moves faster is not read: its word would belong to another place at the next look."""
-MOST_OBJECTS, MOST_VEHICLES, MOST_POSTS = 4, 3, 3
-"""So many of each are read, the nearest first, so that all get their turn within some ten looks."""
+MOST_OBJECTS = 4
+"""So many objects are read, the nearest first, so that everything gets its turn within some ten looks."""
+MOST_VEHICLES = 3
+MOST_POSTS = 3
 LEAST_HEIGHT_M = 0.5
 """What is lower carries no sign, except cones, which have one above them."""
-ABOVE_M, ASIDE_M = 1.2, 0.7
-"""A sign stands so far above a barrier, and a flagger's paddle is held so far above and aside (m)."""
-POST_FACE_M, POST_HALF_M = 2.25, 0.9
-"""Height of the middle of a sign's face on its post, and half the size of the crop around it (m)."""
+ABOVE_M = 1.2
+"""A sign stands so far above a barrier, and a flagger's paddle is held so far above (m)."""
+ASIDE_M = 0.7
+"""A paddle is held so far aside (m)."""
+POST_FACE_M = 2.25
+"""Height of the middle of a sign's face on its post (m)."""
+POST_HALF_M = 0.9
+"""Half the size of the crop around it (m)."""
 LEAST_CROP_PX = 24
 MARGIN = 0.06
 """Share of its sides by which every other look at a target is wider. A camera without noise gives a standing vehicle
 the same image again, and two looks at the same pixels would prove nothing.
 """
-SWATHS, SWATH_PX, SWATH_UP, SWATH_DOWN = 3, 640, 250, 90
-"""The image ahead is read in this many crops of this width (px), from so far above the horizon to so far below. They
-overlap by the width of a sign 10 m away.
-"""
+SWATHS = 3
+"""The image ahead is read in this many crops. They overlap by the width of a sign 10 m away."""
+SWATH_PX = 640
+"""Width of these crops (px)."""
+SWATH_UP = 250
+"""They begin so far above the horizon (px), ..."""
+SWATH_DOWN = 90
+"""... and end so far below it (px)."""
 CARRIED = frozenset({SignWord.SCHOOL_BUS, SignWord.POLICE, SignWord.AMBULANCE, SignWord.FIRE})
 """Words on vehicles. Any other word in a vehicle's crop stands on something else, mostly behind it, and the reverse."""
 _VEHICLES = frozenset({LABELS.index("car"), LABELS.index("truck"), LABELS.index("two_wheeler")})
@@ -124,9 +135,8 @@ def carrier_of(
 
 def swaths(rig: CameraRig) -> list[SignTarget | None]:
     """Return the parts of the road ahead."""
-    lens = rig.mount.to_vehicle()[:3, 3]
-    _, row, _ = rig.project(np.array([[lens[0] + 1000.0, lens[1], lens[2]]]))
-    top, bottom = float(row[0]) - SWATH_UP, float(row[0]) + SWATH_DOWN
+    horizon = horizon_row(rig)
+    top, bottom = horizon - SWATH_UP, horizon + SWATH_DOWN
     width = min(SWATH_PX, rig.width_px)
     starts = np.linspace(0.0, rig.width_px - width, SWATHS)
     parts = (

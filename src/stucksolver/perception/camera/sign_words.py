@@ -29,15 +29,20 @@ ALIKE = ("OCDQ0", "I1LJT", "S5", "B8", "Z2", "VY", "G6", "A4")
 """Letters and digits that recognizers confuse with each other: equal in the comparison."""
 SURE = 0.6
 """The least confidence of each line of a plate."""
-ONE_EDIT_FROM, TWO_EDITS_FROM = 7, 9
-"""Number of letters from which a word may differ by one letter, and by two: FIELD is not YIELD, POLICY not POLICE."""
+ONE_EDIT_FROM = 7
+"""Number of letters from which a word may differ by one letter: FIELD is not YIELD, POLICY not POLICE."""
+TWO_EDITS_FROM = 9
+"""The same for two letters."""
 SPARE = frozenset({SignWord.DETOUR})
 """Shorter words that may differ by a letter, since no other word of English does."""
-LINE_GAP, LINE_OVERLAP, SPACE_GAP, SIZE_RATIO = 0.9, 0.4, 1.2, 2.5
-"""Lines belong to one plate if the gap between them is at most so many times the height of the smaller one, the overlap
-at least this share of the narrower one, the gap within a line at most so many heights, and the heights differ by at
-most this factor.
-"""
+LINE_GAP = 0.9
+"""Largest gap between two lines of one plate, in heights of the smaller one."""
+LINE_OVERLAP = 0.4
+"""Least overlap of such lines, as a share of the narrower one; or of the lower one, if they stand side by side."""
+SPACE_GAP = 1.2
+"""Largest gap between two pieces of one line, in heights of the smaller one."""
+SIZE_RATIO = 2.5
+"""The heights of lines of one plate differ by at most this factor."""
 
 
 @dataclass(frozen=True)

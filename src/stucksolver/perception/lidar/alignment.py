@@ -34,8 +34,10 @@ PAUSE_S = 0.25
 """If there is no pose for longer, the motion since the last turn is not known."""
 SIDEWAYS_MPS2 = 1.5
 """With more lateral acceleration the tyres slip by up to a degree, as a rule of thumb half a degree per m/s2."""
-JOLT_MPS2, JOLT_MPS = 12.0, 0.2
-"""No brake and no engine changes the speed faster: the vehicle was hit. The second is the noise of the wheels."""
+JOLT_MPS2 = 12.0
+"""No brake and no engine changes the speed faster: the vehicle was hit."""
+JOLT_MPS = 0.2
+"""Noise of the wheels' speed, from one sweep to the next."""
 TURNS_RAD = math.radians(12.0)
 """If the vehicle turned further, too much depends on where its rear axle is: half a metre makes a degree of 12."""
 

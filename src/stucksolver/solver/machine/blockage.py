@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from stucksolver.scene import PastAttempt, Scene
+from stucksolver.scene import Scene
+from stucksolver.solver.machine.turn import Turn
 
 AHEAD_M = 25.0
-BLIND_LIMIT_S = 5.0
-"""After this long without new surroundings, what was seen before no longer says whether a plan is done, or whether
-waiting is right.
-"""
 
 
 def still_blocked(scene: Scene | None) -> bool:
@@ -18,18 +15,16 @@ def still_blocked(scene: Scene | None) -> bool:
     return bool(scene.in_path_ahead(AHEAD_M))
 
 
-def why_stopped(
-    scene: Scene | None, attempts: tuple[PastAttempt, ...], unseen_s: float = 0.0, fault: str | None = None
-) -> str:
+def why_stopped(turn: Turn) -> str:
     """One line that says what blocks the way and how the last plan ended.
 
-    If nothing new has been seen for `unseen_s` and that is long, it says this, with the sensors' `fault`, instead of
-    what was seen before.
+    If nothing new has been seen for long, it says this, with the sensors' fault, instead of what was seen before.
     """
+    scene, attempts, fault = turn.state.scene, turn.state.history.attempts, turn.state.senses_fault
     parts = []
     ahead = scene.in_path_ahead() if scene else ()
-    if unseen_s > BLIND_LIMIT_S:
-        parts.append(f"the sensors have shown nothing new for {unseen_s:.0f} s" + (f" ({fault})" if fault else ""))
+    if turn.is_blind:
+        parts.append(f"the sensors have shown nothing new for {turn.unseen_s:.0f} s" + (f" ({fault})" if fault else ""))
     elif ahead:
         nearest = ahead[0]
         parts.append(f"{nearest.kind.value} {nearest.id} blocks the way {max(nearest.gap_m or 0.0, 0.0):.0f} m ahead")

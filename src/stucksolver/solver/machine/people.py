@@ -73,7 +73,7 @@ def denied(turn: Turn, question: Question) -> None:
 def halt(turn: Turn, move: Assist) -> Directive:
     """Enter the minimal risk condition and call for help."""
     state = turn.state
-    why = why_stopped(state.scene, state.history.attempts, turn.unseen_s, state.senses_fault)
+    why = why_stopped(turn)
     assert not isinstance(state.posture, MinimalRisk)
     stop = MinimalRisk(SafeStop(reason=why), still_blocked(state.scene), state.posture)
     turn.set(posture=stop)
@@ -85,7 +85,7 @@ def halt(turn: Turn, move: Assist) -> Directive:
 
 def not_held(turn: Turn, move: Assist) -> Directive:
     """No place to stand is in reach: call for help, and leave the stack free to drive off."""
-    why = why_stopped(turn.state.scene, turn.state.history.attempts, turn.unseen_s, turn.state.senses_fault)
+    why = why_stopped(turn)
     if turn.state.question is None:
         call_for_help(turn, f"it stands where nobody should: {why}")
     turn.pause(turn.now_s + move.look_every_s)

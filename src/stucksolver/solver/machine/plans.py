@@ -12,7 +12,6 @@ from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
 from stucksolver.solver.events import EventKind, Judgement, Tick
 from stucksolver.solver.machine.admission import Admission, admit, joined
-from stucksolver.solver.machine.blockage import BLIND_LIMIT_S
 from stucksolver.solver.machine.claims import confirmed
 from stucksolver.solver.machine.execution import STAND, Execution, ExecutionOutcome, Step
 from stucksolver.solver.machine.guidance import end_words
@@ -20,7 +19,7 @@ from stucksolver.solver.machine.history import passes, signature
 from stucksolver.solver.machine.minimal_risk import minimal_risk, stops_where_one_may_stand
 from stucksolver.solver.machine.people import ask_for_yes, halt, release
 from stucksolver.solver.machine.state import AwaitingGap, Driving, Executing, Holding, MinimalRisk, Monitoring
-from stucksolver.solver.machine.turn import Turn
+from stucksolver.solver.machine.turn import BLIND_LIMIT_S, Turn
 
 HARDLY_BEGUN_M = 2.0
 """A plan given up for traffic before this distance was driven waits unchanged for the next gap."""

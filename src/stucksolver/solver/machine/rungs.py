@@ -78,7 +78,7 @@ def _on_rung(turn: Turn) -> Directive:
         if left <= 0.0:
             turn.climb()
             return turn.resting
-        why = why_stopped(turn.state.scene, turn.state.history.attempts, turn.unseen_s, turn.state.senses_fault)
+        why = why_stopped(turn)
         turn.ask_person(QuestionKind.ADVICE, move.to, f"I cannot get on: {why}. What shall I do?", within_s=left)
     _keep_calling(turn)
     whom = move if isinstance(move, AskReasoner) else turn.state.escalation.lowest

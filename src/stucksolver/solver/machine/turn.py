@@ -13,11 +13,15 @@ from stucksolver.reason import Answer
 from stucksolver.scene import Guidance, Status, Surroundings
 from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.events import Event, EventKind, Told
-from stucksolver.solver.machine.blockage import BLIND_LIMIT_S
 from stucksolver.solver.machine.doubts import Disagreement, doubted, noted
 from stucksolver.solver.machine.inputs import Inputs, Setup, Sight
 from stucksolver.solver.machine.state import AwaitingApproval, Intervention, Monitoring, Querying, State
 from stucksolver.solver.questions import Question, QuestionKind
+
+BLIND_LIMIT_S = 5.0
+"""After this long without new surroundings, what was seen before no longer says whether a plan is done, or whether
+waiting is right.
+"""
 
 
 class Turn:

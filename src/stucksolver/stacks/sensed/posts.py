@@ -18,6 +18,8 @@ from stucksolver.stacks.carla_stack.frames import to_local
 if TYPE_CHECKING:
     import carla
 
+LIGHT_TYPE = "1000001"
+"""OpenDRIVE's type of traffic lights, in CARLA's maps and ours."""
 PLACE_M = 0.6
 """A post is seen within this distance of its place on the map: the error of the localiser and of a small cluster."""
 NARROW_M = 0.8
@@ -28,10 +30,6 @@ POST_M = 0.2
 """Width of a post (m)."""
 
 _PERSON, _BARRIER = LABELS.index("pedestrian"), LABELS.index("barrier")
-
-
-LIGHT_TYPE = "1000001"
-"""OpenDRIVE's type of traffic lights, in CARLA's maps and ours."""
 
 
 def sign_places(carla_map: carla.Map) -> dict[int, tuple[float, float]]:

@@ -15,7 +15,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
 from stucksolver.perception.camera.sign_memory import SignLook, SignMemory, WordPlace
-from stucksolver.perception.camera.sign_reader import ReadsWords, SignReader, SignReaderError, why_not_read
+from stucksolver.perception.camera.sign_reader import UNREAD, ReadsWords, SignReader, SignReaderError, why_not_read
 from stucksolver.perception.camera.sign_targets import SignTarget, bearing_rad, carrier_of, targets
 from stucksolver.perception.measurements import CameraFrame, PoseEstimate
 from stucksolver.perception.rig import CameraRig
@@ -138,4 +138,4 @@ def reader_here() -> SignReader | None:
 def say_why_not(why: str) -> None:
     """Say once that signs are not read, and why. The parent of many drives says so for all of them."""
     if multiprocessing.parent_process() is None:
-        print(f"stucksolver: words on signs are not read: {why}", file=sys.stderr, flush=True)
+        print(f"stucksolver: {UNREAD}: {why}", file=sys.stderr, flush=True)
