@@ -57,8 +57,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--reuse",
         type=Path,
         metavar="DIR",
-        help="copy results from DIR, an evaluation of the same arm without guidance or --reasoner: routes on which "
-        "neither makes a difference",
+        help="copy results from DIR, an evaluation of the same arm without guidance or --reasoner (or, with --recovery "
+        "none, one with a recovery): routes on which these make no difference",
     )
     parser.add_argument("--replays", choices=REPLAYS, default="failed", help="routes whose replay is kept")
     parser.add_argument(

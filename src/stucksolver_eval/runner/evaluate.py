@@ -6,12 +6,13 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from stucksolver.ladder import find_ladder
 from stucksolver.reason.llm.prompt import prompt_name
 from stucksolver.reason.make import sees
 from stucksolver_eval.aboard import PassengerSpec
-from stucksolver_eval.arms.make import check_arm, preflight_arm
+from stucksolver_eval.arms.make import NONE, check_arm, preflight_arm
 from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.files import require_writable
 from stucksolver_eval.guidance import Script, read_script
@@ -43,8 +44,9 @@ class EvaluationSpec:
     record: bool = False
     resume: bool = False
     reuse: Path | None = None
-    """An evaluation of the same arm without guidance, without the reasoner of the rung `model`, or without both.
-    Results of routes on which neither made a difference are copied from it.
+    """An evaluation of the same arm without guidance, without the reasoner of the rung `model`, or without both; for
+    the driver alone, an evaluation of the same driver with a recovery. Results of routes on which none of these made
+    a difference are copied from it.
     """
     host: str | None = None
     port: int = 2000
@@ -94,6 +96,8 @@ def _alike(folder: Path, manifest: Manifest) -> Store:
     store = Store(folder)
     theirs = store.manifest()
     ours = manifest.model_copy(update={"guidance_digest": ""})
+    if _is_alone(manifest):
+        ours = ours.model_copy(update={name: getattr(theirs, name) for name in ("recovery", "reasoner", "prompt")})
     # In a ladder of the user's, other rungs may lie between `model` and the request for help, see `_take`.
     if not theirs.reasoner and not manifest.ladder_digest:
         ours = ours.model_copy(update={"reasoner": "", "prompt": theirs.prompt})
@@ -106,16 +110,27 @@ def _take(store: Store, alike: Store, routes: tuple[Route, ...], script: Script,
     """Copy the routes that would be the same, since runs are repeatable.
 
     Nobody speaks on these. If the other evaluation has no reasoner for the rung `model`, help was never requested
-    either: that is the next rung after `model`.
+    either: that is the next rung after `model`. If only the other one has a recovery, it also never intervened. Its
+    requests to the reasoner do not move the vehicle, and the driver alone has none.
     """
-    fewer = store.manifest().reasoner != alike.manifest().reasoner
+    ours, theirs = store.manifest(), alike.manifest()
+    fewer = ours.reasoner != theirs.reasoner
+    alone = _is_alone(ours) and not _is_alone(theirs)
     for route in routes:
         for seed in store.seeds():
             if script.lines(route.id) or store.is_done(route, seed):
                 continue
             found = alike.outcome(route, seed)
-            if found is not None and found.state in DONE and not (fewer and found.asked_s is not None):
-                store.take(alike, route, found.model_copy(update={"arm": arm.name}))
+            if found is None or found.state not in DONE:
+                continue
+            changed = found.asked_s is not None or (alone and found.interventions)
+            if not ((fewer or alone) and changed):
+                update: dict[str, Any] = {"arm": arm.name} | ({"queries": (), "reliability": ()} if alone else {})
+                store.take(alike, route, found.model_copy(update=update))
+
+
+def _is_alone(manifest: Manifest) -> bool:
+    return manifest.recovery == NONE
 
 
 def _run(spec: EvaluationSpec, tasks: list[Task]) -> Iterator[News]:

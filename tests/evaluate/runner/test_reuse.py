@@ -9,7 +9,7 @@ import pytest
 from stucksolver_eval.arms.spec import ArmSpec
 from stucksolver_eval.guidance import Line, Script
 from stucksolver_eval.results.manifest import Manifest
-from stucksolver_eval.results.outcome import RouteOutcome
+from stucksolver_eval.results.outcome import InterventionRecord, QueryRecord, RouteOutcome
 from stucksolver_eval.results.store import Store, StoreError
 from stucksolver_eval.runner.evaluate import EvaluationSpec, _alike, _take, manifest_of
 from stucksolver_eval.runner.suite import load_routes
@@ -80,3 +80,34 @@ def test_another_reasoner_or_a_ladder_of_the_users_is_not_the_same_arm(tmp_path:
     ladder = Path(__file__).parents[3] / "src/stucksolver/ladder/default.toml"
     with pytest.raises(StoreError, match="the ladder differs"):
         taken(tmp_path / "plain", tmp_path / "mine", ArmSpec(recovery="rules", reasoner="distilled", ladder=ladder))
+
+
+def test_the_driver_alone_takes_routes_on_which_a_recovery_did_nothing(tmp_path: Path) -> None:
+    rules, (idle, moved, asked) = Store(tmp_path / "rules"), ROUTES
+    rules.begin(asks(tmp_path / "rules", RULES), ROUTES, resume=False)
+    plan = InterventionRecord(
+        start_s=4.0, end_s=9.0, place_m=3.0, rung="rules", behaviors=("wait",), moves=False, finished=True
+    )
+    for route, plans, asked_s in ((idle, (), None), (moved, (plan,), None), (asked, (), 31.0)):
+        rules.write_outcome(
+            route,
+            RouteOutcome(
+                route_id=route.id,
+                scenario="Accident",
+                town=route.town,
+                seed=1,
+                arm=RULES.name,
+                asked_s=asked_s,
+                interventions=plans,
+                queries=(QueryRecord(asked_s=2.0),),
+            ),
+        )
+    assert taken(tmp_path / "rules", tmp_path / "alone", ArmSpec()) == [idle.id]
+    outcome = Store(tmp_path / "alone").outcome(idle, 1)
+    assert outcome is not None and outcome.queries == ()
+
+
+def test_a_recovery_takes_nothing_from_the_driver_alone(tmp_path: Path) -> None:
+    driven(tmp_path / "alone", ArmSpec())
+    with pytest.raises(StoreError, match="its recovery is 'none', not 'rules'"):
+        taken(tmp_path / "alone", tmp_path / "rules", RULES)
