@@ -53,6 +53,19 @@ def test_all_lanes_must_be_closed(road):
     assert replanned(decide(road, things, elsewhere("a", 500.0))) == ("a" if road is NARROW else None)
 
 
+@pytest.mark.parametrize(("free_m", "closed"), [(1.1, True), (1.4, True), (1.6, False)])
+def test_one_lane_is_closed_where_no_car_fits_beside(free_m, closed):
+    middle_m = LANE_M / 2 - free_m - 0.6
+    things = [thing("b", 62.5, middle_m, kind=K.BARRIER, length=0.4, width=1.2)]
+    assert replanned(decide(NARROW, things, elsewhere("a", 500.0))) == ("a" if closed else None)
+
+
+@pytest.mark.parametrize(("behind_m", "taken"), [(0.1, True), (0.8, True), (1.5, False)])
+def test_a_way_that_starts_abreast_is_taken(behind_m, taken):
+    start = elsewhere("a", 500.0).model_copy(update={"x_m": -behind_m})
+    assert replanned(decide(TWO_WAY, WHOLE, start)) == ("a" if taken else None)
+
+
 def test_a_row_with_a_gap_for_a_car_is_no_closure():
     things = [one for one in row(-1.2, LANE_M + 3.0) if not 1.5 < one.y_m < 4.0]
     assert replanned(decide(TWO_WAY, things, elsewhere("a", 500.0))) is None

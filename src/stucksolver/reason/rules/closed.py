@@ -22,6 +22,8 @@ GAP_M = 1.5
 """A gap between two objects of a row that is too narrow for any car (m)."""
 SIDE_M = 0.9
 """Free width that such a row may leave at either edge of the road (m)."""
+ABREAST_M = 1.0
+"""How far behind the vehicle's centre another way may start for the vehicle to turn into it still (m)."""
 
 
 def by_another_road(scene: Scene, lead: SceneObject) -> Way | None:
@@ -44,13 +46,18 @@ def by_another_road(scene: Scene, lead: SceneObject) -> Way | None:
 
 
 def is_closed(scene: Scene, lead: SceneObject) -> bool:
-    """True if `lead` and others like it form a row without a gap across all known lanes."""
+    """True if `lead` and others like it form a row without a gap across all known lanes.
+
+    Inside a junction only the ego's lane is known. A row may be seen there at an angle and only in part, so it closes
+    the lane if it leaves no car a gap on either side.
+    """
     row = _row(scene, lead)
     if not any(o.kind in CLOSING for o in row):
         return False
     left, right = _edges_m(scene)
-    reaches_left = max(o.left_edge_m for o in row) > left - SIDE_M
-    return reaches_left and min(o.right_edge_m for o in row) < right + SIDE_M
+    side_m = GAP_M if all(lane.relation is LaneRelation.EGO for lane in scene.lanes) else SIDE_M
+    reaches_left = max(o.left_edge_m for o in row) > left - side_m
+    return reaches_left and min(o.right_edge_m for o in row) < right + side_m
 
 
 def _row(scene: Scene, lead: SceneObject) -> list[SceneObject]:
@@ -92,10 +99,10 @@ def _edges_m(scene: Scene) -> tuple[float, float]:
 
 
 def elsewhere(scene: Scene) -> list[CandidateWaypoint]:
-    """Return the candidate waypoints ahead, on other roads, from which the destination can be reached."""
+    """Return the candidate waypoints ahead or abreast, on other roads, from which the destination can be reached."""
     known = {lane.id for lane in scene.lanes}
     return [
         w
         for w in scene.waypoints
-        if w.reaches_destination and w.route_length_m and w.lane_id not in known and w.x_m >= 0.0
+        if w.reaches_destination and w.route_length_m and w.lane_id not in known and w.x_m >= -ABREAST_M
     ]
