@@ -9,19 +9,11 @@ import pytest
 
 from stucksolver.perception.far_tracking import FIRST_ID
 from stucksolver.stacks.driver.behavior import PROFILES
-from stucksolver.stacks.driver.give_way import (
-    PATIENCE_S,
-    SETTLED_S,
-    START_LAG_S,
-    GiveWay,
-    Habits,
-    LeadVehicle,
-    Moving,
-    of_one_pace,
-    on_way,
-)
+from stucksolver.stacks.driver.give_way import PATIENCE_S, SETTLED_S, START_LAG_S, GiveWay, Moving
 from stucksolver.stacks.driver.lane_pace import KNOWN_S, NEW_S, PACE_S, LanePace
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
+from stucksolver.stacks.driver.on_ways import Habits, of_one_pace, on_way
+from stucksolver.stacks.driver.own_drive import LeadVehicle
 from stucksolver.stacks.driver.path import make_path
 from stucksolver.stacks.driver.perception import FIRST_FAR_ID, NearbyBodies
 from stucksolver.stacks.driver.vehicle_model import VehicleModel

@@ -9,11 +9,12 @@ import pytest
 
 from stucksolver.stacks.driver.behavior import profile_named
 from stucksolver.stacks.driver.concerns import USUAL
-from stucksolver.stacks.driver.give_way import GiveWayDecision, Met, Moving
+from stucksolver.stacks.driver.give_way import GiveWayDecision, Moving
 from stucksolver.stacks.driver.hazards import Hazard
 from stucksolver.stacks.driver.local_planner import LocalPlanner
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
 from stucksolver.stacks.driver.options import DriverOptions
+from stucksolver.stacks.driver.own_drive import Met
 from stucksolver.stacks.driver.path import make_path
 from stucksolver.stacks.driver.route_bodies import RouteBodies
 from stucksolver.stacks.driver.stream_pace import FlowConcerns, pace_behind_mps

@@ -9,15 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stucksolver.stacks.driver.meeting_ways import MeetingWay
+from stucksolver.stacks.driver.on_ways import OtherOnWay
 from stucksolver.stacks.driver.perception import FIRST_FAR_ID
-
-if TYPE_CHECKING:
-    from stucksolver.stacks.driver.give_way import OtherOnWay
-    from stucksolver.stacks.driver.meeting_ways import MeetingWay
 
 NEW_S = 0.7
 """A vehicle is new for so long after it was first seen on a way (s)."""

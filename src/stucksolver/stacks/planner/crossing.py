@@ -13,8 +13,9 @@ import numpy as np
 
 from stucksolver.stacks.driver.behavior import Profile
 from stucksolver.stacks.driver.concerns import Pace
-from stucksolver.stacks.driver.give_way import Drive, GiveWayDecision, Margin, Moving, can_stop, foretold
+from stucksolver.stacks.driver.give_way import GiveWayDecision, Moving
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
+from stucksolver.stacks.driver.own_drive import Drive, Margin, can_stop, foretold
 from stucksolver.stacks.driver.path import Path
 from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.driver.stream_pace import HURRIED

@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from stucksolver.stacks.driver.give_way import OtherOnWay, on_way
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
+from stucksolver.stacks.driver.on_ways import OtherOnWay, on_way
 from stucksolver.stacks.driver.path import Array, Path
 from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.planner.passes import TWO_WHEELER_M

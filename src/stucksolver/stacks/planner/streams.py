@@ -10,18 +10,10 @@ import math
 from collections.abc import Sequence
 from typing import ClassVar
 
-from stucksolver.stacks.driver.give_way import (
-    FASTEST_MPS,
-    FULL_MPS2,
-    GiveWay,
-    GiveWayDecision,
-    Met,
-    Moving,
-    OtherOnWay,
-    can_stop,
-    pace_of_flow,
-)
+from stucksolver.stacks.driver.give_way import FASTEST_MPS, FULL_MPS2, GiveWay, GiveWayDecision, Moving
 from stucksolver.stacks.driver.meeting_ways import Meeting, MeetingWay
+from stucksolver.stacks.driver.on_ways import OtherOnWay, pace_of_flow
+from stucksolver.stacks.driver.own_drive import Met, can_stop
 from stucksolver.stacks.driver.path import Path
 from stucksolver.stacks.driver.perception import NearbyBodies
 from stucksolver.stacks.planner.riders import crossing_riders
