@@ -15,7 +15,7 @@ from stucksolver.scene import ObjectKind
 from stucksolver.scene.objects import VEHICLES, Gesture
 from stucksolver_eval.perception.far_places import Posed, lane_places
 from stucksolver_eval.perception.staged import drawn, spawn_away
-from stucksolver_eval.recording.crowd import blueprints_by_kind
+from stucksolver_eval.recording.crowd_kinds import blueprints_by_kind
 
 NEAREST_M, FARTHEST_M = 4.0, 70.0
 CONE_RAD = math.radians(34.0)

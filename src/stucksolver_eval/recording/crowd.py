@@ -10,7 +10,7 @@ vehicles of all kinds drive in them, also from behind and towards the hero.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from random import Random
 from typing import Any
@@ -19,10 +19,20 @@ import carla
 
 from stucksolver.scene import ObjectKind
 from stucksolver.scene.objects import Gesture
-from stucksolver.stacks.carla_stack.kinds import kind_of
 from stucksolver_eval.actors.cars import Car
 from stucksolver_eval.actors.pool import LIFT_M, ScenarioActor, lamps
 from stucksolver_eval.recording import groups
+from stucksolver_eval.recording.crowd_kinds import (
+    LOW,
+    LOW_SHARES,
+    ON_FEET,
+    ON_WHEELS,
+    REACH_OF_M,
+    SHARES,
+    Shares,
+    blueprints_by_kind,
+    deal,
+)
 from stucksolver_eval.scenarios.actions.crossing import WALKER_LIFT_M
 from stucksolver_eval.setting import Setting
 
@@ -30,14 +40,24 @@ FIRST_M = 12.0
 """Where on the route the crowd starts."""
 REACH_M = 350.0
 """Nothing is placed farther along the route: half a minute's drive, and as far as the sensors see."""
-BESIDE_PER_M, IN_LANE_PER_M, LOW_PER_M = 0.28, 0.015, 0.06
-"""Objects per metre of route: beside the hero's lane, in it, and low ones on the road."""
-HELD_UP_S, HELD_UP_MPS = 2.5, 0.7
-"""If the hero is slower than this for so long, what blocks it is removed, so that it reaches other objects."""
-CLEARED_M, CLEARED_WIDE_M = 25.0, 2.5
-"""Objects are removed this far ahead of the hero, and this far to each side of its heading."""
-DRIVERS_EVERY_M, FLOWING_EVERY_M = 25.0, 14.0
-"""Average distance between driving vehicles, in a crowd that blocks the lanes and in one that flows."""
+BESIDE_PER_M = 0.28
+"""Objects per metre of route beside the hero's lane, ..."""
+IN_LANE_PER_M = 0.015
+"""... in it, ..."""
+LOW_PER_M = 0.06
+"""... and low ones on the road."""
+HELD_UP_MPS = 0.7
+"""If the hero is slower than this, ..."""
+HELD_UP_S = 2.5
+"""... for so long, what blocks it is removed, so that it reaches other objects, ..."""
+CLEARED_M = 25.0
+"""... this far ahead of the hero, ..."""
+CLEARED_WIDE_M = 2.5
+"""... and this far to each side of its heading."""
+DRIVERS_EVERY_M = 25.0
+"""Average distance between driving vehicles in a crowd that blocks the lanes, ..."""
+FLOWING_EVERY_M = 14.0
+"""... and in one that flows."""
 BEHIND_M = 110.0
 """In a crowd that flows, vehicles start up to this far behind the hero."""
 DOOR_ODDS = 0.5
@@ -55,27 +75,6 @@ _LIFTS_M = (("static.", 0.0), ("walker.", WALKER_LIFT_M), ("animal.", WALKER_LIF
 """Spawn heights by blueprint prefix: props do not fall, and the origin of walkers is at their centre."""
 _APART_M = 0.5
 _SMALL_REACH_M = 0.8
-Shares = Sequence[tuple[ObjectKind, float]]
-_LOW_SHARES = ((ObjectKind.BAG, 1.0), (ObjectKind.LITTER, 1.0), (ObjectKind.DEBRIS, 2.0))
-_LOW = tuple(kind for kind, _ in _LOW_SHARES)
-_SHARES = (
-    (ObjectKind.CAR, 5.0),
-    (ObjectKind.EMERGENCY, 2.0),
-    (ObjectKind.VAN, 2.0),
-    (ObjectKind.TRUCK, 2.0),
-    (ObjectKind.BUS, 2.0),
-    (ObjectKind.SCHOOL_BUS, 2.0),
-    (ObjectKind.MOTORCYCLE, 2.0),
-    (ObjectKind.BICYCLE, 3.0),
-    (ObjectKind.PEDESTRIAN, 5.0),
-    (ObjectKind.FLAGGER, 1.0),
-    (ObjectKind.ANIMAL, 3.0),
-    (ObjectKind.CONE, 3.0),
-    (ObjectKind.BARRIER, 3.0),
-    (ObjectKind.CROSSING_GATE, 0.3),
-    (ObjectKind.PROP, 2.0),
-)
-"""Relative frequency of each kind beside the road; within a kind, all blueprints are equally likely."""
 _LAMPS: tuple[tuple[str, ...], ...] = (
     (),
     ("Brake",),
@@ -88,10 +87,15 @@ _LAMPS: tuple[tuple[str, ...], ...] = (
     ("Position", "Fog"),
 )
 _SIREN = ("Special1",)
-_FLAGGER = "walker.flagger"
 GESTURES = tuple(gesture.value for gesture in Gesture)
 """Each flagger keeps one of these for the whole drive."""
 _DOORS = ("FL", "FR", "RL", "RR")
+SIGNALS = (
+    carla.TrafficLightState.Red,
+    carla.TrafficLightState.Yellow,
+    carla.TrafficLightState.Green,
+    carla.TrafficLightState.Off,
+)
 
 
 @dataclass
@@ -196,14 +200,14 @@ class Crowd:
         """Place everything that stands or walks at random along the route."""
         along_m = max(self._end_m - FIRST_M, 0.0)
         together = [self._gather() for _ in range(round(along_m / groups.EVERY_M))]
-        for kind in self._deck(_SHARES, round(along_m * BESIDE_PER_M)):
+        for kind in self._deck(SHARES, round(along_m * BESIDE_PER_M)):
             self._put(
                 kind, lambda here: self._random.choice((-1, 1)) * self._random.uniform(0.9, 3.2) * here.lane_width
             )
         if not self._flows:
-            for kind in self._deck(_SHARES, round(along_m * IN_LANE_PER_M)):
+            for kind in self._deck(SHARES, round(along_m * IN_LANE_PER_M)):
                 self._put(kind, lambda here: self._random.uniform(-0.6, 0.6) * here.lane_width)
-        for kind in self._deck(_LOW_SHARES, round(along_m * LOW_PER_M)):
+        for kind in self._deck(LOW_SHARES, round(along_m * LOW_PER_M)):
             self._put(kind, lambda here: self._random.uniform(-1.2, 1.2) * here.lane_width)
         self._walkers += [walkers for walkers in together if walkers is not None]
 
@@ -216,7 +220,7 @@ class Crowd:
         `right_m` draws the offset to the right of a lane's centre (m).
         """
         name = self._random.choice(self._kinds[kind])
-        reach_m = _REACH_M.get(kind, _SMALL_REACH_M)
+        reach_m = REACH_OF_M.get(kind, _SMALL_REACH_M)
         for place in self._places(kind, right_m, reach_m):
             place.location = self._grounded(place.location)
             lift_m = next((up for start, up in _LIFTS_M if name.startswith(start)), LIFT_M)
@@ -259,7 +263,7 @@ class Crowd:
             place = self._spot(here, right_m(here), kind)
             if not self._is_free(place.location, reach_m):
                 continue
-            if self._flows and kind not in _LOW and self._is_in_lane(place.location, reach_m):
+            if self._flows and kind not in LOW and self._is_in_lane(place.location, reach_m):
                 continue
             yield place
 
@@ -271,7 +275,7 @@ class Crowd:
         at = transform.location + aside * right_m + ahead * shift
         along = self._random.choice((0.0, 0.0, 0.0, 180.0)) + self._random.gauss(0.0, 6.0)
         arbitrary = self._random.uniform(-180.0, 180.0)
-        turn = along if kind in _ON_WHEELS and self._random.random() < 0.8 else arbitrary
+        turn = along if kind in ON_WHEELS and self._random.random() < 0.8 else arbitrary
         return carla.Transform(at, carla.Rotation(yaw=transform.rotation.yaw + turn))
 
     def _grounded(self, at: Any) -> carla.Location:
@@ -292,9 +296,9 @@ class Crowd:
 
     def _settle(self, member: ScenarioActor, kind: ObjectKind) -> None:
         """Set the behaviour of a spawned actor."""
-        if kind in _ON_FEET:
+        if kind in ON_FEET:
             self._walkers.append(_Walkers([member]))
-        elif kind in _ON_WHEELS:
+        elif kind in ON_WHEELS:
             self._cast.hold(member)
             self._lamped.append(_Lamped(member))
             if self._random.random() < DOOR_ODDS and member.actor.attributes.get("has_dynamic_doors") == "true":
@@ -304,7 +308,7 @@ class Crowd:
         """Spawn driving vehicles of all blueprints on the route's lane and its neighbours."""
         setting, random = self._setting, self._random
         line = setting.route
-        kinds = [kind for kind in _ON_WHEELS if self._kinds.get(kind)]
+        kinds = [kind for kind in ON_WHEELS if self._kinds.get(kind)]
         every_m = FLOWING_EVERY_M if self._flows else DRIVERS_EVERY_M
         s_m = -BEHIND_M if self._flows else FIRST_M + every_m
         while s_m < self._end_m:
@@ -361,67 +365,3 @@ class Crowd:
         if member.actor.attributes.get("special_type") == "emergency" and self._random.random() < 0.6:
             names = (*names, *_SIREN)
         self._cast.lights(member, lamps(*names))
-
-
-SIGNALS = (
-    carla.TrafficLightState.Red,
-    carla.TrafficLightState.Yellow,
-    carla.TrafficLightState.Green,
-    carla.TrafficLightState.Off,
-)
-_ON_WHEELS = (
-    ObjectKind.CAR,
-    ObjectKind.EMERGENCY,
-    ObjectKind.VAN,
-    ObjectKind.TRUCK,
-    ObjectKind.BUS,
-    ObjectKind.SCHOOL_BUS,
-    ObjectKind.MOTORCYCLE,
-    ObjectKind.BICYCLE,
-)
-_ON_FEET = (ObjectKind.PEDESTRIAN, ObjectKind.FLAGGER, ObjectKind.ANIMAL)
-_REACH_M = {
-    ObjectKind.MOTORCYCLE: 1.1,
-    ObjectKind.BICYCLE: 1.0,
-    ObjectKind.CAR: 2.2,
-    ObjectKind.EMERGENCY: 2.8,
-    ObjectKind.VAN: 2.8,
-    ObjectKind.TRUCK: 3.5,
-    ObjectKind.BUS: 4.0,
-    ObjectKind.SCHOOL_BUS: 4.5,
-}
-"""Radius of the room that an object needs; smaller than half its length, because vehicles stand in rows."""
-
-
-def deal(shares: Shares, count: int, chance: Random) -> list[ObjectKind]:
-    """Return about `count` kinds in these shares, largest first, because large objects need room that is still free."""
-    total = sum(share for _, share in shares)
-    deck: list[ObjectKind] = []
-    for kind, share in shares:
-        wanted = count * share / total
-        deck += [kind] * (int(wanted) + (chance.random() < wanted % 1.0))
-    chance.shuffle(deck)
-    return sorted(deck, key=lambda kind: -_REACH_M.get(kind, 0.0))
-
-
-def blueprints_by_kind(library: Any) -> dict[ObjectKind, list[str]]:
-    """Return the names of all blueprints with a body, by kind."""
-    found: dict[ObjectKind, list[str]] = {}
-    for blueprint in sorted(library, key=lambda one: str(one.id)):
-        name = str(blueprint.id)
-        if not name.startswith(("vehicle.", "walker.", "animal.", "static.prop.")) or name == "static.prop.mesh":
-            continue
-        kind = ObjectKind.FLAGGER if name.startswith(_FLAGGER) else kind_of(name, _public(blueprint))
-        found.setdefault(kind, []).append(name)
-    return found
-
-
-def _public(blueprint: carla.ActorBlueprint) -> dict[str, str]:
-    """Return the attributes of a blueprint that determine its kind."""
-    names = ("special_type", "base_type", "number_of_wheels")
-    return {name: _text(blueprint.get_attribute(name)) for name in names if blueprint.has_attribute(name)}
-
-
-def _text(attribute: carla.ActorAttribute) -> str:
-    whole = attribute.type == carla.ActorAttributeType.Int
-    return str(attribute.as_int()) if whole else str(attribute.as_str())

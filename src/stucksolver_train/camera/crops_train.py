@@ -37,7 +37,10 @@ RARE = 0.65
 """Classes are drawn in proportion to count ** (1 - this)."""
 LIT = 3.0
 """Factor by which crops with a lit lamp or an open door are drawn more often."""
-PEAK_RATE, WEIGHT_DECAY, WARM_UP = 2e-3, 0.02, 0.05
+PEAK_RATE = 2e-3
+WEIGHT_DECAY = 0.02
+WARM_UP = 0.05
+"""Share of the steps in which the rate rises to its peak."""
 AVERAGED = 0.998
 """Decay of the moving average of the weights, per step."""
 REPORT_S = 5.0

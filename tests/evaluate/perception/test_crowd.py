@@ -11,14 +11,14 @@ import carla
 
 from stucksolver.scene import ObjectKind
 from stucksolver_eval.perception.towns import FARTHEST_M, NEAREST_M, _route
-from stucksolver_eval.recording.crowd import _SHARES, deal
+from stucksolver_eval.recording.crowd_kinds import SHARES, deal
 from stucksolver_eval.recording.groups import APART_M, REACH_M, SIZES, places_of_a_group
 
 
 def test_every_kind_is_dealt_as_often_as_its_share_says_give_or_take_one() -> None:
-    dealt = deal(_SHARES, 100, Random(1))
-    total = sum(share for _, share in _SHARES)
-    for kind, share in _SHARES:
+    dealt = deal(SHARES, 100, Random(1))
+    total = sum(share for _, share in SHARES)
+    for kind, share in SHARES:
         assert abs(dealt.count(kind) - 100 * share / total) < 1.0
 
 

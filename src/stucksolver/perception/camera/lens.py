@@ -37,8 +37,10 @@ STRAIGHT_PER_M = 0.02
 """In narrower curves (radius below 50 m) it is not watched: there, lines stay at their pixels that are not straight."""
 TURNED_RAD = math.radians(3.5)
 """Least turn between two looks at the whole image, which moves it by 70 px."""
-SECTORS, SPREAD_OVER = 8, 5
-"""The width of the image is divided into sectors; dirt in this many of them is spread."""
+SECTORS = 8
+"""The width of the image is divided into so many sectors; ..."""
+SPREAD_OVER = 5
+"""... dirt in this many of them is spread."""
 SPREAD = 0.0025
 """Least share of edges that prove dirt in such a sector. In healthy drives the fifth sector has none, with salt 2 %."""
 NIGHT = 60.0

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 from stucksolver.perception.camera.sign_targets import SignTarget
 from stucksolver.scene.signs import SeenSign, SignWord
 
-AGREE, OF_LAST = 2, 3
-"""A word counts if so many of the last looks at its place found it, the last that found any word among them."""
+AGREE = 2
+"""A word counts if so many of the last `OF_LAST` looks at its place found it, the last that found any word among them."""
+OF_LAST = 3
 FORGET_S = 20.0
 """A word that was last seen longer ago counts no more: a flagger turns the paddle."""
 AGAIN_S = 5.0
