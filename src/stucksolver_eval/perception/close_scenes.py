@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver.perception.camera.crops import CROP_PX, windows_of
+from stucksolver.perception.frames import boxes_in_body
 from stucksolver.perception.measurements import Floats, LidarSweep, Pixels
 from stucksolver.perception.recording import PARTS, LightTruth, Recorded, RecordingWriter, Truth
 from stucksolver.perception.rig import load_rig
@@ -31,7 +32,7 @@ from stucksolver.stacks.sensed.mounting import camera_setup
 from stucksolver.stacks.sensed.readings import camera_rgb
 from stucksolver_eval.perception.close_cast import CloseCast
 from stucksolver_eval.perception.far_places import AWAY_M, Posed
-from stucksolver_eval.perception.scoring.samples import boxes_in_body, mask_id
+from stucksolver_eval.perception.scoring.samples import mask_id
 from stucksolver_eval.perception.staged import (
     CLIENT_LIMIT_S,
     copied,

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from stucksolver.perception.camera.crop_network import GESTURES, KINDS, LAMPS, LIGHTS, NOTHING, UNSEEN_GESTURE
 from stucksolver.perception.camera.crops import CROP_PX, FEATURES, Windows, cut_crops, features_of, windows_of
 from stucksolver.perception.camera.lights import boxes_of_heads, facing
+from stucksolver.perception.frames import boxes_in_body
 from stucksolver.perception.measurements import Floats, Pixels, Singles
 from stucksolver.perception.recording import KINDS as RECORDED_KINDS
 from stucksolver.perception.recording import Recorded, Recording, recordings
-from stucksolver.perception.rig import CameraRig, Mount
+from stucksolver.perception.rig import CameraRig
 from stucksolver.perception.visible_parts import Seen, VisibleParts
 from stucksolver.scene.objects import ObjectKind
 
@@ -112,23 +113,11 @@ def _of_stretch(work: tuple[Path, Path, int, int, bool]) -> Crops:
     return found.part(found.gesture >= 0) if flaggers else found
 
 
-def to_vehicle(pose: Floats, boxes: Floats) -> Floats:
-    """Boxes of the local frame (n, 7: centre, length, width, height, yaw) in the vehicle frame of a recorded pose."""
-    x, y, z, yaw, pitch, roll = pose[:6].tolist()
-    yaw_deg, pitch_deg, roll_deg = (float(np.degrees(one)) for one in (yaw, pitch, roll))
-    mount = Mount(x_m=x, y_m=y, z_m=z, yaw_deg=yaw_deg, pitch_deg=pitch_deg, roll_deg=roll_deg)
-    inverse = np.linalg.inv(mount.to_vehicle())
-    moved = boxes.copy()
-    moved[:, :3] = boxes[:, :3] @ inverse[:3, :3].T + inverse[:3, 3]
-    moved[:, 6] -= yaw
-    return np.asarray(moved)
-
-
 def _of_tick(tick: Recorded, rig: CameraRig, group: int, random: np.random.Generator) -> Iterator[Crops]:
     rgb, mask = tick.picture(), tick.instances
     assert rgb is not None and mask is not None
     truth = tick.truth
-    boxes = to_vehicle(tick.pose, truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]])
+    boxes = boxes_in_body(tick.pose, truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]])
     windows = windows_of(rig, boxes)
     keep = np.flatnonzero(windows.usable)
     if len(keep):
@@ -252,7 +241,7 @@ def _lights(tick: Recorded, rgb: Pixels, mask: NDArray[np.uint16], rig: CameraRi
             continue
         moved = heads.copy()
         moved[:, 3:6] *= 2.0
-        moved = to_vehicle(tick.pose, moved)
+        moved = boxes_in_body(tick.pose, moved)
         moved[:, 3:6] /= 2.0
         windows = windows_of(rig, boxes_of_heads(moved))
         keep = np.flatnonzero(windows.usable)

@@ -10,12 +10,12 @@ import pytest
 pytest.importorskip("PIL", reason="images need the extra `perception`")
 
 from stucksolver.perception.camera.crops import windows_of
+from stucksolver.perception.frames import boxes_in_body
 from stucksolver.perception.recording import GESTURES, KINDS, PARTS, Recorded, Recording
 from stucksolver.perception.visible_parts import VisibleParts
 from stucksolver.scene import ObjectKind
 from stucksolver.scene.objects import Gesture
 from stucksolver_eval.perception.close_scenes import CloseDrive, record
-from stucksolver_eval.perception.scoring.samples import boxes_in_body
 
 LIT = {"brake_lights": 8, "left_blinker": 32, "right_blinker": 16, "emergency_lights": 512}
 SCENES, SIGNALLED = 3, 6

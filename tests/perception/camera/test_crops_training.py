@@ -10,13 +10,14 @@ import pytest
 
 from stucksolver.perception.camera.crop_network import GESTURES, KINDS, LIGHTS, NEVER, NOTHING, CropNetwork
 from stucksolver.perception.camera.weights import WeightsError
+from stucksolver.perception.frames import boxes_in_body
 from stucksolver.perception.measurements import LidarSweep
 from stucksolver.perception.recording import KINDS as RECORDED
 from stucksolver.perception.recording import LightTruth, Recorded, RecordingWriter, Truth
 from stucksolver.perception.rig import load_rig
 from stucksolver.scene import ObjectKind
 from stucksolver_train.camera.crops_check import Logits, by_halves, halves, least_confidence, temperature_of
-from stucksolver_train.camera.crops_data import Crops, crops_in, to_vehicle
+from stucksolver_train.camera.crops_data import Crops, crops_in
 
 BRAKE, LEFT = 8, 32
 CAR, HIDDEN_CAR, LIGHT = 300, 301, 70_000
@@ -76,9 +77,9 @@ def only(crops: Crops, name: str) -> np.ndarray:
 
 def test_a_recorded_box_is_ahead_of_an_ego_that_looks_at_it() -> None:
     pose = np.array([100.0, 50.0, 0.0, np.pi / 2, 0, 0, 0, 0, 0])
-    moved = to_vehicle(pose, np.array([[98.0, 70.0, 0.8, 4.5, 1.9, 1.6, np.pi / 2]]))
+    moved = boxes_in_body(pose, np.array([[98.0, 70.0, 0.8, 4.5, 1.9, 1.6, np.pi / 2]]))
     assert np.allclose(moved, [[20.0, 2.0, 0.8, 4.5, 1.9, 1.6, 0.0]])
-    nose_down = to_vehicle(np.array([0, 0, 0, 0, 0.1, 0, 0, 0, 0.0]), np.array([[10.0, 0, 0, 1, 1, 1, 0]]))
+    nose_down = boxes_in_body(np.array([0, 0, 0, 0, 0.1, 0, 0, 0, 0.0]), np.array([[10.0, 0, 0, 1, 1, 1, 0]]))
     assert nose_down[0, 2] > 0.9
 
 

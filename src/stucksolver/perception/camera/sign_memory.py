@@ -11,8 +11,9 @@ from stucksolver.perception.camera.sign_targets import SignTarget
 from stucksolver.scene.signs import SeenSign, SignWord
 
 AGREE = 2
-"""A word counts if so many of the last `OF_LAST` looks at its place found it, the last that found any word among them."""
+"""A word counts if so many ..."""
 OF_LAST = 3
+"""... of the last so many looks at its place found it, the last that found any word among them."""
 FORGET_S = 20.0
 """A word that was last seen longer ago counts no more: a flagger turns the paddle."""
 AGAIN_S = 5.0

@@ -7,11 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stucksolver.perception.frames import into_vehicle
+from stucksolver.perception.frames import boxes_in_body, into_vehicle
 from stucksolver.perception.labels import LABEL_OF_KIND, LARGE_EMERGENCY_M
 from stucksolver.perception.measurements import Floats, PoseEstimate, Singles
 from stucksolver.perception.recording import KINDS, Recorded, Recording
-from stucksolver.perception.rig import Mount
 from stucksolver.scene import ObjectKind
 from stucksolver_eval.perception.metrics.matching import ANY_LABEL, Indices, Reals
 
@@ -102,18 +101,6 @@ def body_boxes(tick: Recorded) -> Floats:
 def in_body(tick: Recorded, boxes: Floats) -> Floats:
     """Transform boxes from the local frame to that of the ego's body; columns start with x, y, z and end with yaw."""
     return boxes_in_body(tick.pose, boxes)
-
-
-def boxes_in_body(pose: Floats, boxes: Floats) -> Floats:
-    """The same for a recorded pose."""
-    x, y, z, yaw, pitch, roll = (float(one) for one in pose[:6])
-    turn = Mount(
-        x_m=0, y_m=0, z_m=0, yaw_deg=math.degrees(yaw), pitch_deg=math.degrees(pitch), roll_deg=math.degrees(roll)
-    ).to_vehicle()[:3, :3]
-    moved: Floats = boxes.copy()
-    moved[:, :3] = (boxes[:, :3] - (x, y, z)) @ turn
-    moved[:, -1] = boxes[:, -1] - yaw
-    return moved
 
 
 def seen_rectangles(tick: Recorded) -> dict[int, tuple[int, int, int, int]]:
