@@ -12,7 +12,6 @@ scenes are `SCENE_S` apart and the two looks `LOOK_S`.
 
 from __future__ import annotations
 
-import queue
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -21,14 +20,15 @@ from typing import Any
 
 import carla
 import numpy as np
-from numpy.typing import NDArray
 
 from stucksolver.perception.camera.far_strip import STRIP_ROWS, horizon_row
 from stucksolver.perception.measurements import LidarSweep
 from stucksolver.perception.recording import Recorded, RecordingWriter
-from stucksolver.perception.rig import CameraRig, Rig, load_rig
+from stucksolver.perception.rig import Rig, load_rig
+from stucksolver.stacks.sensed.mounting import camera_setup
 from stucksolver_eval.perception.far_places import AWAY_M, Places, Posed
 from stucksolver_eval.perception.staged import CLIENT_LIMIT_S, drawn, drawn_weather, options, record_all, spawn_away
+from stucksolver_eval.recording.mounted import INSTANCE_CAMERA, MountedSensor, encoded, instance_ids
 from stucksolver_eval.recording.truth import TruthReader, ego_pose
 from stucksolver_eval.server import carlette_server, connect, set_synchronous
 
@@ -36,6 +36,8 @@ TOWNS = ("interurban", "motorway", "Town04", "Town01", "Town02", "Town10HD")
 SCENE_S = 10.0
 LOOK_S = 0.5
 STEP_S = 0.05
+EVERY_TICK = 0.0
+"""Period of a camera that takes an image in every tick (s)."""
 VEHICLES = 16
 TWO_WHEELERS = 4
 WALKERS = 4
@@ -123,8 +125,8 @@ class _Stage:
                 one.destroy()
         self._lead: tuple[Any, Posed] | None = None
         self._truth = TruthReader(world, self._ego.id)
-        self._camera = _Camera(world, self._ego, "sensor.camera.rgb", self.rig.camera)
-        self._masks = _Camera(world, self._ego, "sensor.camera.instance_segmentation", self.rig.camera)
+        self._camera = MountedSensor(self._ego, camera_setup(self.rig.camera, EVERY_TICK))
+        self._masks = MountedSensor(self._ego, camera_setup(self.rig.camera, EVERY_TICK, INSTANCE_CAMERA))
 
     def looks(self) -> Iterator[Any]:
         """Yield the two looks at a new scene, as functions from the time stamp (s) to the recorded data."""
@@ -182,40 +184,9 @@ class _Stage:
             wheel_mps=0.0,
             truth=self._truth.read(snapshot),
             lights=None,
-            jpeg=_jpeg(self._camera.of(frame)),
-            instances=_ids(self._masks.of(frame)),
+            jpeg=encoded(self._camera.of(frame), JPEG_QUALITY),
+            instances=instance_ids(self._masks.of(frame)),
         )
-
-
-class _Camera:
-    """A camera on the ego that takes an image in every tick."""
-
-    def __init__(self, world: Any, ego: Any, kind: str, rig: CameraRig) -> None:
-        blueprint, mount = world.get_blueprint_library().find(kind), rig.mount
-        for name, value in (("image_size_x", rig.width_px), ("image_size_y", rig.height_px), ("fov", rig.fov_deg)):
-            blueprint.set_attribute(name, str(value))
-        turn = carla.Rotation(pitch=-mount.pitch_deg, yaw=-mount.yaw_deg, roll=mount.roll_deg)
-        place = carla.Transform(carla.Location(mount.x_m, -mount.y_m, mount.z_m), turn)
-        self._came: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self._actor = world.spawn_actor(blueprint, place, attach_to=ego)
-        self._actor.listen(self._came.put)
-
-    def of(self, frame: int) -> Any:
-        """Return the image of a frame. Raises `queue.Empty` if it does not arrive."""
-        while (image := self._came.get(timeout=CLIENT_LIMIT_S)).frame < frame:
-            pass
-        return image
-
-    def close(self) -> None:
-        """Destroy the camera."""
-        self._actor.stop()
-        self._actor.destroy()
-
-
-def _ids(image: Any) -> NDArray[np.uint16]:
-    """Return the actor id at each pixel of an instance image, shape (height, width); green is the id's low byte."""
-    pixels = np.frombuffer(image.raw_data, np.uint8).reshape(image.height, image.width, 4).astype(np.uint16)
-    return np.asarray(pixels[:, :, 1] | (pixels[:, :, 0] << 8), np.uint16)
 
 
 def _lamps(random: np.random.Generator, *, dark: bool) -> int:
@@ -228,17 +199,6 @@ def _lamps(random: np.random.Generator, *, dark: bool) -> int:
     if random.random() < 0.05:
         state |= int(LIGHTS.HighBeam)
     return state
-
-
-def _jpeg(image: Any) -> bytes:
-    import io
-
-    from PIL import Image
-
-    picture = Image.frombuffer("RGB", (image.width, image.height), bytes(image.raw_data), "raw", "BGRX", 0, 1)
-    file = io.BytesIO()
-    picture.save(file, "JPEG", quality=JPEG_QUALITY, subsampling=0)
-    return file.getvalue()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

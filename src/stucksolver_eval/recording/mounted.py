@@ -124,12 +124,12 @@ class RecordingSensors:
             sensor.close()
 
 
-def encoded(image: carla.Image) -> bytes:
-    """Encode an image as JPEG."""
+def encoded(image: carla.Image, quality: int = JPEG_QUALITY) -> bytes:
+    """Encode an image as JPEG, without chroma subsampling."""
     from PIL import Image
 
     file = io.BytesIO()
-    Image.fromarray(camera_rgb(image)).save(file, "JPEG", quality=JPEG_QUALITY, subsampling=0)
+    Image.fromarray(camera_rgb(image)).save(file, "JPEG", quality=quality, subsampling=0)
     return file.getvalue()
 
 

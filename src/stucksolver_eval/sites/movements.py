@@ -22,6 +22,8 @@ _ARM_MIN_M = 90.0
 _WIDE_M = 3.0
 """Narrower lanes belong to two-way roads on which two cars cannot pass each other."""
 _SIGN_WITHIN_M = 12.0
+_LIGHT_TYPE = "1000001"
+"""OpenDRIVE's type of a traffic light."""
 _LIGHT_WITHIN_M = 12.0
 _HEADING_DEG: dict[Side, float] = {"left": 90.0, "opposite": 180.0, "right": -90.0}
 """Heading of traffic from each side relative to one's own (degrees, clockwise)."""
@@ -109,7 +111,7 @@ def _turn(before: Any, after: Any) -> Turn:
 
 
 def _control(entry: carla.Waypoint) -> Control:
-    if entry.get_landmarks_of_type(_LIGHT_WITHIN_M, "1000001"):
+    if entry.get_landmarks_of_type(_LIGHT_WITHIN_M, _LIGHT_TYPE):
         return "light"
     back = entry.previous(_SIGN_WITHIN_M / 2)
     if not back:
