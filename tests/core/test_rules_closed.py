@@ -60,6 +60,11 @@ def test_one_lane_is_closed_where_no_car_fits_beside(free_m, closed):
     assert replanned(decide(NARROW, things, elsewhere("a", 500.0))) == ("a" if closed else None)
 
 
+def test_one_cone_closes_no_lane():
+    cone = thing("c", 62.5, 0.0, kind=K.CONE, length=0.6, width=0.6)
+    assert replanned(decide(NARROW, [cone], elsewhere("a", 500.0))) is None
+
+
 @pytest.mark.parametrize(("behind_m", "taken"), [(0.1, True), (0.8, True), (1.5, False)])
 def test_a_way_that_starts_abreast_is_taken(behind_m, taken):
     start = elsewhere("a", 500.0).model_copy(update={"x_m": -behind_m})

@@ -17,7 +17,7 @@ LIKE_A_BARRIER = frozenset({ObjectKind.UNKNOWN, ObjectKind.PROP, ObjectKind.DEBR
 STOOD_S = 10.0
 """How long such an object must have stood (s): as long as a vehicle that may be waiting (`WaitLimits`)."""
 LEAST_ACROSS_M = 0.8
-"""How wide it must be across the road (m): two thirds of a barrier."""
+"""How wide it, or a row in the only lane, must be across the road (m): two thirds of a barrier, more than a cone."""
 GAP_M = 1.5
 """A gap between two objects of a row that is too narrow for any car (m)."""
 SIDE_M = 0.9
@@ -54,10 +54,11 @@ def is_closed(scene: Scene, lead: SceneObject) -> bool:
     row = _row(scene, lead)
     if not any(o.kind in CLOSING for o in row):
         return False
-    left, right = _edges_m(scene)
-    side_m = GAP_M if all(lane.relation is LaneRelation.EGO for lane in scene.lanes) else SIDE_M
-    reaches_left = max(o.left_edge_m for o in row) > left - side_m
-    return reaches_left and min(o.right_edge_m for o in row) < right + side_m
+    road_left, road_right = _edges_m(scene)
+    left, right = max(o.left_edge_m for o in row), min(o.right_edge_m for o in row)
+    one_lane = all(lane.relation is LaneRelation.EGO for lane in scene.lanes)
+    side_m = GAP_M if one_lane and left - right >= LEAST_ACROSS_M else SIDE_M
+    return left > road_left - side_m and right < road_right + side_m
 
 
 def _row(scene: Scene, lead: SceneObject) -> list[SceneObject]:
