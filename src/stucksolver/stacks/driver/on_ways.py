@@ -100,10 +100,12 @@ def comes(way: MeetingWay, other: OtherOnWay) -> bool:
 
 
 def is_red(light: carla.TrafficLight) -> bool:
+    """True if the light shows red."""
     return bool(light.state == carla.TrafficLightState.Red)
 
 
 def moving(around: NearbyBodies) -> NearbyBodies:
+    """Return those who drive or ride faster than `LEAST_MPS`."""
     return around.part((np.hypot(around.vx, around.vy) > LEAST_MPS) & ~around.is_walker)
 
 
