@@ -162,6 +162,7 @@ def make_arm(
     stack = CarlaStack(ego, driver, carla_map, camera=camera)
 
     def make(listener: Listener) -> StuckSolver:
+        """Return the arm's solver, which tells `listener` its events."""
         return StuckSolver(
             stack.scene,
             ladder=ladder,

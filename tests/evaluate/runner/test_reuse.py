@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,6 +12,7 @@ from stucksolver_eval.guidance import Line, Script
 from stucksolver_eval.results.manifest import Manifest
 from stucksolver_eval.results.outcome import InterventionRecord, QueryRecord, RouteOutcome
 from stucksolver_eval.results.store import Store, StoreError
+from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.evaluate import EvaluationSpec, _alike, _take, manifest_of
 from stucksolver_eval.runner.suite import load_routes
 
@@ -24,23 +26,16 @@ def asks(folder: Path, arm: ArmSpec) -> Manifest:
     return manifest_of(EvaluationSpec(suite="dev", out=folder, arm=arm), ROUTES)
 
 
+def outcome_of(route: Route, arm: ArmSpec, **more: Any) -> RouteOutcome:
+    return RouteOutcome(route_id=route.id, scenario="Accident", town=route.town, seed=1, arm=arm.name, **more)
+
+
 def driven(folder: Path, arm: ArmSpec = RULES) -> Store:
     """One route without a request for help, one with, and one that crashed."""
     store = Store(folder)
     store.begin(asks(folder, arm), ROUTES, resume=False)
     for route, asked_s, state in ((QUIET, None, "driven"), (ASKED, 31.0, "driven"), (CRASHED, None, "crashed")):
-        store.write_outcome(
-            route,
-            RouteOutcome(
-                route_id=route.id,
-                scenario="Accident",
-                town=route.town,
-                seed=1,
-                arm=arm.name,
-                state=state,  # type: ignore[arg-type]
-                asked_s=asked_s,
-            ),
-        )
+        store.write_outcome(route, outcome_of(route, arm, state=state, asked_s=asked_s))
     return store
 
 
@@ -89,19 +84,8 @@ def test_the_driver_alone_takes_routes_on_which_a_recovery_did_nothing(tmp_path:
         start_s=4.0, end_s=9.0, place_m=3.0, rung="rules", behaviors=("wait",), moves=False, finished=True
     )
     for route, plans, asked_s in ((idle, (), None), (moved, (plan,), None), (asked, (), 31.0)):
-        rules.write_outcome(
-            route,
-            RouteOutcome(
-                route_id=route.id,
-                scenario="Accident",
-                town=route.town,
-                seed=1,
-                arm=RULES.name,
-                asked_s=asked_s,
-                interventions=plans,
-                queries=(QueryRecord(asked_s=2.0),),
-            ),
-        )
+        queries = (QueryRecord(asked_s=2.0),)
+        rules.write_outcome(route, outcome_of(route, RULES, asked_s=asked_s, interventions=plans, queries=queries))
     assert taken(tmp_path / "rules", tmp_path / "alone", ArmSpec()) == [idle.id]
     outcome = Store(tmp_path / "alone").outcome(idle, 1)
     assert outcome is not None and outcome.queries == ()

@@ -47,8 +47,12 @@ LOW_M = 0.6
 """Above what changes with the pitch of the vehicle."""
 SEAM_M = 10.0
 """The vehicle moves no further than this during one turn."""
-CELL_M, SPAN_M, FEWEST_RETURNS = 0.3, 0.5, 3
-"""A cell is upright if its returns span this height: walls, poles, trunks, not slopes and treetops."""
+CELL_M = 0.3
+"""Side of a cell of the grid in which upright surfaces are looked for."""
+SPAN_M = 0.5
+"""A cell is upright if its returns span this height: walls, poles, trunks, not slopes and treetops, ..."""
+FEWEST_RETURNS = 3
+"""... and if there are at least so many."""
 MOST_CELLS = 300
 """Of the second turn; more cost time and add little."""
 FEWEST_CELLS = 40
