@@ -26,7 +26,7 @@ def committed(case: CheckContext) -> Mask:
     the path moves into. There the safe option is to finish the path, which has been proven.
     """
     path = case.path
-    bad = _no_place(case)
+    bad = no_stopping_place(case)
     if not bad.any():
         return bad
     ends = path.s + case.quick.v**2 / (2 * case.view.ego.limits.comfort_braking_mps2)
@@ -36,8 +36,8 @@ def committed(case: CheckContext) -> Mask:
     return result
 
 
-def _no_place(case: CheckContext) -> Mask:
-    """(stations,): True where a stop is not allowed."""
+def no_stopping_place(case: CheckContext) -> Mask:
+    """(stations,): True where a vehicle must not stop."""
     path, half = case.path, case.view.ego.length_m / 2
     tolerance_m = case.policy.lanes.tolerance_m
     bad = np.zeros(len(path.s), dtype=bool)
@@ -106,16 +106,19 @@ def lets_by(case: CheckContext, rejects: list[Reject], giving_way: bool) -> bool
     False if the stop would end in an oncoming lane or on a level crossing. `giving_way`: the vehicle is already
     braking.
     """
-    view, policy, stopping = case.view, case.policy, case.policy.stopping
-    braking, speed = view.ego.limits.comfort_braking_mps2, view.ego.speed_mps
-    lasts = stopping.lag_s + speed / braking
+    view, stopping = case.view, case.policy.stopping
+    lasts = stopping.lag_s + view.ego.speed_mps / view.ego.limits.comfort_braking_mps2
     named = {r.object_id: r.time_s for r in rejects if r.time_s is not None}
     met_s = [named[thing.id] for i, thing in enumerate(view.objects) if thing.id in named and goes_straight(case, i)]
     if not met_s or min(met_s) > lasts + (stopping.goes_on_s if giving_way else stopping.gives_way_s):
         return False
+    return _may_wait(case, float(braking_now(case)[0][-1])) and stop_is_clear(case, giving_way)
+
+
+def stop_is_clear(case: CheckContext, giving_way: bool) -> bool:
+    """True if braking now stays clear of every moving object. `giving_way`: the vehicle is already braking."""
+    view, policy = case.view, case.policy
     stations, t = braking_now(case)
-    if not _may_wait(case, float(stations[-1])):
-        return False
     which = relevant(case, float(t[-1]))
     which = which[view.moving[which]]
     gap = moving_gaps(case, stations[None, :], which, t)[0]

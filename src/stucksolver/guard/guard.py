@@ -14,6 +14,7 @@ from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
 from stucksolver.guard import backing, checks, marking, obstacles, oncoming, rules, traffic
 from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_beside
 from stucksolver.guard.abreast import from_behind
+from stucksolver.guard.blind import stopping_soon
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.early_return import early_return
 from stucksolver.guard.hand_back import clear_to_hand_back
@@ -23,11 +24,12 @@ from stucksolver.guard.tracking import swung, tracked
 from stucksolver.guard.turning import ProvenLeg, prove_turn, recheck_leg
 from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
 from stucksolver.guard.ways_out import WayOut, brakes_hard, least_harm
+from stucksolver.guard.yielding import stop_keeps_paths_free, yields_now
 from stucksolver.scene.attempts import PlanFailure, RejectCode
 from stucksolver.scene.frenet import Mask
 from stucksolver.scene.road import LaneDirection, ZoneKind
 from stucksolver.scene.sound import why_unsound
-from stucksolver.scene.view import MOVING_MPS, FrenetScene
+from stucksolver.scene.view import FrenetScene
 
 CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
     Check.COLLISION: lambda case: checks.collision(case) + from_behind(case) + seen(case),
@@ -217,12 +219,13 @@ class Guard:
         case = CheckContext(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
         case = replace(case, stopped_at_s=proven.stopped_at_s, error_m=error_m, error_rad=error_rad)
         case = replace(case, commit_s=proven.commit_s(view.ego_s))
+        old = self._stale(view)
         if not proven.committed(view.ego_s):
-            known = [reject for reject in (self._stale(view), off) if reject]
+            known = [reject for reject in (old, off) if reject]
             rejects = known or self._run(proven.checks_on_tick, case) or self._swings(case, proven)
             return self._given_up(case, rejects) if rejects else OK
-        if giving_way and abs(view.ego.speed_mps) <= MOVING_MPS and (old := self._stale(view)):
-            return Verdict(rejects=(old,), abort=Abort.GIVE_WAY)
+        if old is not None:
+            return Verdict(rejects=(old,), abort=Abort.GIVE_WAY if giving_way else Abort.STOP_SOON)
         if not case.in_oncoming_lane:
             red = checks.stop_line(case)
             if red:
@@ -245,7 +248,7 @@ class Guard:
         wanted = {b.abort_after_commit for b in proven.behaviors}
         if rejects and Abort.RETURN_TO_LANE in wanted and self.way_back(case.view) is not None:
             return WayOut(Abort.RETURN_TO_LANE)
-        if not off and lets_by(case, rejects, giving_way):
+        if not off and (lets_by(case, rejects, giving_way) or yields_now(case, rejects, giving_way)):
             return WayOut(Abort.GIVE_WAY)
         if not off and (pressing or giving_way) and stops_beside(case, rejects + pressing, giving_way):
             return WayOut(Abort.GIVE_WAY)
@@ -270,6 +273,31 @@ class Guard:
         half = view.ego.width_m / 2 - self.policy.lanes.standing_edge_m
         lanes = (view.frame.lane_at(view.ego_s, view.ego_d + side) for side in (-half, 0.0, half))
         return not any(lane is not None and lane.strip.direction is LaneDirection.OPPOSITE for lane in lanes)
+
+    def stopping_soon(self, path: Manoeuvre, view: FrenetScene, reverse: bool = False) -> Manoeuvre | None:
+        """Return how a path ends if perception has failed past the commit point; None to brake at once.
+
+        From an oncoming lane it leads back into the ego's own lane, if that way was free at the last look.
+
+        Args:
+            path: The running path.
+            view: The surroundings at the last look, in road coordinates.
+            reverse: The path backs up.
+        """
+        view = view.backwards if reverse else view
+        case = CheckContext(view, path.from_station(view.ego_s), self.policy, running=True)
+        if case.in_oncoming_lane and not reverse:
+            back = self.way_back(view)
+            case = case if back is None else replace(case, path=back)
+        slowly = stopping_soon(case)
+        rejects = checks.collision(replace(case, path=tracked(slowly, view, self.policy.tracking, reverse=reverse)))
+        ends = replace(case, path=slowly)
+        brakes = stop_keeps_paths_free(ends, rejects) or least_harm(ends, False).abort is Abort.GIVE_WAY
+        return None if rejects and brakes else slowly
+
+    def is_stale(self, view: FrenetScene) -> bool:
+        """True if the surroundings are too old to judge anything by."""
+        return self._stale(view) is not None
 
     def way_back(self, view: FrenetScene) -> Manoeuvre | None:
         """Return a collision-free path from here into the route's own lane that ends on no level crossing, or None."""

@@ -45,6 +45,8 @@ class Abort(str, Enum):
     FINISH = "finish"
     GIVE_WAY = "give_way"
     """Do not end it: brake for whoever would be hit, then finish. For places where the vehicle must not stay."""
+    STOP_SOON = "stop_soon"
+    """Perception has failed: go no faster than now, and stop where the path first leads to a place to stop."""
 
 
 class Release(str, Enum):

@@ -73,6 +73,10 @@ class StoppingPolicy(Model):
     """
     goes_on_s: NonNegativeFloat = 6.0
     """It keeps giving way until it would hit nobody within this time: the gap in which drivers cross a road."""
+    yields_ahead_m: NonNegativeFloat = 2.0
+    """An ego that gives way goes on only if the path of traffic that it would meet begins further ahead than this: less
+    than half a car's length, so that it does not set off and stop again on the way to that path.
+    """
     stands_s: NonNegativeFloat = 3.0
     """Time after the stop for which it is checked: later checks cover what follows."""
     past_end_m: NonNegativeFloat = 0.5

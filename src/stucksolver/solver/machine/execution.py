@@ -120,6 +120,7 @@ class Execution:
         self._gives_way: GivingWay = False
         self._gave_way_s = (0.0, 0.0)
         self._waiting: Waiting | None = None
+        self._blind: Execute | None = None
         self.last_verdict = Verdict()
 
     def start(self, view: FrenetScene, now_s: float) -> Verdict:
@@ -210,8 +211,10 @@ class Execution:
         self.last_verdict = verdict = self._guard.recheck(proven, view, self._gives_way)
         if verdict.abort is Abort.GIVE_WAY:
             return self._give_way(verdict, view, now_s)
-        if self._gives_way:
-            self._gives_way, self._directive = False, self._direct(view)
+        if verdict.abort is Abort.STOP_SOON:
+            return self._stop_soon(proven.path, view, proven.reverse)
+        if self._gives_way or self._blind is not None:
+            self._gives_way, self._blind, self._directive = False, None, self._direct(view)
         if not verdict.accepted and verdict.abort is not Abort.FINISH:
             return self._abort(verdict.abort or Abort.STOP, verdict, view)
         seen = facing(view, proven)
@@ -228,6 +231,23 @@ class Execution:
             self._directive = self._direct(view)
         assert self._directive is not None
         return self._directive
+
+    @property
+    def is_stopping_blind(self) -> bool:
+        """True if perception has failed past the commit point and the vehicle is led to a stop."""
+        return self._blind is not None
+
+    def _stop_soon(self, path: Manoeuvre, view: FrenetScene, reverse: bool = False) -> Execute:
+        """Lead the vehicle slowly to a stop. It is computed once: what is known does not change until sight returns."""
+        if self._blind is None:
+            way = self._guard.stopping_soon(path, view, reverse)
+            shown = view.backwards if reverse else view
+            self._blind = stand(None)
+            if way is not None:
+                behavior = KeepLane(distance_m=5.0, speed_mps=3.0) if self._way_back is not None else self._behavior
+                points = path_points(way, shown, no_stop=True)
+                self._blind = Execute(behavior=behavior, path=points, reverse=reverse)  # type: ignore[arg-type]
+        return self._blind
 
     def _give_way(self, verdict: Verdict, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
         """Brake for others with the plan still in force. Outside junctions this uses up none of its time."""
@@ -359,6 +379,9 @@ class Execution:
     def _go_back(self, path: Manoeuvre, view: FrenetScene) -> Step | ExecutionOutcome:
         """Continue on the way back, or stop for someone who would be touched. Hand over if the ego stands."""
         assert self._ending is not None and self._directive is not None
+        if self._guard.is_stale(view):
+            return self._stop_soon(path, view)
+        self._blind = None
         verdict = self._guard.recheck_way_back(path, view, bool(self._gives_way))
         self._gives_way = verdict.abort is Abort.GIVE_WAY
         if not self._gives_way:

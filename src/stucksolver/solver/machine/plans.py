@@ -20,6 +20,7 @@ from stucksolver.solver.machine.minimal_risk import minimal_risk, stops_where_on
 from stucksolver.solver.machine.people import ask_for_yes, halt, release
 from stucksolver.solver.machine.state import AwaitingGap, Driving, Executing, Holding, MinimalRisk, Monitoring
 from stucksolver.solver.machine.turn import BLIND_LIMIT_S, Turn
+from stucksolver.solver.machine.waiting import STOPPED_MPS
 
 HARDLY_BEGUN_M = 2.0
 """A plan given up for traffic before this distance was driven waits unchanged for the next gap."""
@@ -198,7 +199,9 @@ def perform(turn: Turn) -> Directive:
 def _ticked(turn: Turn, running: Executing) -> tuple[Execution, Step | ExecutionOutcome]:
     """Return the plan after this tick, with the step to take or the outcome."""
     seen, view, now = turn.seen, turn.view, turn.now_s
-    if seen is None or view is None or turn.sight.blind_s > BLIND_LIMIT_S:
+    # A vehicle that is being led to a stop is not handed over before it stands.
+    under_way = running.execution.is_stopping_blind and turn.status.speed_mps > STOPPED_MPS
+    if seen is None or view is None or (turn.sight.blind_s > BLIND_LIMIT_S and not under_way):
         return running.execution, ExecutionOutcome(False, f"nothing has been seen for {BLIND_LIMIT_S:g} s")
     execution, result = running.execution.ticked(view, now)
     turn.told.append(Tick(turn.stack_s, now, seen, running.withdrawn, result, execution.last_verdict))
