@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 from worlds import LANE_M, World, straight_road, thing
 
@@ -127,14 +126,13 @@ def test_recheck_stopped_for_far_traffic_stays_until_it_has_passed():
     assert GUARD.recheck(proven, world.view(), frozenset({"crosser"})).abort is Abort.GIVE_WAY
 
 
-@pytest.mark.parametrize("speed_mps", [0.6, 1.0, 1.5])
+@pytest.mark.parametrize("speed_mps", [1.5, 2.2])
 def test_slow_pass_late_oncoming_car_is_let_by_in_own_lane(speed_mps):
     """Past the commit point but still in its own lane, the ego does not enter the lane of a car that it would meet."""
     world = World(straight_road(), [thing("parked", 75.0, stationary_s=60.0, hazard=True)], x=64.0, dt=0.1)
     plan = BorrowOncomingLane(past_object_id="parked", speed_mps=speed_mps)
     execution = Execution(RecoveryPlan(behaviors=(plan,)), GUARD, False)
-    if not execution.start(world.view(), 0.0).accepted:
-        pytest.fail("the oncoming lane is free")
+    assert execution.start(world.view(), 0.0).accepted
     while not execution._committed(world.view()):
         world.drive(execution.tick(world.view(), world.time_s))
     world.objects.append(thing("late", world.x + 8.0 * 12.0, LANE_M, speed=-8.0, yaw=math.pi))
