@@ -56,7 +56,7 @@ def test_given_up_askew_the_vehicle_is_held_until_the_way_back_is_free():
     aborted = next(e for e in seen.events if e.kind is EventKind.ABORTED)
     released = next(e for e in seen.events if e.kind is EventKind.RELEASED)
     assert "it stands" in aborted.text
-    assert released.text == "the way back into the lane is free"
+    assert released.text == "the driver's own next second is clear"
     assert released.time_s == pytest.approx(30.5, abs=0.6)  # what vanishes is believed to be there for a moment
     held = [d for d, (t, _, _) in zip(seen.directives, stood, strict=True) if aborted.time_s < t <= 30.0]
     assert all(isinstance(d, Execute) and d.behavior.name == "wait" for d in held)
