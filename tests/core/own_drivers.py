@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -99,9 +100,11 @@ class SwingsOut(Driven):
             self.waited_s, self.yaw = 0.0, 0.0
 
 
-def alone(world: Driven, seconds: float) -> float:
+def alone(world: Driven, seconds: float, every_tick: Callable[[World], None] | None = None) -> float:
     """Drive without the add-on; return the score."""
     start_m = world.x
     for _ in range(round(seconds / world.dt)):
         world.drive(CONTINUE)
+        if every_tick is not None:
+            every_tick(world)
     return world.score(start_m)
