@@ -17,8 +17,6 @@ from stucksolver.scene.view import MOVING_MPS, FrenetScene
 
 SAMPLES = 16
 """Samples of the arc back; finer than the stations of a path."""
-STRAIGHT_PER_M = 1e-6
-"""Below this curvature a path counts as straight (1/m): avoids a division by zero."""
 
 
 def clear_to_hand_back(view: FrenetScene, policy: GuardPolicy, curvature_per_m: float = 0.0) -> bool:
@@ -96,19 +94,20 @@ def _touches(view: FrenetScene, policy: GuardPolicy, driven_m: Array, t: Array, 
     """
     ego = view.ego
     way = driven_m if ego.speed_mps >= 0.0 else -driven_m
-    turned = curvature_per_m * way
-    bent = abs(curvature_per_m) > STRAIGHT_PER_M
-    along = np.sin(turned) / curvature_per_m if bent else way
-    across = (1.0 - np.cos(turned)) / curvature_per_m if bent else 0.0 * way
-    cos, sin = np.cos(ego.yaw_rad), np.sin(ego.yaw_rad)
-    x, y = ego.x_m + along * cos - across * sin, ego.y_m + along * sin + across * cos
-    rows = [(o.yaw_rad, o.vx_mps, o.vy_mps, o.length_m / 2, o.width_m / 2) for o in view.objects]
-    yaw, vx, vy, half_length, half_width = np.array(rows, dtype=float).reshape(-1, 5).T
+    half_turn = curvature_per_m * way / 2
+    chord, bearing = way * np.sinc(half_turn / np.pi), ego.yaw_rad + half_turn
+    x, y = ego.x_m + chord * np.cos(bearing), ego.y_m + chord * np.sin(bearing)
+    others = view.objects
+    vx, vy = (np.array([getattr(o, name) for o in others]) for name in ("vx_mps", "vy_mps"))
     gap = separation(
-        (x[:, None], y[:, None], (ego.yaw_rad + turned)[:, None]),
+        (x[:, None], y[:, None], (bearing + half_turn)[:, None]),
         (ego.length_m / 2, ego.width_m / 2),
-        (view.places[:, 0] + t[:, None] * vx, view.places[:, 1] + t[:, None] * vy, yaw),
-        (half_length, half_width),
+        (
+            view.places[:, 0] + t[:, None] * vx,
+            view.places[:, 1] + t[:, None] * vy,
+            np.array([o.yaw_rad for o in others]),
+        ),
+        (np.array([o.length_m / 2 for o in others]), np.array([o.width_m / 2 for o in others])),
     )
     soft = np.array([_is_soft(view, i, policy) for i in range(len(view.objects))], dtype=bool)
     result: Mask = (gap < policy.harm.touch_m) & (gap < gap[:1] - policy.clearance.nearer_m) & ~soft
