@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from own_drivers import ROUTE_M, Patient, Ramming, SwingsOut, alone
 from worlds import drive, ladder, straight_road, stubborn, thing
 
-from stucksolver import SafeStop
+from stucksolver import CONTINUE, SafeStop
 from stucksolver.reason import ReasonerError, RuleReasoner
-from stucksolver.scene import LineKind
+from stucksolver.scene import LineKind, Zone, ZoneKind
 from stucksolver.solver import EventKind
 
 SOLID = straight_road(oncoming=LineKind.SOLID)
@@ -109,3 +109,18 @@ def test_any_driver_scores_no_worse_than_alone(driver, wait_s, at_m, aside_m, le
     assert world.contacts <= by_itself.contacts
     # Where neither arrives, it may stand a hold's gap before the place where the driver alone stands.
     assert world.score(50.0) >= before - STANDS_BACK
+
+
+def test_remote_moving_in_a_circle_is_left_to_its_driver():
+    """A vehicle that moves without progress, with nothing in its path, is neither stopped nor moved aside."""
+    world = Patient(
+        straight_road(oncoming=LineKind.SOLID, zones=(Zone(kind=ZoneKind.JUNCTION, start_m=0.0, end_m=400.0),))
+    )
+
+    def circles(world):
+        if world.x > 54.0:
+            world.x -= 4.0
+
+    seen = drive(world, 120.0, ladder=SOON, reasoner=Silent(), every_tick=circles)
+    assert EventKind.ASKED in seen.kinds()
+    assert set(map(type, seen.directives)) == {type(CONTINUE)}

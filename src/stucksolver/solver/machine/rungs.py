@@ -98,7 +98,9 @@ def _help(turn: Turn, move: Assist) -> Directive | None:
     may_stop, under_way = plans.may_stop(turn), turn.state.intervention
     tried = under_way is not None and under_way.tried_aside
     gap_m = hand_back.blocked_at_m(turn)
-    if not may_stop or (gap_m is not None and move.pull_over and not tried):
+    # A vehicle that moves with nothing in its path leaves a junction by itself.
+    stands = gap_m is not None or abs(turn.status.speed_mps) <= turn.setup.guard.policy.stopping.rests_mps
+    if (stands and not may_stop) or (gap_m is not None and move.pull_over and not tried):
         turn.note(tried_aside=True)
         judged = plans.aside(turn)
         if judged is not None and judged.verdict.accepted:
