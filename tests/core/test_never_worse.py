@@ -111,16 +111,17 @@ def test_any_driver_scores_no_worse_than_alone(driver, wait_s, at_m, aside_m, le
     assert world.score(50.0) >= before - STANDS_BACK
 
 
-def test_remote_moving_in_a_circle_is_left_to_its_driver():
-    """A vehicle that moves without progress, with nothing in its path, is neither stopped nor moved aside."""
-    world = Patient(
-        straight_road(oncoming=LineKind.SOLID, zones=(Zone(kind=ZoneKind.JUNCTION, start_m=0.0, end_m=400.0),))
-    )
+class MakesNoProgress(Patient):
+    """Moves, but comes no nearer to its destination."""
 
-    def circles(world):
-        if world.x > 54.0:
-            world.x -= 4.0
+    def status(self):
+        return super().status().model_copy(update={"progress_m": 0.0})
 
-    seen = drive(world, 120.0, ladder=SOON, reasoner=Silent(), every_tick=circles)
+
+def test_remote_moving_without_progress_is_left_to_its_driver():
+    """With nothing in its path, a moving vehicle is neither stopped nor driven to a place to stop."""
+    junction = Zone(kind=ZoneKind.JUNCTION, start_m=0.0, end_m=130.0)
+    world = MakesNoProgress(straight_road(oncoming=LineKind.SOLID, zones=(junction,)), cruise_mps=2.0)
+    seen = drive(world, 60.0, ladder=SOON, reasoner=Silent())
     assert EventKind.ASKED in seen.kinds()
     assert set(map(type, seen.directives)) == {type(CONTINUE)}
