@@ -6,13 +6,15 @@ from dataclasses import replace
 
 import pytest
 from given_up import GivesUp, askew
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
 from worlds import LANE_M, World, drive, straight_road, stubborn, thing
 
 from stucksolver.decision import CONTINUE, Execute, RecoveryPlan
 from stucksolver.decision.behaviors import RequestAssistance
 from stucksolver.guard import Guard
 from stucksolver.reason import RuleReasoner
-from stucksolver.scene import LineKind
+from stucksolver.scene import LineKind, ObjectKind
 from stucksolver.solver import EventKind
 
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
@@ -31,6 +33,71 @@ MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
 def test_the_way_back_must_be_free_unless_the_vehicle_stands_in_its_lane(y, yaw, lead_at, clear):
     world = World(MULTI, [thing("lead", lead_at)], y=y, yaw=yaw)
     assert Guard().clear_to_hand_back(world.view()) is clear
+
+
+@pytest.mark.parametrize(("gap_m", "clear"), [(0.3, False), (0.8, False), (0.9, True), (5.0, True)])
+@pytest.mark.parametrize("yaw", [-0.15, 0.0, 0.15])
+def test_stopped_driver_next_second_must_touch_nothing(gap_m, clear, yaw):
+    """From rest, 1.5 m/s² lead 0.75 m on within a second; 0.1 m counts as touching."""
+    world = World(MULTI, [thing("lead", 50.0 + 2.45 + gap_m + 2.3, width=2.6)], yaw=yaw)
+    if yaw:
+        world.x -= 0.15  # the front corner of a body askew is further ahead
+    assert Guard().clear_to_hand_back(world.view()) is clear
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    speed=st.floats(0.2, 13.0),
+    gap_m=st.floats(0.2, 30.0),
+    aside_m=st.floats(-1.0, 1.0),
+    lead_mps=st.sampled_from([0.0, 0.0, 1.0, 3.0]),
+    tick_s=st.sampled_from([0.02, 0.05, 0.1]),
+)
+def test_watched_driver_that_keeps_on_never_touches(speed, gap_m, aside_m, lead_mps, tick_s):
+    """Whoever drives straight on at constant speed is stopped in time, if the first check is early enough for that."""
+    guard, brake = Guard(), 6.0
+    world = World(MULTI, [thing("lead", 50.0 + 2.45 + gap_m + 2.3, aside_m, speed=lead_mps)], speed=speed, dt=tick_s)
+    assume(gap_m > speed * 0.5 + speed**2 / (2 * brake) + 0.15)
+    held_s = None
+    for _ in range(round(8.0 / tick_s)):
+        if held_s is None and guard.about_to_touch(world.view(), 0.0) is not None:
+            held_s = world.time_s
+        if held_s is not None and world.time_s - held_s > 0.3:
+            world.speed = max(world.speed - brake * tick_s, 0.0)
+        world.x += world.speed * tick_s
+        world.time_s += tick_s
+        world.objects = [o.model_copy(update={"x_m": o.x_m + o.vx_mps * tick_s}) for o in world.objects]
+        if world.speed == 0.0 or world.x > world.objects[0].x_m:
+            break
+        assert world.clearance() > 0.0
+
+
+@pytest.mark.parametrize("curvature", [0.0, 0.1])
+def test_watched_driver_that_steers_past_is_left_alone(curvature):
+    """Ahead of a parked car, 3 m away at 3 m/s: straight on must brake now, a curve that leads past must not."""
+    world = World(MULTI, [thing("lead", 50.0 + 2.45 + 2.2 + 2.3, -1.2)], yaw=0.3, speed=3.0)
+    touched = Guard().about_to_touch(world.view(), curvature)
+    straight = World(MULTI, [thing("lead", 50.0 + 2.45 + 2.2 + 2.3, -0.2)], speed=3.0)
+    assert touched is None
+    assert Guard().about_to_touch(straight.view(), 0.0) is not None
+
+
+def test_watched_driver_over_a_flat_bag_is_left_alone():
+    bag = thing("bag", 54.0, kind=ObjectKind.BAG, height=0.1)
+    assert Guard().about_to_touch(World(MULTI, [bag], speed=5.0).view(), 0.0) is None
+    rock = thing("rock", 54.0, kind=ObjectKind.DEBRIS, height=0.1)
+    assert Guard().about_to_touch(World(MULTI, [rock], speed=5.0).view(), 0.0) is not None
+
+
+def test_watched_driver_beside_a_car_it_touches_may_leave():
+    """What is touched already counts only if the ego comes nearer."""
+    touching = thing("lead", 50.0, 1.9)
+    assert Guard().about_to_touch(World(MULTI, [touching], speed=2.0).view(), 0.0) is None
+
+
+def test_watched_driver_with_old_surroundings_is_left_alone():
+    world = World(MULTI, [thing("lead", 56.0)], speed=5.0, age_s=0.6)
+    assert Guard().about_to_touch(world.view(), 0.0) is None
 
 
 def test_who_moves_is_no_reason_to_stay():
@@ -56,7 +123,7 @@ def test_given_up_askew_the_vehicle_is_held_until_the_way_back_is_free():
     aborted = next(e for e in seen.events if e.kind is EventKind.ABORTED)
     released = next(e for e in seen.events if e.kind is EventKind.RELEASED)
     assert "it stands" in aborted.text
-    assert released.text == "the way back into the lane is free"
+    assert released.text == "the driver's own next second is clear"
     assert released.time_s == pytest.approx(30.5, abs=0.6)  # what vanishes is believed to be there for a moment
     held = [d for d, (t, _, _) in zip(seen.directives, stood, strict=True) if aborted.time_s < t <= 30.0]
     assert all(isinstance(d, Execute) and d.behavior.name == "wait" for d in held)

@@ -20,7 +20,7 @@ from stucksolver.reason import ReasonerError, RuleReasoner
 from stucksolver.reason.faulty import make_faulty
 from stucksolver.record import Recorder, replay
 from stucksolver.record.forms import told_data
-from stucksolver.scene import GuidanceIntent, LineKind, ObjectKind, Reading, Side
+from stucksolver.scene import GuidanceIntent, LineKind, ObjectKind, Reading, Side, Zone, ZoneKind
 from stucksolver.solver import Judgement, QuestionError, QuestionKind, StepTaken, StuckSolver, Tick
 from stucksolver.solver.machine.execution import STAND
 from stucksolver.solver.machine.inputs import Setup
@@ -29,6 +29,7 @@ from stucksolver.solver.machine.state import (
     AwaitingGap,
     Driving,
     Executing,
+    Holding,
     MinimalRisk,
     Monitoring,
     StateName,
@@ -260,7 +261,31 @@ def a_gap_comes():
     )
 
 
+class Silent:
+    """Never answers."""
+
+    name = "silent"
+
+    def decide(self, request):
+        raise ReasonerError("no answer")
+
+
+def stopped_then_free():
+    """Nobody has an idea, and nobody is there to be asked: the stop ends with what stands in the way."""
+    world = World(ROADS[1], [thing("wall", 70.0, width=6.0)], x=60.0)
+    return world, {"ladder": LADDERS["help soon"](), "reasoner": Silent()}, lambda world, solver: None
+
+
+def helped_off_a_crosswalk():
+    """Help is called where nobody may stand: the vehicle first leaves the place."""
+    road = straight_road(oncoming=LineKind.SOLID, zones=(Zone(kind=ZoneKind.CROSSWALK, start_m=47.0, end_m=53.0),))
+    world = World(road, [thing("wall", 66.0, 1.0, width=6.0, length=1.0)], x=50.0, cruise_mps=0.0)
+    return world, {"ladder": LADDERS["help soon"](), "reasoner": Silent()}, lambda world, solver: None
+
+
 STAGED = {
+    "stopped, then free": stopped_then_free,
+    "helped off a crosswalk": helped_off_a_crosswalk,
     "a gap comes": a_gap_comes,
     "held, then helped": held_then_helped,
     "a yes, and a car comes": approved_into(lambda w: thing("car", w.x + 90.0, LANE_M, speed=-8.0)),
@@ -312,7 +337,8 @@ def test_whatever_moves_the_vehicle_has_a_verdict_of_this_very_tick(drives):
                 if isinstance(one, Judgement) and one.verdict.accepted:
                     accepted = one.plan
             directive = step.directive
-            if not isinstance(directive, Execute) or directive is STAND:
+            held = isinstance(step.after.posture, Holding)  # a hold brakes, and needs no plan for that
+            if not isinstance(directive, Execute) or directive is STAND or (held and not directive.path):
                 continue
             ticks = [one for one in step.told if isinstance(one, Tick)]
             assert len(ticks) == 1 and ticks[0].result is directive

@@ -210,11 +210,15 @@ class World:
             hard = directive.brake_mps2 if isinstance(directive, Execute) else None
             self._settle(0.0, braking=hard or self.ego().limits.comfort_braking_mps2)
         else:
-            self._settle(self._free_speed())
-            self.y += float(np.clip(-self.y, -0.5, 0.5)) * self.dt
+            self.go_on()
         self.objects = [self._moved(o) for o in self.objects]
         self.time_s = round(self.time_s + self.dt, 6)
         self.frame += 1
+
+    def go_on(self) -> None:
+        """One tick of the stack's own driver: along its lane, behind whatever is in the way."""
+        self._settle(self._free_speed())
+        self.y += float(np.clip(-self.y, -0.5, 0.5)) * self.dt
 
     def _along(self, directive: Execute) -> None:
         if directive.reverse:

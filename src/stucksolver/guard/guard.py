@@ -17,7 +17,7 @@ from stucksolver.guard.abreast import from_behind
 from stucksolver.guard.blind import stopping_soon
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.early_return import early_return
-from stucksolver.guard.hand_back import clear_to_hand_back
+from stucksolver.guard.hand_back import about_to_touch, clear_to_hand_back
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
 from stucksolver.guard.sight import seen
 from stucksolver.guard.tracking import swung, tracked
@@ -50,7 +50,6 @@ CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
     Check.ONCOMING: oncoming.oncoming,
     Check.LANE_ENTRY: traffic.lane_entry,
 }
-
 
 MOST = 6
 """Largest number of behaviours checked in a plan: a bound on the work of one check."""
@@ -329,6 +328,10 @@ class Guard:
         """True if the stack may drive on by itself from here, or must because no vehicle may stop here."""
         return not self.may_stand(view) or clear_to_hand_back(view, self.policy)
 
+    def about_to_touch(self, view: FrenetScene, curvature_per_m: float) -> Reject | None:
+        """Return what the driver touches unless it is made to brake hard now; None if nothing, or nothing is known."""
+        return None if self._stale(view) else about_to_touch(view, self.policy, curvature_per_m)
+
     def lay_out(
         self, behaviors: Sequence[Behavior], view: FrenetScene, guided: bool, approvals: Approvals, stops: bool = False
     ) -> Proven:
@@ -394,9 +397,8 @@ class Guard:
 
     def _stale(self, view: FrenetScene) -> Reject | None:
         age = view.surroundings.age_s
-        if age <= self.policy.max_age_s:
-            return None
-        return Reject(code=RejectCode.STALE, detail=f"the surroundings are {age:.1f} s old")
+        old = Reject(code=RejectCode.STALE, detail=f"the surroundings are {age:.1f} s old")
+        return old if age > self.policy.max_age_s else None
 
     def _too_fast(self, proven: Proven, view: FrenetScene) -> Reject | None:
         """Check that the vehicle keeps to the plan's speed. It may be faster only if it was when the plan began."""
@@ -408,9 +410,8 @@ class Guard:
 
     def _off_path(self, error_m: float) -> Reject | None:
         error = abs(error_m)
-        if error <= self.policy.tracking.error_m:
-            return None
-        return Reject(code=RejectCode.DEVIATION, detail=f"{error:.1f} m off the proven path", gap_m=error)
+        off = Reject(code=RejectCode.DEVIATION, detail=f"{error:.1f} m off the proven path", gap_m=error)
+        return off if error > self.policy.tracking.error_m else None
 
     @staticmethod
     def _error(path: Manoeuvre, view: FrenetScene) -> tuple[float, float]:

@@ -15,7 +15,7 @@ class Resume(str, Enum):
     OPERATOR = "operator"
     """Only the operator's approval."""
     CLEAR = "clear"
-    """The operator's approval, a passenger's words that lead to an accepted plan, or a free path."""
+    """The operator's approval, a passenger's words that lead to an accepted plan, a free path, or the stop's limit."""
     PLAN = "plan"
     """Any of these, or a plan of the first reasoner that the guard accepts."""
 

@@ -233,6 +233,7 @@ _HANDLERS: dict[EventKind, Handler] = {
     EventKind.CANCELLED: Conversation._cancelled,
     EventKind.USELESS: _always("That did not help. I will try something else."),
     EventKind.RECOVERED: _always("We are on our way again."),
+    EventKind.HELD: _always("I have stopped before we touch something."),
     EventKind.STOPPED: _always("I have stopped here and switched on the hazard lights."),
     EventKind.RELEASED: _always("I go on."),
     EventKind.FAULT: _always("Something in me does not work as it should. I am taking extra care."),

@@ -41,6 +41,8 @@ class EventKind(str, Enum):
     ASKED = "asked"
     """A person was asked a question."""
     ANSWERED = "answered"
+    HELD = "held"
+    """After a hand-back, the driver was stopped at the last moment before it would have touched something."""
     STOPPED = "stopped"
     RELEASED = "released"
     CLOSED = "closed"

@@ -38,6 +38,9 @@ class Unguarded(Guard):
         """Always True."""
         return True
 
+    def about_to_touch(self, view: FrenetScene, curvature_per_m: float) -> None:
+        """Nothing: it takes the wheel from no driver."""
+
     def recheck(self, proven: Proven, view: FrenetScene, giving_way: GivingWay = False) -> Verdict:
         """Always accept."""
         return OK

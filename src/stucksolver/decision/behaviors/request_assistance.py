@@ -22,7 +22,7 @@ class RequestAssistance(Standing):
     duration_s: float = Field(default=30.0, ge=5.0, le=300.0)
 
     def done(self, view: FrenetScene) -> bool:
-        return view.ego.speed_mps < 0.2 and view.free_ahead_m() > CLEAR_M
+        return view.free_ahead_m() > CLEAR_M
 
     def time_allowance_s(self, expected_s: float) -> float:
         return self.duration_s

@@ -103,7 +103,7 @@ class HarmPolicy(Model):
 
 
 class HandBackPolicy(Model):
-    """Whether the stack may drive on by itself from where a plan was given up. Read by `hand_back`."""
+    """Whether the stack may drive on by itself where a plan or a stop has ended. Read by `hand_back`."""
 
     askew_rad: NonNegativeFloat = 0.2
     """With a smaller heading error and ..."""
@@ -116,3 +116,12 @@ class HandBackPolicy(Model):
     """A larger heading error is treated as this one: beyond it no arc runs along the road."""
     speed_mps: PositiveFloat = 2.0
     """Speed on that path."""
+    own_s: PositiveFloat = 1.0
+    """A stopped vehicle is handed back only if its driver touches nothing within this time. Ours: a reaction time.
+    """
+    check_s: PositiveFloat = 0.2
+    """After a hand-back the guard brakes if braking this much later would touch something. Ours: a few ticks of a slow
+    stack, so that a late tick does not matter.
+    """
+    step_s: PositiveFloat = 0.05
+    """Time between the instants that are compared: 0.2 m at 4 m/s. Ours."""

@@ -1,18 +1,25 @@
-"""Describes to people where the vehicle stands, and whether the way is still blocked."""
+"""Whether the ego's path is blocked, and how that is described to people."""
 
 from __future__ import annotations
 
-from stucksolver.scene import Scene
+import math
+
+from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine.turn import Turn
 
 AHEAD_M = 25.0
+"""Only a nearer object holds the vehicle (m): its driver would stop behind it, and not drive up to it first. Ours:
+twice the stopping distance at 20 km/h, and a bus.
+"""
+CRAWLS_MPS = 0.5
+"""A faster object moves on and blocks nothing (m/s): below the slowest walking pace."""
 
 
-def still_blocked(scene: Scene | None) -> bool:
-    """True if something stands in the way close ahead."""
-    if scene is None:
-        return False
-    return bool(scene.in_path_ahead(AHEAD_M))
+def blocked_at_m(view: FrenetScene) -> float | None:
+    """Return the gap to the nearest object that stands in the route's path close ahead (m); None if there is none."""
+    stands = view.in_corridor(view.ego.width_m / 2) & (view.s > view.ego_s) & (view.speed <= CRAWLS_MPS)
+    nearest = float(view.gap[stands].min(initial=math.inf))
+    return nearest if nearest < AHEAD_M else None
 
 
 def why_stopped(turn: Turn) -> str:

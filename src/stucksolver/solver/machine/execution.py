@@ -122,6 +122,8 @@ class Execution:
         self._waiting: Waiting | None = None
         self._blind: Execute | None = None
         self.last_verdict = Verdict()
+        self.next_was_refused = False
+        """True if the plan ended because a later step was refused once an earlier one was done."""
 
     def start(self, view: FrenetScene, now_s: float) -> Verdict:
         """Have the guard prove the next stretch, and begin it if it is accepted."""
@@ -341,7 +343,7 @@ class Execution:
                 self._begin(proven, None, view, now_s)
                 return self._give_way(self.last_verdict, view, now_s)
             return stand(None)
-        self._gap_until_s = None
+        self._gap_until_s, self.next_was_refused = None, True
         return self._abort(Abort.STOP, verdict, view, f"the next step was refused: {verdict}")
 
     def _abort(

@@ -27,8 +27,11 @@ PASSING = frozenset(
 """Reasons that end when the traffic moves on: waiting is right, and no try is used up."""
 TEXTS = {
     AttemptEnd.DENIED: "a person said no",
+    AttemptEnd.GIVEN_UP: "its next step was refused after the first one was done",
     AttemptEnd.USELESS: "it was done, and the vehicle did not get on",
 }
+ALIKE = 0.5
+"""Two plans whose distances (m) and speeds (m/s) differ by less than this are the same plan."""
 GOT_ON_M = 1.0
 """A finished plan with less new progress than this changed nothing."""
 
@@ -53,6 +56,18 @@ def _pace(behavior: Behavior) -> tuple[str, ...]:
     return () if speed is None else ("walking" if speed <= CREEP_MPS else "driving",)
 
 
+def _alike(one: RecoveryPlan, other: RecoveryPlan) -> bool:
+    """True for the same behaviours with numbers that hardly differ."""
+    if signature(one) != signature(other):
+        return False
+    pairs = zip(map(_figures, one.behaviors), map(_figures, other.behaviors), strict=True)
+    return all(abs(a - b) < ALIKE for ones, others in pairs for a, b in zip(ones, others, strict=True))
+
+
+def _figures(behavior: Behavior) -> list[float]:
+    return [value for _, value in sorted(behavior.model_dump().items()) if isinstance(value, float)]
+
+
 @dataclass(frozen=True)
 class History:
     """The failed plans of one intervention. `remembered` is the number of attempts reported to the reasoner."""
@@ -61,6 +76,8 @@ class History:
     barred: Mapping[Signature, str] = field(default_factory=lambda: MappingProxyType({}))
     """Plans that are not begun again, with the reason."""
     attempts: tuple[PastAttempt, ...] = ()
+    halves: tuple[RecoveryPlan, ...] = ()
+    """Plans that ended because a later step was refused."""
 
     def noted(
         self, plan: RecoveryPlan, ended: AttemptEnd, time_s: float, *, text: str = "", verdict: Verdict = OK
@@ -89,6 +106,15 @@ class History:
         codes = sorted({r.code.value for r in verdict.rejects if r.code in UNSEEN})
         return self._barred(plan, ", ".join(codes)) if codes else self
 
+    def half_done(self, plan: RecoveryPlan) -> History:
+        """A later step of the plan was refused. The same plan would end there again; another one of its kind may not.
+
+        A second plan of the kind is the last one.
+        """
+        kept = replace(self, halves=(*self.halves, plan))
+        again = any(signature(one) == signature(plan) for one in self.halves)
+        return kept._barred(plan, TEXTS[AttemptEnd.GIVEN_UP]) if again else kept
+
     def useless(self, plan: RecoveryPlan) -> History:
         """The plan finished and changed nothing."""
         return self._barred(plan, TEXTS[AttemptEnd.USELESS])
@@ -105,6 +131,8 @@ class History:
     def against(self, plan: RecoveryPlan) -> Verdict | None:
         """Refuse a plan that failed before, if the reason still holds."""
         why = self.barred.get(signature(plan))
+        if why is None and any(_alike(one, plan) for one in self.halves):
+            why = TEXTS[AttemptEnd.GIVEN_UP]
         if why is None:
             return None
         detail = f"the same plan failed before: {why}"

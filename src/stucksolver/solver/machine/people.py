@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from stucksolver.decision import CONTINUE, Directive, SafeStop
+from stucksolver.decision import Directive, SafeStop
 from stucksolver.guard import NOBODY
 from stucksolver.ladder import Assist, Resume
 from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.machine.admission import Admission, granted
-from stucksolver.solver.machine.blockage import still_blocked, why_stopped
+from stucksolver.solver.machine.blockage import why_stopped
 from stucksolver.solver.machine.history import signature
 from stucksolver.solver.machine.state import AwaitingApproval, MinimalRisk, Monitoring
 from stucksolver.solver.machine.turn import Turn
 from stucksolver.solver.questions import Question, QuestionKind
+
+SETS_OFF_MPS = 5 / 3.6
+"""A faster vehicle is on its way again (m/s): the speed below which one counts as immobilized."""
 
 # ---- approval of a plan
 
@@ -70,12 +73,12 @@ def denied(turn: Turn, question: Question) -> None:
 # ---- help from outside
 
 
-def halt(turn: Turn, move: Assist) -> Directive:
-    """Enter the minimal risk condition and call for help."""
+def halt(turn: Turn, move: Assist, gap_m: float) -> Directive:
+    """Enter the minimal risk condition behind what blocks the path `gap_m` ahead (m), and call for help."""
     state = turn.state
     why = why_stopped(turn)
     assert not isinstance(state.posture, MinimalRisk)
-    stop = MinimalRisk(SafeStop(reason=why), still_blocked(state.scene), state.posture)
+    stop = MinimalRisk(SafeStop(reason=why), state.posture, turn.now_s, gap_m)
     turn.set(posture=stop)
     turn.tell(EventKind.STOPPED, f"minimal risk condition: {why}")
     call_for_help(turn, why)
@@ -83,18 +86,24 @@ def halt(turn: Turn, move: Assist) -> Directive:
     return stop.directive
 
 
-def not_held(turn: Turn, move: Assist) -> Directive:
-    """No place to stand is in reach: call for help, and leave the stack free to drive off."""
+def not_held(turn: Turn, move: Assist, *, may_stop: bool) -> None:
+    """Call for help and leave the vehicle to its driver: it may not stop here, or nothing is in its path."""
     why = why_stopped(turn)
     if turn.state.question is None:
-        call_for_help(turn, f"it stands where nobody should: {why}")
+        call_for_help(turn, why if may_stop else f"it stands where nobody should: {why}")
     turn.pause(turn.now_s + move.look_every_s)
-    return CONTINUE
 
 
 def call_for_help(turn: Turn, why: str) -> None:
     """Ask the operator for help and say why."""
     turn.ask_person(QuestionKind.ASSISTANCE, "operator", f"The vehicle needs help: {why}")
+
+
+def still_calls(turn: Turn) -> bool:
+    """True if help stays called although the vehicle is its driver's again, because it has not set off yet."""
+    question, under_way = turn.state.question, turn.state.intervention
+    calls = question is not None and question.kind is QuestionKind.ASSISTANCE
+    return calls and under_way is not None and under_way.stop_is_spent and abs(turn.status.speed_mps) < SETS_OFF_MPS
 
 
 def resumes(turn: Turn) -> Resume | None:
@@ -103,29 +112,24 @@ def resumes(turn: Turn) -> Resume | None:
     return move.resume if isinstance(move, Assist) else None
 
 
-def release(turn: Turn, why: str) -> None:
-    """End the stop. The rung stays until the hand-back is verified."""
+def release(turn: Turn, why: str, *, calls_on: bool = False) -> None:
+    """End the stop. The rung stays until the hand-back is verified. `calls_on` keeps the call for help open."""
     posture, move = turn.state.posture, turn.state.escalation.move
     if isinstance(posture, MinimalRisk):
         turn.set(posture=posture.was)
-    turn.note(tried_aside=False)
-    turn.withdraw_question()
+    turn.note(tried_aside=False, handed_back=True, course=())
+    if not calls_on:
+        turn.withdraw_question()
     turn.tell(EventKind.RELEASED, why)
     turn.set(afresh_s=turn.now_s)  # it stood because it was told to stand
     turn.pause(turn.now_s + (move.look_every_s if isinstance(move, Assist) else 0.0))
-
-
-def free_again(turn: Turn) -> bool:
-    """True if what stood in the way when the vehicle stopped is gone."""
-    posture, by_itself = turn.state.posture, resumes(turn) in (Resume.CLEAR, Resume.PLAN)
-    blocked = isinstance(posture, MinimalRisk) and posture.blocked
-    return by_itself and blocked and not turn.is_blind and not still_blocked(turn.state.scene)
 
 
 def helped_out(turn: Turn, yes: bool) -> Directive:
     """Handle the operator's answer to the call for help."""
     if yes:
         release(turn, "the operator lets it try again")
+        turn.note(stop_is_spent=False)
         turn.set(escalation=turn.state.escalation.reset())
     return turn.resting
 

@@ -11,20 +11,21 @@ from stucksolver.ladder import Assist
 from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
 from stucksolver.solver.events import EventKind, Judgement, Tick
+from stucksolver.solver.machine import hand_back
 from stucksolver.solver.machine.admission import Admission, admit, joined
 from stucksolver.solver.machine.claims import confirmed
-from stucksolver.solver.machine.execution import STAND, Execution, ExecutionOutcome, Step
+from stucksolver.solver.machine.execution import Execution, ExecutionOutcome, Step
 from stucksolver.solver.machine.guidance import end_words
 from stucksolver.solver.machine.history import passes, signature
 from stucksolver.solver.machine.minimal_risk import minimal_risk, stops_where_one_may_stand
 from stucksolver.solver.machine.people import ask_for_yes, halt, release
-from stucksolver.solver.machine.state import AwaitingGap, Driving, Executing, Holding, MinimalRisk, Monitoring
+from stucksolver.solver.machine.state import AwaitingGap, Driving, Executing, MinimalRisk, Monitoring
 from stucksolver.solver.machine.turn import BLIND_LIMIT_S, Turn
 from stucksolver.solver.machine.waiting import STOPPED_MPS
 
 HARDLY_BEGUN_M = 2.0
 """A plan given up for traffic before this distance was driven waits unchanged for the next gap."""
-STANDS_THERE = "; it stands: the way back into the lane is not free"
+STANDS_THERE = "; it stands: the driver's own next second is not clear"
 OBSERVED_AGAIN_S = 5.0
 """An observer who found a plan looks again after this time."""
 
@@ -185,15 +186,12 @@ def perform(turn: Turn) -> Directive:
         turn.set(activity=replace(running, execution=execution))
         return result
     turn.set(activity=Monitoring())
-    # A plan that only stood leaves the vehicle where an earlier one was given up.
-    stood = all(b.stands_still for b in running.execution.plan.behaviors)
-    stays = (stood or not result.finished) and not _clear_to_hand_back(turn)
-    turn.set(posture=Holding() if stays else Driving())
+    stays = hand_back.after_plan(turn)
     kind = EventKind.FINISHED if result.finished else EventKind.ABORTED
     turn.tell(kind, result.text + (STANDS_THERE if stays else ""))
     if result.finished:
         return _finished(turn, running)
-    return _given_up(turn, running, result, execution.last_verdict)
+    return _given_up(turn, running, result, execution)
 
 
 def _ticked(turn: Turn, running: Executing) -> tuple[Execution, Step | ExecutionOutcome]:
@@ -214,17 +212,19 @@ def _finished(turn: Turn, running: Executing) -> Directive:
     if in_force is not None and running.words is in_force.words:
         end_words(turn, "done")
     turn.note(done=(plan, running.begun_m))
-    if running.answer is None and isinstance(move, Assist) and may_stop(turn):
-        return halt(turn, move)  # at once, because the stack would drive back to where it was blocked
+    gap_m = hand_back.blocked_at_m(turn)
+    if running.answer is None and isinstance(move, Assist) and gap_m is not None and may_stop(turn):
+        return halt(turn, move, gap_m)  # at once, because the stack would drive back to where it was blocked
     turn.set(escalation=turn.state.escalation.failed(turn.now_s), afresh_s=turn.now_s)
     return Replan(route_start=plan.route_start) if plan.replan_route else CONTINUE
 
 
-def _given_up(turn: Turn, running: Executing, result: ExecutionOutcome, last: Verdict) -> Directive:
-    plan, now = running.execution.plan, turn.now_s
+def _given_up(turn: Turn, running: Executing, result: ExecutionOutcome, execution: Execution) -> Directive:
+    plan, now, last = execution.plan, turn.now_s, execution.last_verdict
     text = f"aborted: {result.text}"
     history = turn.state.history
     history = history.noted(plan, AttemptEnd.GIVEN_UP, turn.stack_s, text=text, verdict=result.verdict)
+    history = history.half_done(plan) if execution.next_was_refused else history
     turn.set(history=history.aborted(plan, last))
     passing = passes(last, frozenset())
     turn.failed(counts=not passing)
@@ -233,19 +233,3 @@ def _given_up(turn: Turn, running: Executing, result: ExecutionOutcome, last: Ve
         until = now + turn.setup.ladder.asking.hold_s
         turn.set(activity=AwaitingGap(running.answer, plan, until, running.begun_m))
     return CONTINUE
-
-
-def stay(turn: Turn) -> Directive:
-    """A plan was given up here: stand until the stack can drive on from here or another plan begins."""
-    if not turn.status.at_destination and not _clear_to_hand_back(turn):
-        return STAND
-    turn.set(posture=Driving())
-    turn.tell(EventKind.RELEASED, "the way back into the lane is free")
-    return CONTINUE
-
-
-def _clear_to_hand_back(turn: Turn) -> bool:
-    """True if the stack may drive on from where a plan was given up, or if nothing has been seen for long."""
-    if turn.view is None:
-        return turn.sight.blind_s > BLIND_LIMIT_S
-    return turn.setup.guard.clear_to_hand_back(turn.view)

@@ -11,7 +11,7 @@ from stucksolver.ladder import AskPerson, AskReasoner, Assist, Resume
 from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
 from stucksolver.solver.events import EventKind
-from stucksolver.solver.machine import claims, people, plans
+from stucksolver.solver.machine import claims, hand_back, people, plans
 from stucksolver.solver.machine.blockage import why_stopped
 from stucksolver.solver.machine.doubts import disagreements, doubted_scene
 from stucksolver.solver.machine.history import GOT_ON_M, TEXTS
@@ -69,7 +69,9 @@ def _on_rung(turn: Turn) -> Directive:
         turn.begin(trigger)
     posture = turn.state.posture
     if isinstance(move, Assist) and not isinstance(posture, MinimalRisk):
-        return _help(turn, move)
+        directive = _help(turn, move)
+        if directive is not None:
+            return directive
     if isinstance(move, AskPerson) and turn.state.question is None:
         escalation = turn.state.escalation
         since = turn.now_s if escalation.since_s == -math.inf else escalation.since_s
@@ -87,19 +89,26 @@ def _on_rung(turn: Turn) -> Directive:
     return turn.resting
 
 
-def _help(turn: Turn, move: Assist) -> Directive:
-    """The last rung: drive to the best place in reach if such a plan is accepted, then stop if the place allows it.
+def _help(turn: Turn, move: Assist) -> Directive | None:
+    """The last rung: stop behind what blocks the path, at the best place in reach, and call for help.
 
-    If the place does not allow it, help is called, the vehicle is not held, and a way out is looked for repeatedly.
+    None if the vehicle is left to its driver: with nothing in its path, where the place does not allow a stop, and
+    after a stop in the same intervention. Help is called all the same, and a way out is looked for repeatedly.
     """
     may_stop, under_way = plans.may_stop(turn), turn.state.intervention
     tried = under_way is not None and under_way.tried_aside
-    if not may_stop or (move.pull_over and not tried):
+    gap_m = hand_back.blocked_at_m(turn)
+    # A vehicle that moves with nothing in its path leaves a junction by itself.
+    stands = gap_m is not None or abs(turn.status.speed_mps) <= turn.setup.guard.policy.stopping.rests_mps
+    if (stands and not may_stop) or (gap_m is not None and move.pull_over and not tried):
         turn.note(tried_aside=True)
         judged = plans.aside(turn)
         if judged is not None and judged.verdict.accepted:
             return plans.start(turn, judged)
-    return people.halt(turn, move) if may_stop else people.not_held(turn, move)
+    if may_stop and gap_m is not None:
+        return people.halt(turn, move, gap_m)
+    people.not_held(turn, move, may_stop=may_stop)
+    return None
 
 
 # ---- reasoners
@@ -204,9 +213,7 @@ def _no_plan(turn: Turn, answer: Answer) -> None:
     else:
         turn.set(escalation=waits)
     turn.tell_decision(answer, None, waiting=waits is not None)
-    if people.free_again(turn):
-        people.release(turn, "the way is free")
-    elif waits is None:
+    if waits is None:
         turn.failed()
 
 
@@ -235,6 +242,8 @@ def cleared(turn: Turn) -> None:
     if not isinstance(turn.state.activity, Executing):
         turn.set(activity=Monitoring())
     turn.set(escalation=turn.state.escalation.moved())
+    if people.still_calls(turn):
+        return
     question = turn.withdraw_question()
     if question is not None:
         turn.tell(EventKind.CANCELLED, "the vehicle moves again", question=question)

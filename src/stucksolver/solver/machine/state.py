@@ -36,9 +36,9 @@ class StateName(str, Enum):
     DRIVING = "driving"
     """The stack drives by itself."""
     HOLDING = "holding"
-    """A plan was given up where the stack would turn into an obstacle: the vehicle is held until the way is free."""
+    """The driver's own next second is not clear: the vehicle is held until it is, or until the limit of the hold."""
     MINIMAL_RISK = "minimal risk condition"
-    """The vehicle is stopped at a place where it may stand, and help has been called."""
+    """The vehicle is stopped behind what blocks its path, at a place where it may stand, and help has been called."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,15 @@ class Driving:
 
 @dataclass(frozen=True)
 class Holding:
-    """The vehicle is held where a plan was given up. Each tick checks whether it must still be held."""
+    """The vehicle is held where its driver would touch something. Each tick checks whether it must still be held.
+
+    Attributes:
+        since_s: Since when (s, the solver's own time).
+        brake_mps2: Deceleration of the stop (m/s²); None for a normal one.
+    """
+
+    since_s: float
+    brake_mps2: float | None = None
 
     name = StateName.HOLDING
 
@@ -139,13 +147,17 @@ class MinimalRisk:
 
     Attributes:
         stop: The stop that was ordered.
-        blocked: True if something stood in the way.
         was: The posture to return to on release.
+        since_s: Since when (s, the solver's own time).
+        gap_m: The smallest gap so far to what blocks the path (m).
+        free_since_s: Since when the stop has had no reason left (s); None while it has one.
     """
 
     stop: SafeStop
-    blocked: bool
     was: Driving | Holding
+    since_s: float
+    gap_m: float
+    free_since_s: float | None = None
 
     name = StateName.MINIMAL_RISK
 
@@ -182,6 +194,14 @@ class Intervention:
     """True if pulling over was tried before the stop."""
     approved: Mapping[Signature, Approvals] = field(default_factory=lambda: MappingProxyType({}))
     """What people have approved, by plan."""
+    handed_back: bool = False
+    """True if the stack has got control back: from then on the guard watches what its driver is about to touch."""
+    near_contacts: int = 0
+    """How often the driver had to be stopped after a hand-back."""
+    stop_is_spent: bool = False
+    """True if a stop has ended without an operator: the vehicle is not stopped again in this intervention."""
+    course: tuple[tuple[float, float, float, float], ...] = ()
+    """The ego's last poses after a hand-back: time (s), x, y (m), heading (rad)."""
 
 
 @dataclass(frozen=True)

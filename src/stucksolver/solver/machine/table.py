@@ -11,6 +11,8 @@ from __future__ import annotations
 import inspect
 
 from stucksolver.solver.machine import state
+from stucksolver.solver.machine.blockage import AHEAD_M
+from stucksolver.solver.machine.hand_back import FREE_S, HOLD_S, LONGEST_HOLD_S, MOVED_M, SETTLES_S
 from stucksolver.solver.machine.state import StateName
 
 S = StateName
@@ -33,13 +35,47 @@ ACTIVITIES: dict[tuple[StateName, StateName], str] = {
     (S.EXECUTING, S.AWAITING_GAP): "given up for traffic before 2 m of it were driven",
 }
 POSTURES: dict[tuple[StateName, StateName], str] = {
-    (S.DRIVING, S.HOLDING): "a plan is given up, or only stood, where the stack would turn into what stands there",
-    (S.DRIVING, S.MINIMAL_RISK): "the last rung, at a place where one may stand: stop, and call for help",
-    (S.HOLDING, S.DRIVING): "the way back into the lane is free, nothing has been seen for 5 s, or a plan begins",
-    (S.HOLDING, S.MINIMAL_RISK): "the last rung, at a place where one may stand: stop, and call for help",
-    (S.MINIMAL_RISK, S.DRIVING): "the operator's yes, the way is free, or a plan begins, as the ladder's rung says",
-    (S.MINIMAL_RISK, S.HOLDING): "the same, for a vehicle that was held before",
+    (S.DRIVING, S.HOLDING): "a plan ends where the driver's next second is not clear, or the driver is about to touch "
+    "something after a hand-back",
+    (S.DRIVING, S.MINIMAL_RISK): "the last rung, behind what blocks the path, at a place where the vehicle may stop",
+    (S.HOLDING, S.DRIVING): "the driver's next second is clear, nothing has been seen for 5 s, a plan begins, or the "
+    "limit of the hold",
+    (S.HOLDING, S.MINIMAL_RISK): "the last rung, behind what blocks the path, at a place where the vehicle may stop",
+    (S.MINIMAL_RISK, S.DRIVING): "the operator's yes, a free way, a plan, or the limit of the stop: see the next table",
+    (S.MINIMAL_RISK, S.HOLDING): "the operator's yes, for a vehicle that was held before",
 }
+HELD: tuple[tuple[str, str, str], ...] = (
+    (
+        f"an object stands in the route's path, less than {AHEAD_M:g} m ahead",
+        "minimal risk condition, once in an intervention, on the last rung",
+        f"it is gone or has moved on by {MOVED_M:g} m and the driver's next second is clear, both for {FREE_S:g} s, "
+        f"or the operator's yes, or a plan, as `resume` says; in any case after {HOLD_S:g} s. "
+        "If `resume` is `operator`: only the operator's yes",
+    ),
+    ("nothing stands there, or nothing is known", "nothing is held: help is called, and the driver drives", "–"),
+    (
+        "the vehicle may not stop here",
+        "nothing is held: help is called, and a way to a place to stop is looked for",
+        "–",
+    ),
+    (
+        "a plan calls for help (`request_assistance`)",
+        "stopped as part of the plan",
+        "the path is free for 25 m, or the time that the plan gives is over (5 to 300 s)",
+    ),
+    (
+        "a plan has ended, and the driver's next second is not clear, or the way back into the lane is not",
+        "holding",
+        f"it is clear; a plan begins; nothing has been seen for 5 s; the limit of {HOLD_S:g} s",
+    ),
+    (
+        "the driver drives after a plan, stop or hold, and is about to touch something",
+        "holding, with the brakes on hard",
+        f"as above, but not before {SETTLES_S:g} s; the limit doubles each time, up to {LONGEST_HOLD_S:g} s",
+    ),
+    ("a status with a value that is not a number", "the same as on the tick before", "the next valid status"),
+)
+"""Everything that keeps the vehicle from its driver: the reason, what happens, and when that ends."""
 
 
 def page() -> str:
@@ -71,6 +107,14 @@ stateDiagram-v2
 
 {_table(POSTURES)}
 
+## What holds the vehicle, and when that ends
+
+Whatever holds the vehicle has a reason that can be seen, and ends with it. It also ends by itself after a time, since
+the driver alone might go on. From the first hand-back of an intervention to its end, the guard brakes for the driver
+at the last moment at which a stop still helps, so that it may be left to drive (`guard/hand_back.py`).
+
+{_held()}
+
 An intervention begins with the first answer that is not a legitimate wait. It is closed when the vehicle has made its
 way (`hand_back.progress_m` of the ladder) with nothing and nobody being waited for. The place on the ladder, the
 passenger's words, an open question to a person, and what has failed are further fields of the state
@@ -86,6 +130,11 @@ def _meanings() -> str:
         after = source.split(f'{one.name} = "{one.value}"', 1)[1]
         rows.append(f"| {one.value} | {after.split(chr(34) * 3)[1]} |")
     return "\n".join(rows)
+
+
+def _held() -> str:
+    rows = [f"| {' | '.join(row)} |" for row in HELD]
+    return "\n".join(["| reason | what happens | it ends when |", "|---|---|---|", *rows])
 
 
 def _diagram(rows: dict[tuple[StateName, StateName], str]) -> str:

@@ -9,7 +9,7 @@ from stucksolver.decision import CONTINUE, Directive
 from stucksolver.detect import Trigger
 from stucksolver.ladder import Ladder
 from stucksolver.solver.events import EventKind, Told
-from stucksolver.solver.machine import guidance, plans, rungs
+from stucksolver.solver.machine import guidance, hand_back, plans, rungs
 from stucksolver.solver.machine.escalation import Escalation, Rungs
 from stucksolver.solver.machine.execution import STAND
 from stucksolver.solver.machine.history import History
@@ -59,8 +59,8 @@ def transition(state: State, inputs: Inputs, setup: Setup) -> tuple[State, Direc
     guidance.hear(turn)
     _watch(turn)
     directive = _act(turn)
-    if isinstance(turn.state.posture, Holding) and directive == CONTINUE:
-        directive = plans.stay(turn)
+    if directive == CONTINUE:
+        directive = hand_back.stay(turn) if isinstance(turn.state.posture, Holding) else hand_back.watch(turn)
     turn.tell_fault(turn.state.senses_fault or turn.state.camera_fault)
     _settle(turn)
     return turn.state, directive, tuple(turn.told)
@@ -80,7 +80,8 @@ def _act(turn: Turn) -> Directive:
     if reply is not None:
         return rungs.replied(turn, reply)
     state = turn.state
-    stopped = isinstance(state.posture, MinimalRisk)
+    hand_back.end_stop(turn)
+    state, stopped = turn.state, isinstance(turn.state.posture, MinimalRisk)
     if turn.inputs.trigger is None and state.words is None and not stopped and not plans.still_there(turn):
         rungs.cleared(turn)
         return CONTINUE
