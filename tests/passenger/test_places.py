@@ -30,10 +30,12 @@ async def answering(scope, receive, send):
             await send({"type": "lifespan.startup.complete"})
         await send({"type": "lifespan.shutdown.complete"})
         return
-    body = b"x" * 50_000_000 if scope["path"] == "/long" else (await receive())["body"]
-    headers = [(b"content-length", str(len(body)).encode())]
+    parts = [b"x" * 100_000] * 500 if scope["path"] == "/long" else [(await receive())["body"]]
+    headers = [(b"content-length", str(sum(map(len, parts))).encode())]
     await send({"type": "http.response.start", "status": 200, "headers": headers})
-    await send({"type": "http.response.body", "body": body})
+    for part in parts:
+        await send({"type": "http.response.body", "body": part, "more_body": True})
+    await send({"type": "http.response.body", "body": b""})
 
 
 @contextmanager
@@ -124,7 +126,7 @@ def test_connection_of_a_holder_is_not_ended_by_newer_ones():
     """Up to the holder's share; then its connections are as any other."""
     limits = PlaceLimits(waiting=3)
     with serving(limits) as port:
-        own = [connect(port) for _ in range(4)]
+        own = [connect(port) for _ in range(3)]
         for one in own:
             one.sendall(head("POST", "/", name(port), token="good", length=2) + b"{")
             one.settimeout(60.0)
@@ -132,7 +134,7 @@ def test_connection_of_a_holder_is_not_ended_by_newer_ones():
         others = [connect(port) for _ in range(8)]
         for one in own[:2]:
             one.sendall(b"}")
-        assert [status_of(one) for one in own] == [200, 200, 0, 0]
+        assert [status_of(one) for one in own] == [200, 200, 0]
         for one in (*own, *others):
             one.close()
 
@@ -141,7 +143,7 @@ def test_client_that_sends_far_ahead_is_ended():
     with serving(PlaceLimits(ahead_bytes=10_000)) as port, connect(port) as one:
         one.sendall(head("GET", "/long", name(port)))
         threading.Event().wait(0.5)
-        with pytest.raises(OSError):
+        with pytest.raises(ConnectionError):
             for _ in range(2000):
                 one.sendall(head("GET", "/", name(port)) * 1000)
 
