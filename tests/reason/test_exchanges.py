@@ -110,7 +110,7 @@ def test_unknown_names_are_told_what_there_is(words):
 
 
 def test_nothing_of_a_key_is_kept(server, tmp_path, monkeypatch):
-    monkeypatch.setenv("OPENAI_API_KEY", "sk-very-secret")
+    monkeypatch.setenv("STUCKSOLVER_KEYS", f"{server.url.removesuffix('/v1')}=sk-very-secret")
     record(server, tmp_path, scene())
     assert server.headers[0]["authorization"] == "Bearer sk-very-secret"
     assert "sk-very" not in json.dumps((tmp_path / "exchanges.jsonl").read_text())
