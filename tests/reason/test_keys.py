@@ -13,9 +13,9 @@ import pytest
 from chat_server import ChatServer, Fault
 from test_servers import good, scene
 
+from stucksolver.privacy.addresses import KEYS_VARIABLE, shown
 from stucksolver.reason import ReasonerError, Request
-from stucksolver.reason.addresses import shown
-from stucksolver.reason.llm.keys import KEYS_VARIABLE, credentials_for, origin_of
+from stucksolver.reason.llm.keys import credentials_for, origin_of
 from stucksolver.reason.llm.server_text import clean, printable
 from stucksolver.reason.make import make_reasoner, preflight
 from stucksolver.reason.registry import ReasonerNameError

@@ -165,7 +165,7 @@ def _signs() -> Iterator[Finding]:
 
 
 def _model() -> Iterator[Finding]:
-    from stucksolver.reason.addresses import shown
+    from stucksolver.privacy.addresses import shown
     from stucksolver.reason.llm.keys import KEY_VARIABLE
     from stucksolver.reason.llm.openai_api import URL_VARIABLE
 

@@ -7,9 +7,7 @@ import os
 from typing import Any
 
 from stucksolver.cli.errors import UsageError
-from stucksolver.reason.addresses import shown, taken_logins, without_login
-from stucksolver.reason.llm.keys import KEY_VARIABLE, add_entry, origin_of
-from stucksolver.reason.llm.openai_api import URL_VARIABLE
+from stucksolver.privacy.addresses import add_entry, shown, taken_logins, without_login
 
 PREFIX = "openai:"
 
@@ -19,7 +17,7 @@ def add_send_key(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--send-key",
         action="store_true",
-        help=f"send {KEY_VARIABLE} to the servers that openai:MODEL@BASE_URL names, also if they are not OpenAI's",
+        help="send OPENAI_API_KEY to the servers that openai:MODEL@BASE_URL names, also if they are not OpenAI's",
     )
 
 
@@ -46,6 +44,10 @@ def send_key(options: argparse.Namespace) -> None:
     Raises:
         UsageError: There is no key, or no server is named.
     """
+    # Only now: the reasoners take a while to import, and most commands need none of this.
+    from stucksolver.reason.llm.keys import KEY_VARIABLE, origin_of
+    from stucksolver.reason.llm.openai_api import URL_VARIABLE
+
     key = os.environ.get(KEY_VARIABLE)
     if not key:
         raise UsageError(f"--send-key: there is no key; set {KEY_VARIABLE}")

@@ -13,7 +13,7 @@ from stucksolver.cli.arguments import SUPPORTED, Parser, installed_version
 from stucksolver.cli.commands import COMMANDS
 from stucksolver.cli.errors import UsageError
 from stucksolver.cli.keys import send_key, without_logins
-from stucksolver.reason.addresses import shown
+from stucksolver.privacy.addresses import shown
 
 PIPE_CLOSED = 128 + 13
 """The exit code that shells report for a program killed by SIGPIPE."""

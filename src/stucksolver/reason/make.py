@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from stucksolver.privacy.addresses import logins_in, shown
 from stucksolver.reason import distilled, own, played, rules
-from stucksolver.reason.addresses import logins_in, shown
 from stucksolver.reason.fallback import FallbackReasoner
 from stucksolver.reason.llm import words
 from stucksolver.reason.reasoner import Preflighted, Reasoner, ReasonerError

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from stucksolver.reason.addresses import shown
+from stucksolver.privacy.addresses import shown
 from stucksolver.reason.reasoner import Reasoner
 
 

@@ -6,8 +6,9 @@ import re
 from collections.abc import Callable
 from typing import Any
 
+from stucksolver.privacy.addresses import KEYS_VARIABLE
 from stucksolver.reason.llm.chat import GiveUp, Trouble, TryAgain
-from stucksolver.reason.llm.keys import KEY_VARIABLE, KEYS_VARIABLE
+from stucksolver.reason.llm.keys import KEY_VARIABLE
 
 LARGER_CONTEXT = "llama.cpp: --ctx-size, vLLM: --max-model-len, Ollama: OLLAMA_CONTEXT_LENGTH"
 REFUSALS = (400, 415, 422, 500, 501)

@@ -14,14 +14,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from urllib.parse import quote, unquote, urlsplit
 
-from stucksolver.reason.addresses import shown_address, without_login
+from stucksolver.privacy.addresses import KEYS_VARIABLE, shown_address, without_login
 
 KEY_VARIABLE = "OPENAI_API_KEY"
 AZURE_KEY_VARIABLE = "AZURE_OPENAI_API_KEY"
-KEYS_VARIABLE = "STUCKSOLVER_KEYS"
-"""Keys of other servers, separated by spaces: `HOST=KEY`, `HOST:PORT=KEY`, `http://HOST:PORT=KEY`. Without a scheme the
-key is sent over HTTPS only, or to this machine. `http://USER:PASSWORD@HOST:PORT` is a login.
-"""
 OPENAI_HOST = "api.openai.com"
 AZURE_DOMAINS = (".openai.azure.com", ".cognitiveservices.azure.com", ".services.ai.azure.com")
 """Microsoft's own servers. Other names below azure.com belong to whoever rents a machine there."""
@@ -135,13 +131,6 @@ def secrets_here() -> tuple[str, ...]:
         bare, login = without_login(entry)
         found.append(login if login is not None else bare.partition("=")[2])
     return tuple(form for text in found for form in _forms(text))
-
-
-def add_entry(entry: str) -> None:
-    """Add an entry to the variable with the keys, for this process and those that it starts."""
-    before = os.environ.get(KEYS_VARIABLE, "").split()
-    if entry not in before:
-        os.environ[KEYS_VARIABLE] = " ".join([*before, entry])
 
 
 def _withheld(origin: Origin) -> str | None:

@@ -8,14 +8,13 @@ from collections.abc import Sequence
 from typing import Any
 from urllib.parse import parse_qs, urlsplit, urlunsplit
 
-from stucksolver.reason.addresses import shown, shown_address, without_login
+from stucksolver.privacy.addresses import KEYS_VARIABLE, shown, shown_address, without_login
 from stucksolver.reason.llm.capabilities import ModelOptions, capabilities_of, has_deployment
 from stucksolver.reason.llm.chat import ChatReply, Finish, GiveUp, Message, Tool, Trouble, TryAgain, Usage
 from stucksolver.reason.llm.failures import REFUSALS, parameter_of, said_by, too_long, translated
 from stucksolver.reason.llm.keys import (
     AZURE_KEY_VARIABLE,
     KEY_VARIABLE,
-    KEYS_VARIABLE,
     Credentials,
     Origin,
     credentials_for,

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from stucksolver.reason.addresses import HIDDEN, shown
+from stucksolver.privacy.addresses import HIDDEN, shown
 from stucksolver.reason.llm.chat import ChatReply
 from stucksolver.reason.llm.keys import secrets_here
 

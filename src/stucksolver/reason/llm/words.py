@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stucksolver.reason.addresses import shown_address, without_login
+from stucksolver.privacy.addresses import shown_address, without_login
 from stucksolver.reason.llm import LanguageModelReasoner
 from stucksolver.reason.llm.capabilities import parse_options
 from stucksolver.reason.llm.exchanges import RecordedChat, RecordingChat

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import re
 
+KEYS_VARIABLE = "STUCKSOLVER_KEYS"
+"""Keys of other servers, separated by spaces: `HOST=KEY`, `HOST:PORT=KEY`, `http://HOST:PORT=KEY`. Without a scheme the
+key is sent over HTTPS only, or to this machine. `http://USER:PASSWORD@HOST:PORT` is a login.
+"""
 LOGIN = re.compile(r"(?P<scheme>[a-zA-Z][a-zA-Z0-9+.]*://)(?P<login>[^/\s]*)@(?!https?://)(?P<server>[^/?#,\s]*)")
 """A user name and a password before a host."""
 ANY_LOGIN = re.compile(r"(?<=://)(?:(?!://)\S)*@(?!https?://)")
@@ -44,3 +49,10 @@ def shown_address(address: str) -> str:
 def logins_in(text: str) -> list[str]:
     """Return the user names with passwords of all URLs in a text."""
     return [found.removesuffix("@") for found in ANY_LOGIN.findall(text)]
+
+
+def add_entry(entry: str) -> None:
+    """Add an entry to the variable with the keys, for this process and those that it starts."""
+    before = os.environ.get(KEYS_VARIABLE, "").split()
+    if entry not in before:
+        os.environ[KEYS_VARIABLE] = " ".join([*before, entry])
