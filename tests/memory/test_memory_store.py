@@ -42,6 +42,19 @@ def test_only_the_owner_may_read_the_file(path):
     assert path.stat().st_mode & 0o077 == 0
 
 
+@pytest.mark.parametrize("before", [0o644, 0o660, 0o604])
+def test_memory_that_others_could_read_is_taken_away_from_them(path, before):
+    """With the helper files that another process has open beside it."""
+    store = EpisodeStore(path)
+    with store._open() as connection:
+        connection.execute("SELECT count(*) FROM episodes").fetchall()
+        files = [file for file in path.parent.iterdir() if file.name.startswith(path.name)]
+        for file in files:
+            file.chmod(before)
+        EpisodeStore(path)
+        assert {file.stat().st_mode & 0o777 for file in files if file.exists()} == {0o600}
+
+
 def test_the_oldest_go_when_there_are_too_many(path):
     store = EpisodeStore(path, most_episodes=5)
     for k in range(9):

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
-
 import pytest
 
 pytest.importorskip("fastapi")
 from page_serving import QUESTION, Serving
 
+from stucksolver.passenger import Holder
 from stucksolver.passenger.frames import Frame, Topic
-from stucksolver.passenger.server.limits import COMMANDS, FAILURES, STREAMS
+from stucksolver.passenger.server.access import Streams
+from stucksolver.passenger.server.limits import (
+    ALL_PASSENGER_STREAMS,
+    COMMANDS,
+    FAILURES,
+    OPERATOR_STREAMS,
+    PASSENGER_STREAMS,
+)
 from stucksolver.passenger.told import CommandKind
 
 READ = ("/api/me", "/api/vehicles/car-1", "/api/vehicles/car-1/camera.jpg", "/api/vehicles/car-1/stream")
@@ -126,20 +132,15 @@ def test_tokens_cannot_be_tried_for_ever(serving):
     assert codes[-1] == 429
 
 
-def test_only_so_many_pages_are_served_at_once(serving):
-    from fastapi import HTTPException
-
-    from stucksolver.passenger.server.access import Access
-    from stucksolver.passenger.server.limits import Limiter
-
-    access = Access(serving.tokens, serving.board, Limiter())
-    with ExitStack() as pages:
-        for _ in range(STREAMS):
-            access.may_stream()
-            pages.enter_context(access.one_stream())
-        with pytest.raises(HTTPException, match="503"):
-            access.may_stream()
-    access.may_stream()
+def test_streams_of_each_kind_of_token_are_counted_apart():
+    """Passengers with many vehicles' tokens leave the operators their pages."""
+    streams, operator = Streams(), Holder("operator")
+    vehicles = [Holder("passenger", f"car-{i}") for i in range(1 + ALL_PASSENGER_STREAMS // PASSENGER_STREAMS)]
+    opened = [holder for holder in vehicles for _ in range(PASSENGER_STREAMS + 1) if streams.enter(holder)]
+    assert opened.count(vehicles[0]) == PASSENGER_STREAMS and len(opened) == ALL_PASSENGER_STREAMS
+    assert [streams.enter(operator) for _ in range(OPERATOR_STREAMS + 1)] == [True] * OPERATOR_STREAMS + [False]
+    streams.leave(vehicles[0])
+    assert streams.enter(vehicles[-1])
 
 
 def test_the_openapi_document_has_every_call_and_asks_for_the_token(serving):

@@ -29,17 +29,6 @@ def test_one_does_not_use_up_what_is_anothers():
     assert limiter.allows(TWO_A_SECOND, "b")
 
 
-def test_to_look_takes_nothing():
-    clock = Clock()
-    limiter = Limiter(clock)
-    assert not limiter.exhausted(TWO_A_SECOND, "a")
-    for _ in range(3):
-        limiter.allows(TWO_A_SECOND, "a")
-    assert limiter.exhausted(TWO_A_SECOND, "a") and limiter.exhausted(TWO_A_SECOND, "a")
-    clock.now_s += 0.5
-    assert not limiter.exhausted(TWO_A_SECOND, "a")
-
-
 def test_who_comes_under_ever_new_names_does_not_fill_the_memory():
     limiter = Limiter(Clock())
     for i in range(KNOWN + 100):

@@ -110,7 +110,19 @@ def test_unknown_names_are_told_what_there_is(words):
 
 
 def test_nothing_of_a_key_is_kept(server, tmp_path, monkeypatch):
-    monkeypatch.setenv("OPENAI_API_KEY", "sk-very-secret")
+    monkeypatch.setenv("STUCKSOLVER_KEYS", f"{server.url.removesuffix('/v1')}=sk-very-secret")
     record(server, tmp_path, scene())
     assert server.headers[0]["authorization"] == "Bearer sk-very-secret"
     assert "sk-very" not in json.dumps((tmp_path / "exchanges.jsonl").read_text())
+
+
+@pytest.mark.parametrize("existing", [False, True])
+def test_exchanges_and_pictures_are_their_owners(server, tmp_path, existing):
+    """Also in a folder that an older version wrote."""
+    if existing:
+        record(server, tmp_path, scene())
+        for path in (tmp_path / "exchanges.jsonl", *(tmp_path / "images").iterdir()):
+            path.chmod(0o644)
+    record(server, tmp_path, scene())
+    files = [tmp_path / "exchanges.jsonl", *(tmp_path / "images").iterdir()]
+    assert [path.stat().st_mode & 0o777 for path in files] == [0o600, 0o600]

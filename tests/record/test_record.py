@@ -270,6 +270,7 @@ def test_the_image_lies_beside_it_and_is_proven_by_its_digest(tmp_path):
     _, (file,) = recorded(tmp_path, world, 20.0)
     (stored,) = (tmp_path / "images").iterdir()
     assert stored.read_bytes() == picture
+    assert [path.stat().st_mode & 0o777 for path in (stored, file)] == [0o600, 0o600]
     assert base64.b64encode(picture) not in file.read_bytes()
     assert replay(file).matches
     stored.write_bytes(picture[:-1])

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+import asyncio
+import http.client
 import json
 import re
+import socket
 import subprocess
 import sys
 import threading
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import pytest
-import uvicorn
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from starlette.testclient import TestClient
 from worlds import World, straight_road, thing
 
-from stucksolver.cli.serve_model import _bound
 from stucksolver.decision import RecoveryPlan
+from stucksolver.passenger import PageOptions
+from stucksolver.passenger.server.places import PlaceLimits
+from stucksolver.passenger.server.serving import make_server, serve
 from stucksolver.reason import Request
 from stucksolver.reason.distilled import Choice, DistilledReasoner
 from stucksolver.reason.distilled.scene_text import write_scene
@@ -46,18 +50,25 @@ def student():
 
 @pytest.fixture(scope="module")
 def client(student):
-    return TestClient(server.make_app(student), raise_server_exceptions=False)
+    app = server.behind_doors(server.make_app(student), frozenset({HOST}))
+    json_headers = {"content-type": "application/json"}
+    return TestClient(app, f"http://{HOST}", raise_server_exceptions=False, headers=json_headers)
+
+
+HOST = "127.0.0.1:8000"
 
 
 @contextmanager
-def running(student):
+def running(student, limits=server.PLACES, **options):
     """Serve on a free port, as the command does."""
-    bound = _bound("127.0.0.1", 0)
-    served = uvicorn.Server(uvicorn.Config(server.make_app(student), log_level="warning"))
-    thread = threading.Thread(target=served.run, kwargs={"sockets": [bound]}, daemon=True)
+    options = PageOptions(**options)
+    bound = options.bound()
+    addresses = options.addresses(bound.getsockname()[1])
+    served = make_server(server.behind_doors(server.make_app(student), frozenset(addresses)), limits)
+    thread = threading.Thread(target=lambda: asyncio.run(serve(served, [bound])), daemon=True)
     thread.start()
     try:
-        yield f"http://127.0.0.1:{bound.getsockname()[1]}/v1"
+        yield f"http://{addresses[0]}/v1"
     finally:
         served.should_exit = True
         thread.join(10)
@@ -144,9 +155,92 @@ def test_another_address_is_an_error_that_names_the_right_one(client):
     assert PATH in wrong(client.get(PATH))["message"]
 
 
-def test_a_request_that_is_too_large_is_refused(client, monkeypatch):
-    monkeypatch.setattr(server, "LARGEST_BYTES", 100)
-    assert client.post(PATH, json=body("x" * 1000)).status_code == 413
+@pytest.mark.parametrize("size", [server.LARGEST_BYTES + 1, 3 * server.LARGEST_BYTES])
+def test_request_that_is_too_large_is_refused(client, size):
+    assert "picture" in wrong(client.post(PATH, content=b"x" * size))["message"]
+
+
+# ---- whom it answers: as the passenger's page
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:8000", "127.0.0.1:9999", "localhost.evil.example:8000", "", "[::1]:8000"]
+)
+@pytest.mark.parametrize("path", [PATH, "/v1/models", "/health"])
+def test_request_for_another_host_is_refused(client, host, path):
+    """DNS rebinding: a page whose name points here still sends its own name."""
+    sent = {"json": body("x")} if path == PATH else {}
+    method = client.post if sent else client.get
+    assert wrong(method(path, headers={"host": host}, **sent))
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"origin": "http://evil.example"},
+        {"origin": "null"},
+        {"origin": "http://127.0.0.1:8001"},
+        {"sec-fetch-site": "cross-site"},
+        {"sec-fetch-site": "same-site"},
+    ],
+)
+@pytest.mark.parametrize("path", [PATH, "/v1/models", "/health"])
+def test_request_from_a_page_of_another_site_is_refused(client, headers, path):
+    method, sent = (client.post, {"json": body("x")}) if path == PATH else (client.get, {})
+    assert method(path, headers=headers, **sent).status_code == 403
+
+
+@pytest.mark.parametrize("kind", ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data", ""])
+def test_request_as_a_form_sends_it_is_refused(client, kind):
+    """A page may send these kinds to any address without asking first."""
+    assert client.post(PATH, content=json.dumps(body("x")), headers={"content-type": kind}).status_code == 415
+
+
+@pytest.mark.parametrize("host", ["LOCALHOST:{port}", "127.0.0.1:{port}", "Car.Example:{port}"])
+def test_host_of_ours_is_answered_in_any_case(student, host):
+    with running(student, names=("car.example",)) as url:
+        port = int(url.rpartition(":")[2].partition("/")[0])
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+        connection.request("GET", "/v1/models", headers={"host": host.format(port=port)})
+        assert connection.getresponse().status == 200
+        connection.close()
+
+
+@pytest.mark.parametrize("sent", ["nothing", "half a head", "a large half body"])
+def test_server_beside_held_connections_answers(student, sent):
+    """Sixty connections are more than it keeps."""
+    with running(student) as url:
+        port = int(url.rpartition(":")[2].partition("/")[0])
+        start = {
+            "nothing": b"",
+            "half a head": b"POST " + PATH.encode(),
+            "a large half body": f"POST {PATH} HTTP/1.1\r\nhost: 127.0.0.1:{port}\r\ncontent-type: application/json\r\n"
+            f"content-length: {server.LARGEST_BYTES}\r\n\r\n".encode()
+            + b"x" * (server.LARGEST_BYTES - 1),
+        }[sent]
+        held = [socket.create_connection(("127.0.0.1", port), timeout=60) for _ in range(60)]
+        for one in held:
+            with suppress(OSError):  # it was ended, because newer ones came
+                one.sendall(start)
+        model = make_reasoner(f"openai:{MODEL}@{url}")
+        assert model.decide(Request(stuck())).decision is not None
+        for one in held:
+            one.close()
+
+
+def test_half_sent_request_is_ended(student):
+    with running(student, PlaceLimits(waiting=4, request_s=0.3)) as url:
+        port = int(url.rpartition(":")[2].partition("/")[0])
+        with socket.create_connection(("127.0.0.1", port), timeout=60) as one:
+            one.sendall(f"POST {PATH} HTTP/1.1\r\nhost: 127.0.0.1:{port}\r\ncontent-length: 9\r\n".encode())
+            with suppress(ConnectionError):
+                assert one.recv(1000) == b""
+
+
+def test_command_without_a_usable_address_names_the_remedy():
+    command = [sys.executable, "-m", "stucksolver", "serve-model", "--listen", "nowhere"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 2 and "--listen" in done.stderr
 
 
 JSON = st.recursive(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from stucksolver.cli.arguments import above_zero, add_clock, add_json, add_map, at_least, print_json
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.keys import add_send_key
 from stucksolver.cli.lines import json_lines
 from stucksolver.cli.words import tell_notes
 from stucksolver.ladder import LadderError
@@ -26,6 +27,7 @@ FIGURE, WORDINGS = "cases.png", "wordings.png"
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     parser.add_argument("--reasoner", default="rules", help=f"{HELP}")
+    add_send_key(parser)
     add_clock(parser)
     add_map(parser, "grid_town")
     parser.add_argument("--out", type=Path, default=Path("out/cases"), help="folder for results")

@@ -19,6 +19,7 @@ from stucksolver.cli.arguments import (
     whole,
 )
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.keys import add_send_key
 from stucksolver.cli.memory import add_memory
 from stucksolver.cli.ride import add_page, page_server, tell_page
 from stucksolver.cli.words import clock_name, driver_name
@@ -32,6 +33,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_map(parser, "demo_town")
     parser.add_argument("--seed", type=whole, default=1, help="seed of places and traffic")
     parser.add_argument("--recovery", default="rules", help=f"who reasons (default: rules): {HELP}")
+    add_send_key(parser)
     parser.add_argument(
         "--driver",
         default="behavior",

@@ -165,12 +165,15 @@ def _signs() -> Iterator[Finding]:
 
 
 def _model() -> Iterator[Finding]:
-    from stucksolver.reason.llm.failures import KEY_VARIABLE
+    from stucksolver.privacy.addresses import shown
+    from stucksolver.reason.llm.keys import KEY_VARIABLE
     from stucksolver.reason.llm.openai_api import URL_VARIABLE
 
     key, base = os.environ.get(KEY_VARIABLE), os.environ.get(URL_VARIABLE)
     if key or base:
-        yield Finding("language model", "ok", f"{KEY_VARIABLE} is set" if key else f"{URL_VARIABLE} is {base}")
+        yield Finding(
+            "language model", "ok", f"{KEY_VARIABLE} is set" if key else f"{URL_VARIABLE} is {shown(base or '')}"
+        )
         return
     remedy = f"set {KEY_VARIABLE}, or name a server of your own: --reasoner openai:MODEL@http://HOST:PORT/v1"
     yield Finding("language model", "absent", "no key and no server; the rules need none", remedy)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from stucksolver.cli.arguments import add_clock, add_json, add_maps, add_perception, add_server, at_least, whole
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.keys import add_send_key
 from stucksolver.cli.memory import add_memory
 from stucksolver.cli.ride import add_page, page_server
 from stucksolver.cli.score import SCORES, show_scores, show_sweep
@@ -31,6 +32,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--recovery", default="none", help="none, timers, rules, faulty:NAME or another reasoner")
     parser.add_argument("--reasoner", default="", metavar="NAME", help="reasoner for the ladder's rung `model`")
+    add_send_key(parser)
     parser.add_argument(
         "--ladder", type=Path, metavar="FILE", help="escalation policy (default: the evaluation profile)"
     )

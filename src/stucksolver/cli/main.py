@@ -12,6 +12,8 @@ from collections.abc import Collection, Sequence
 from stucksolver.cli.arguments import SUPPORTED, Parser, installed_version
 from stucksolver.cli.commands import COMMANDS
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.keys import send_key, without_logins
+from stucksolver.privacy.addresses import shown
 
 PIPE_CLOSED = 128 + 13
 """The exit code that shells report for a program killed by SIGPIPE."""
@@ -25,11 +27,13 @@ WITHOUT_SETTINGS = ("config", "completion")
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code. `arguments` defaults to those of the process."""
-    told = sys.argv[1:] if arguments is None else list(arguments)
+    told = without_logins(sys.argv[1:] if arguments is None else list(arguments))
     named = [word for word in told if word in COMMANDS][:1]
     parser = _parser(filled=named)
     try:
         options = _parse(parser, told, named[0]) if named else parser.parse_args(told)
+        if getattr(options, "send_key", False):
+            send_key(options)
         if options.drives:
             _require_client()
         code = int(options.run(options))
@@ -39,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("\ninterrupted", file=sys.stderr)
         return 130
     except UsageError as error:
-        print(f"error: {error}", file=sys.stderr)
+        print(f"error: {shown(str(error))}", file=sys.stderr)
         return 2
     except BrokenPipeError:
         # The reader closed the pipe. Without this, Python would report the error again when it closes the stream.
@@ -72,7 +76,7 @@ def _parse(parser: argparse.ArgumentParser, told: Sequence[str], command: str) -
     used = settings.taken_out(parser, options)
     if used:
         told_of = ", ".join(f"{name} {value}" for name, value in used)
-        print(f"note: settings used: {told_of}", file=sys.stderr)
+        print(f"note: settings used: {shown(told_of)}", file=sys.stderr)
     return options
 
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from stucksolver.cli.errors import UsageError
+from stucksolver.cli.keys import without_logins
 
 FILE = "stucksolver.toml"
 VARIABLE = "STUCKSOLVER_CONFIG"
@@ -29,8 +30,10 @@ IN_PLACE_OF = (("seed", "seeds"),)
 """Options that replace each other but may be given together."""
 UNSET: tuple[object, ...] = ("", [])
 """Values in a file that keep the default."""
-COMMAND_LINE_ONLY = ("help", "version", "config", "json", "unguarded", "heedless")
-"""Options that are not settings. An experiment without the guard must be requested explicitly each time."""
+COMMAND_LINE_ONLY = ("help", "version", "config", "json", "unguarded", "heedless", "send-key")
+"""Options that are not settings. An experiment without the guard must be requested explicitly each time, and so must
+sending a key to a server that a file may name.
+"""
 
 
 @dataclass(frozen=True)
@@ -147,7 +150,7 @@ def read_file(file: Path) -> dict[str, Any]:
     else:
         import tomli as tomllib
     try:
-        return dict(tomllib.loads(file.read_text(encoding="utf-8")))
+        return dict(without_logins(tomllib.loads(file.read_text(encoding="utf-8"))))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise UsageError(f"{file} cannot be read: {error}; `stucksolver config init` writes a valid one") from error
 
@@ -178,7 +181,7 @@ def given(
     for section in (setting.section, ALL):
         name = setting.variable(section)
         if environment.get(name):
-            return Value(setting.read_text(environment[name], name), name)
+            return Value(setting.read_text(without_logins(environment[name]), name), name)
     if setting.key == "maps" and environment.get("STUCKSOLVER_MAPS"):
         return None  # the simulator reads this variable itself
     for section in (setting.section, ALL):

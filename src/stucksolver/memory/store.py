@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from stucksolver.memory.episode import Episode
 from stucksolver.memory.schema import APPLICATION_ID, MIGRATIONS, migrate, version_of
+from stucksolver.privacy.files import make_private
 
 MOST_EPISODES = 10_000
 """The oldest are dropped when there are more: some 20 MB of file."""
@@ -39,7 +40,7 @@ class Kept:
 
 
 class EpisodeStore:
-    """Opens a memory's file, or makes one (mode 0600). Every method may raise `MemoryFileError`.
+    """Opens a memory's file, or makes one (mode 0600, also if it existed). Every method may raise `MemoryFileError`.
 
     Each call has its own connection, so any thread and any process may call at any time. Deleted data is overwritten in
     the file. With `create` False, a missing file is an error.
@@ -55,6 +56,7 @@ class EpisodeStore:
             if not create:
                 raise MemoryFileError(f"{path}: no such memory file; name the file that was given as --memory")
             self._make()
+        self._make_private()
         with self._open() as connection:
             migrate(connection)
 
@@ -131,6 +133,18 @@ class EpisodeStore:
         except OSError as error:
             raise MemoryFileError(
                 f"{self.path}: the memory cannot be made: {error.strerror}; name a file in a folder that can be written"
+            ) from error
+
+    def _make_private(self) -> None:
+        """Take a file that existed before, with its two helper files, away from everybody but its owner."""
+        try:
+            for suffix in ("", "-wal", "-shm"):
+                path = self.path.with_name(self.path.name + suffix)
+                if path.exists():
+                    make_private(path)
+        except OSError as error:
+            raise MemoryFileError(
+                f"{self.path}: others may read it, and that cannot be changed: {error.strerror}; name a file of yours"
             ) from error
 
     @contextmanager

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from stucksolver.privacy.addresses import logins_in, shown
 from stucksolver.reason import distilled, own, played, rules
 from stucksolver.reason.fallback import FallbackReasoner
 from stucksolver.reason.llm import words
@@ -26,6 +27,8 @@ def make_reasoner(words: str, exchanges: Path | None = None) -> Reasoner:
         ReasonerNameError: There is no such reasoner, or it cannot be created.
         ExchangesError: The folder cannot be used.
     """
+    if any("," in login for login in logins_in(words)):
+        raise ReasonerNameError("an address has a comma in its user name or password: write it as %2C")
     found = [kind_of(word.strip()) for word in words.split(",")]
     reasoners = [kind.make(rest, exchanges) for kind, rest in found]
     return reasoners[0] if len(reasoners) == 1 else FallbackReasoner(reasoners)
@@ -48,7 +51,7 @@ def preflight(reasoner: Reasoner, name: str) -> tuple[str, ...]:
     try:
         return reasoner.preflight()
     except ReasonerError as error:
-        raise ReasonerNameError(f"{name} cannot be used: {error}") from error
+        raise ReasonerNameError(f"{shown(name)} cannot be used: {error}") from error
 
 
 def unanswered_banner(asked: int, unanswered: int, name: str, most_frequent: str = "") -> str | None:
@@ -57,6 +60,6 @@ def unanswered_banner(asked: int, unanswered: int, name: str, most_frequent: str
         return None
     why = f"; most often: {most_frequent}" if most_frequent else ""
     return (
-        f"WARNING: {unanswered} of {asked} questions to {name} had no usable answer; these results are mostly those "
-        f"of the vehicle without it{why}"
+        f"WARNING: {unanswered} of {asked} questions to {shown(name)} had no usable answer; these results are mostly "
+        f"those of the vehicle without it{why}"
     )

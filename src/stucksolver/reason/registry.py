@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from stucksolver.privacy.addresses import shown
 from stucksolver.reason.reasoner import Reasoner
 
 
@@ -59,5 +60,5 @@ def kind_of(word: str) -> tuple[Kind, str]:
     name, _, rest = word.partition(":")
     kind = KINDS.get(name)
     if kind is None:
-        raise ReasonerNameError(f"unknown reasoner {word!r}: use {help_text()}")
+        raise ReasonerNameError(f"unknown reasoner {shown(word)!r}: use {help_text()}")
     return kind, rest

@@ -10,6 +10,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from stucksolver.privacy.files import open_new
+
 _MARK = b',"hash":"'
 _TAIL = len(_MARK) + 64 + len(b'"}')
 START = "0" * 64
@@ -29,7 +31,7 @@ class ChainWriter:
         self._end = 0
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = path.open("xb", buffering=0)
+            self._file = open_new(path)
         except OSError as error:
             raise _cannot_write(path, error) from error
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from stucksolver.decision import Decision
+from stucksolver.privacy.files import append
 from stucksolver.reason import Answer
 from stucksolver.record.chain import RecordError
 from stucksolver.scene import Scene, Surroundings
@@ -63,8 +64,7 @@ class QuestionLog:
         )
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            with self._path.open("a", encoding="utf-8") as file:
-                file.write(line.model_dump_json() + "\n")
+            append(self._path, (line.model_dump_json() + "\n").encode())
         except OSError as error:
             raise RecordError(f"cannot write the questions to {self._path}: {error}") from error
 

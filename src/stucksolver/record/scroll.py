@@ -19,6 +19,7 @@ from stucksolver.decision import Directive
 from stucksolver.decision.schema import VERSION
 from stucksolver.detect import DetectorSettings
 from stucksolver.guard import GuardPolicy
+from stucksolver.privacy.files import write_once
 from stucksolver.record.chain import ChainWriter, RecordError
 from stucksolver.record.compact import Packer
 from stucksolver.record.forms import event_data, finite, inputs_data, state_data, taken_answer, told_data
@@ -145,7 +146,9 @@ class Scroll:
         image = scene.image
         if image is not None:
             digest = hashlib.sha256(image.jpeg).hexdigest()
-            _write_once(self._folder / "images" / f"{digest}.jpg", image.jpeg)
+            path = self._folder / "images" / f"{digest}.jpg"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_once(path, image.jpeg)
             data["image"] = {"width": image.width, "height": image.height, "sha256": digest}
         return data
 
@@ -227,12 +230,3 @@ def _new_file(folder: Path) -> ChainWriter:
         if not path.exists():
             return ChainWriter(path)
     raise RecordError(f"{folder} holds {MOST_FILES} records: choose another folder")
-
-
-def _write_once(path: Path, content: bytes) -> None:
-    if path.exists():
-        return
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix(".part")
-    part.write_bytes(content)
-    part.replace(path)

@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from stucksolver.privacy.files import make_private
 from stucksolver_eval.files import write_bytes
 from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.runner.pool import News
@@ -41,6 +42,10 @@ def run_on_cluster(tasks: Iterable[Task], address: str) -> Iterator[News]:
             yield News(task, outcome=outcome)
 
 
+PRIVATE = ("intervention-", "exchanges", "questions")
+"""Records, requests to models and questions: only their owner may read them, as on the worker."""
+
+
 def run_elsewhere(task: Task) -> tuple[RouteOutcome, dict[str, bytes]]:
     """Drive a route on the worker. Returns the outcome, and all files by their paths in the folder."""
     with tempfile.TemporaryDirectory(prefix="stucksolver-") as name:
@@ -56,3 +61,5 @@ def _keep(folder: Path, files: dict[str, bytes]) -> None:
         if not path.is_relative_to(folder.resolve()):
             raise ClusterError(f"a worker sent a file outside of the results: {name}")
         write_bytes(path, data)
+        if path.name.startswith(PRIVATE) or path.suffix == ".jpg":
+            make_private(path)

@@ -16,7 +16,7 @@ from stucksolver.ladder.moves import Person
 from stucksolver.passenger.frames import Topic
 from stucksolver.passenger.recognizer import Recognizer
 from stucksolver.passenger.roles import Holder, Tokens
-from stucksolver.passenger.server.access import NOT_YOURS, Access
+from stucksolver.passenger.server.access import NOT_YOURS, Access, CountedStream
 from stucksolver.passenger.server.board import Board, Vehicle
 from stucksolver.passenger.server.bodies import Answer, Me, Presser, Reply, Words
 from stucksolver.passenger.server.hub import Hub
@@ -111,23 +111,16 @@ def _add_reading(app: FastAPI, access: Access) -> None:
         holder = access.holder(request)
         if not holder.may_use(vehicle_id):
             raise HTTPException(403, NOT_YOURS)
-        access.may_stream()
-
-        async def sending() -> AsyncIterator[str]:
-            # Counted here and not above: a client that disconnects before the first line never gets here.
-            with access.one_stream():
-                async for text in events(board, vehicle_id, pictures, request.is_disconnected):
-                    yield text
-
-        return StreamingResponse(sending(), media_type="text/event-stream")
+        sending = events(board, vehicle_id, pictures, request.is_disconnected)
+        return CountedStream(sending, access.streams, holder)
 
 
 def _add_talking(app: FastAPI, access: Access) -> None:
     """Add what anybody with a token may say."""
 
     async def command(request: Request, vehicle_id: str, kind: CommandKind, client: str, **more: Any) -> Outcome:
-        holder, vehicle = access.vehicle(request, vehicle_id)
-        access.may_command(vehicle, kind, client)
+        holder, vehicle = access.vehicle(request, vehicle_id, limited=kind is not CommandKind.STOP)
+        access.may_command(holder, vehicle, kind, client, more.get("text", ""))
         return await _commanded(access.board, vehicle, holder, kind, client, **more)
 
     @app.post("/api/vehicles/{vehicle_id}/say")
@@ -184,7 +177,7 @@ def _add_operating(app: FastAPI, access: Access) -> None:
         """Tell the passenger something; it does not affect the driving."""
         holder = access.operator(request)
         _, vehicle = access.vehicle(request, vehicle_id)
-        access.may_command(vehicle, CommandKind.TELL, body.client)
+        access.may_command(holder, vehicle, CommandKind.TELL, body.client)
         return await _commanded(board, vehicle, holder, CommandKind.TELL, body.client, text=body.text)
 
 

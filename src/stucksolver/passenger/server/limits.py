@@ -11,8 +11,22 @@ BODY_BYTES = 4096
 """Of a request. The longest accepted sentence has 500 characters."""
 TARGET_BYTES = 1024
 """Of a request's path and query."""
-STREAMS = 100
-"""Number of pages that may be open at once."""
+PASSENGER_STREAMS = 6
+"""Number of pages that may be open at once with one passenger's token."""
+ALL_PASSENGER_STREAMS = 200
+"""The same with all passengers' tokens."""
+OPERATOR_STREAMS = 64
+"""The same with the operators' token, which all of them share."""
+PASSENGER_REQUESTS = 16
+"""Number of requests of one passenger's token, open pages included, that are safe from newer connections."""
+ALL_PASSENGER_REQUESTS = 400
+"""The same of all passengers' tokens."""
+OPERATOR_REQUESTS = 128
+"""The same of the operators' token."""
+STOP_REQUESTS = 16
+"""Number of calls to stop of one token that are safe from newer connections, besides its other requests."""
+ALL_STOP_REQUESTS = 400
+"""The same of all tokens."""
 KNOWN = 2000
 """Number of buckets kept; the least recently used one is dropped first."""
 
@@ -28,13 +42,17 @@ class Rate:
 COMMANDS = Rate(per_s=1.0, burst=6.0)
 """For one page."""
 ALL_COMMANDS = Rate(per_s=5.0, burst=30.0)
-"""For all pages of one vehicle, except calls to stop."""
+"""For all pages of one vehicle and role, except calls to stop and noes."""
 STOPS = Rate(per_s=5.0, burst=20.0)
-"""Calls to stop have their own limit: nobody can crowd them out with words."""
+"""Calls to stop, for one vehicle and role. Nothing else is counted here, and nothing else limits them."""
+NOES = Rate(per_s=5.0, burst=20.0)
+"""Noes to questions, for one vehicle and role: words cannot crowd them out."""
+SPOKEN_STOPS = Rate(per_s=5.0, burst=20.0)
+"""Short sentences with a word such as "stop", for one vehicle and role: other words cannot crowd them out."""
 REQUESTS = Rate(per_s=30.0, burst=120.0)
-"""For one address, for everything that needs a token."""
+"""For one token at one address, for everything but calls to stop."""
 FAILURES = Rate(per_s=0.2, burst=10.0)
-"""Wrong tokens from one address."""
+"""Wrong tokens from one address. They limit only further wrong tokens."""
 
 
 class Limiter:
@@ -54,8 +72,3 @@ class Limiter:
         if len(self._left) > KNOWN:
             self._left.popitem(last=False)
         return allowed
-
-    def exhausted(self, rate: Rate, *name: str) -> bool:
-        """True if there is not enough for one more use. Takes nothing."""
-        left, since_s = self._left.get(name, (rate.burst, 0.0))
-        return name in self._left and left + (self._clock() - since_s) * rate.per_s < 1.0

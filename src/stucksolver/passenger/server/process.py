@@ -112,35 +112,23 @@ def _serve(told: _Told, listening: socket.socket, theirs: Connection) -> None:
 
 
 async def _serving(told: _Told, listening: socket.socket, theirs: Connection) -> None:
-    import uvicorn
-
+    from stucksolver.passenger.server.access import Sharing
     from stucksolver.passenger.server.app import make_app
     from stucksolver.passenger.server.board import Board
     from stucksolver.passenger.server.doors import Doors
     from stucksolver.passenger.server.hub import Hub
+    from stucksolver.passenger.server.serving import limits_here, make_server, serve, tls_of
 
-    options, board = told.options, Board()
-    app = make_app(board, Tokens(told.secret), Hub(board, told.address), options.drawing, options.recognizer)
+    options, board, tokens = told.options, Board(), Tokens(told.secret)
+    app = make_app(board, tokens, Hub(board, told.address), options.drawing, options.recognizer)
     hosts = frozenset(options.addresses(int(listening.getsockname()[1])))
-    config = uvicorn.Config(
-        Doors(app, hosts, options.scheme, compiles=options.recognizer is not None),
-        log_level="error",
-        access_log=False,
-        server_header=False,
-        date_header=False,
-        proxy_headers=False,
-        ssl_certfile=options.cert,
-        ssl_keyfile=options.key,
-        timeout_keep_alive=30,
-        limit_concurrency=400,
-        h11_max_incomplete_event_size=16 * 1024,
-        timeout_graceful_shutdown=1,
-        ws="none",
-        lifespan="on",
+    doors = Doors(
+        app, hosts, options.scheme, compiles=options.recognizer is not None, shares=Sharing(tokens).of_request
     )
-    server = uvicorn.Server(config)
+    tls = None if options.cert is None or options.key is None else tls_of(str(options.cert), str(options.key))
+    server = make_server(doors, limits_here(), tls)
     telling = asyncio.create_task(_tell_when_up(server, theirs))
-    await server.serve(sockets=[listening])
+    await serve(server, [listening])
     telling.cancel()
 
 

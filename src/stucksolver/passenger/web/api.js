@@ -3,6 +3,7 @@
 const KEPT = "stucksolver-token";
 const TOKEN = /^#([po]\..+)$/;
 const RETRY_MS = [500, 1000, 2000, 4000];
+const AGAIN_MS = [50, 250, 500];
 
 // From behind the # of the address, which no server ever sees; then it is taken out of the address.
 export function token() {
@@ -51,6 +52,19 @@ export async function post(path, body = {}) {
     headers: { ...headers(), "content-type": "application/json" },
     body: JSON.stringify({ ...body, client }),
   }));
+}
+
+// As post, and again if the connection broke or the server was busy: a stop twice is still a stop.
+export async function insist(path) {
+  for (const pause of [...AGAIN_MS, null]) {
+    try {
+      return await post(path);
+    } catch (error) {
+      const lasts = error.status && error.status !== 429 && error.status < 500;
+      if (lasts || pause === null) throw error;
+      await new Promise((wake) => setTimeout(wake, pause));
+    }
+  }
 }
 
 // Calls hear[event](data) for each of the server's events, and comes back when the connection breaks off.

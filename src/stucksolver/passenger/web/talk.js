@@ -1,6 +1,6 @@
 // The words: what the car thinks, what it asks, what may be answered, and what was said. All of it is set as text.
 
-import { post } from "/files/api.js";
+import { insist, post } from "/files/api.js";
 
 const $ = (id) => document.getElementById(id);
 const NAMES = { car: "Car", passenger: "You", operator: "Operator" };
@@ -133,7 +133,8 @@ export class Talk {
 
   async send(how, body = {}) {
     try {
-      const { taken, told } = await post(`/api/vehicles/${encodeURIComponent(this.vehicle)}/${how}`, body);
+      const path = `/api/vehicles/${encodeURIComponent(this.vehicle)}/${how}`;
+      const { taken, told } = await (how === "stop" ? insist(path) : post(path, body));
       this.outcome(told, !taken);
       return taken;
     } catch (error) {

@@ -8,6 +8,8 @@ from enum import Enum
 from typing import Any, Literal, get_args
 from urllib.parse import urlsplit
 
+from stucksolver.reason.llm.keys import DEPLOYMENT, is_azure_host
+
 MOST_TOKENS = 1900
 """Limit of an answer (tokens). A normal one takes 300 to 700; one that fills every list and text takes 1,400."""
 THINKING_TOKENS = 8000
@@ -183,12 +185,12 @@ def is_azure(base_url: str | None) -> bool:
     if base_url is None:
         return False
     parts = urlsplit(base_url)
-    return (parts.hostname or "").endswith(".azure.com") or has_deployment(base_url)
+    return is_azure_host(parts.hostname or "") or has_deployment(base_url)
 
 
 def has_deployment(base_url: str | None) -> bool:
     """True for Azure's older form, which names the deployment in the path and the version in the query."""
-    return base_url is not None and "/openai/deployments/" in urlsplit(base_url).path
+    return base_url is not None and DEPLOYMENT in urlsplit(base_url).path
 
 
 def _has_picture(request: dict[str, Any]) -> bool:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from stucksolver.privacy.files import append, write_once
 from stucksolver.reason.llm.chat import (
     ChatModel,
     ChatReply,
@@ -76,16 +77,15 @@ class RecordingChat:
             with self._lock:
                 for message in messages:
                     self._keep_image(message)
-                with (self.folder / FILE).open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(line, ensure_ascii=False) + "\n")
+                text = json.dumps(line, ensure_ascii=False) + "\n"
+                append(self.folder / FILE, text.encode("utf-8", "replace"))
         except OSError as error:
             self.fault = f"exchanges are no longer stored in {self.folder}: {error.strerror}"
 
     def _keep_image(self, message: Message) -> None:
         if message.image is not None:
             path = self.folder / IMAGES / f"{image_digest(message)}.jpg"
-            if not path.exists():
-                path.write_bytes(message.image.jpeg)
+            write_once(path, message.image.jpeg)
 
 
 class RecordedChat:

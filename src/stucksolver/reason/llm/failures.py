@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Any
 
+from stucksolver.privacy.addresses import KEYS_VARIABLE
 from stucksolver.reason.llm.chat import GiveUp, Trouble, TryAgain
+from stucksolver.reason.llm.keys import KEY_VARIABLE
 
-KEY_VARIABLE = "OPENAI_API_KEY"
 LARGER_CONTEXT = "llama.cpp: --ctx-size, vLLM: --max-model-len, Ollama: OLLAMA_CONTEXT_LENGTH"
 REFUSALS = (400, 415, 422, 500, 501)
 """Statuses with which servers refuse a part of a request that they do not know."""
@@ -15,8 +17,16 @@ PASSING = (408, 409, 425, 502, 503, 504, 529)
 """Statuses of temporary failures; 529 is Anthropic's status for overloaded."""
 
 
-def translated(error: Any, where: str, model: str) -> Exception:
-    """Return a `TryAgain` or `GiveUp` for an SDK error."""
+def translated(error: Any, where: str, model: str, *, keyed: bool, clean: Callable[[str], str]) -> Exception:
+    """Return a `TryAgain` or `GiveUp` for an SDK error.
+
+    Args:
+        error: The error.
+        where: The server, for people.
+        model: The model.
+        keyed: A key was sent.
+        clean: Makes the server's text fit to be shown.
+    """
     import openai
 
     if isinstance(error, openai.APITimeoutError):
@@ -24,19 +34,31 @@ def translated(error: Any, where: str, model: str) -> Exception:
     if isinstance(error, openai.APIConnectionError):
         return _no_connection(error, where)
     if isinstance(error, openai.AuthenticationError | openai.PermissionDeniedError):
-        return GiveUp(f"{where} refuses the key: set {KEY_VARIABLE} to one that may use {model}", lasting=True)
+        return GiveUp(_no_entry(where, model, keyed), lasting=True)
     if isinstance(error, openai.NotFoundError):
         said = f"{where} has no model {model!r}, or no chat completions under that address"
-        return GiveUp(f"{said} (it said: {said_by(error)})", lasting=True)
+        return GiveUp(f"{said} (it said: {said_by(error, clean)})", lasting=True)
     if isinstance(error, openai.RateLimitError):
         return _rate_limit(error, where)
     if isinstance(error, openai.APIStatusError):
-        return _by_status(error, where)
-    return TryAgain(f"{where} did not answer with a chat completion: {str(error)[:200]}", Trouble.BROKEN)
+        return _by_status(error, where, clean)
+    return TryAgain(f"{where} did not answer with a chat completion: {clean(str(error))[:200]}", Trouble.BROKEN)
 
 
-def _by_status(error: Any, where: str) -> Exception:
-    status, said = error.status_code, said_by(error)
+def _no_entry(where: str, model: str, keyed: bool) -> str:
+    if keyed:
+        return f"{where} refuses the key: set {KEY_VARIABLE}, or the server's own in {KEYS_VARIABLE}, for {model}"
+    return (
+        f"{where} wants a key, and none was sent: --send-key sends {KEY_VARIABLE} there, {KEYS_VARIABLE}='HOST=KEY' "
+        "another one"
+    )
+
+
+def _by_status(error: Any, where: str, clean: Callable[[str], str]) -> Exception:
+    status, said = error.status_code, said_by(error, clean)
+    if 300 <= status < 400:
+        target = clean(str(error.response.headers.get("location", "")))[:200]
+        return GiveUp(f"{where} sends requests on to {target or 'elsewhere'}, which is not followed: name that address")
     if too_long(said):
         return GiveUp(f"{where}: the question and its answer do not fit its context ({said}); {LARGER_CONTEXT}")
     if status in PASSING:
@@ -75,14 +97,14 @@ def _after(error: Any) -> float | None:
         return None
 
 
-def said_by(error: Any) -> str:
-    """Return the server's own words, shortened, from OpenAI's error format or those of other servers."""
+def said_by(error: Any, clean: Callable[[str], str]) -> str:
+    """Return the server's own words, cleaned and shortened, from OpenAI's error format or those of other servers."""
     body = getattr(error, "body", None)
     text: Any = None
     if isinstance(body, dict):
         inner = body.get("error")
         text = body.get("message") or body.get("detail") or (inner.get("message") if isinstance(inner, dict) else inner)
-    return " ".join(str(text or error).split())[:300]
+    return " ".join(clean(str(text or error)).split())[:300]
 
 
 def parameter_of(error: Any) -> str | None:

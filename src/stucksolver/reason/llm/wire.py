@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from stucksolver.reason.llm.capabilities import Capabilities, Dialect
@@ -90,8 +90,8 @@ def _turn(message: Message, pictures: bool) -> dict[str, Any]:
     return turn
 
 
-def reply_of(answer: Any, asked: str, saw: bool) -> ChatReply:
-    """Read an SDK object; what a server left out counts as absent.
+def reply_of(answer: Any, asked: str, saw: bool, clean: Callable[[str], str] = str) -> ChatReply:
+    """Read an SDK object; what a server left out counts as absent. `clean` makes its text fit to be shown.
 
     Raises:
         TryAgain: The answer has no choice.
@@ -103,7 +103,7 @@ def reply_of(answer: Any, asked: str, saw: bool) -> ChatReply:
     message = choices[0].message
     refusal = getattr(message, "refusal", None)
     if refusal:
-        raise GiveUp(f"the model refuses: {str(refusal)[:200]}")
+        raise GiveUp(f"the model refuses: {clean(str(refusal))[:200]}")
     finish = getattr(choices[0], "finish_reason", None)
     if finish == "content_filter":
         raise GiveUp("the provider's content filter withheld the answer")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from stucksolver.privacy.addresses import shown_address, without_login
 from stucksolver.reason.llm import LanguageModelReasoner
 from stucksolver.reason.llm.capabilities import parse_options
 from stucksolver.reason.llm.exchanges import RecordedChat, RecordingChat
@@ -15,14 +16,15 @@ BLIND = "#pictures=off"
 
 
 def _openai(rest: str, exchanges: Path | None) -> Reasoner:
+    rest, login = without_login(rest)
     address, *options = rest.split("#")
     model, _, base_url = address.partition("@")
     if not model:
-        raise ReasonerNameError(f"openai:{rest} names no model: use {help_text()}")
+        raise ReasonerNameError(f"openai:{shown_address(rest)} names no model: use {help_text()}")
     try:
-        chat = OpenAiChat(model, base_url or None, parse_options(options))
+        chat = OpenAiChat(model, base_url or None, parse_options(options), login)
     except ValueError as error:
-        raise ReasonerNameError(f"openai:{rest}: {error}") from error
+        raise ReasonerNameError(f"openai:{shown_address(rest)}: {error}") from error
     return LanguageModelReasoner(chat if exchanges is None else RecordingChat(chat, exchanges))
 
 

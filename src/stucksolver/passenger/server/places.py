@@ -1,0 +1,193 @@
+"""Places for connections: few without a token, each for a short time, so that nobody can occupy the server."""
+
+from __future__ import annotations
+
+import asyncio
+import ipaddress
+from collections import Counter, OrderedDict
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from enum import Enum
+
+MAPPED_PREFIX = 64
+"""An IPv6 client usually has a whole network of this prefix length to itself (RFC 6177)."""
+
+
+@dataclass(frozen=True)
+class PlaceLimits:
+    """Limits of a server's connections."""
+
+    waiting: int = 400
+    """Maximum number of connections without a request that showed a valid token. The oldest one of the address with
+    the most gives way to a new one.
+    """
+    request_s: float = 10.0
+    """Time from a request's first byte to its last, TLS handshake included (s)."""
+    idle_s: float = 30.0
+    """Time without a request (s)."""
+    answer_s: float = 120.0
+    """Time for sending an answer (s): 40 MB, the recognizer's files, at 2.7 Mbit/s."""
+    ahead_bytes: int = 64 * 1024
+    """Maximum number of bytes that a client may send before its previous request is answered."""
+
+
+class Phase(Enum):
+    """What a connection is doing."""
+
+    IDLE = "idle"
+    REQUEST = "request"
+    ANSWER = "answer"
+
+
+class Place:
+    """The place of one connection, from its first byte to its end. Used by one event loop only."""
+
+    def __init__(self, places: Places, source: str, abort: Callable[[], None]) -> None:
+        self.source = source
+        self.held_for: tuple[Hashable, ...] = ()
+        """The shares that count this connection while a request with a valid token is served."""
+        self._places = places
+        self._abort = abort
+        self._phase = Phase.REQUEST
+        self._ahead = 0
+        self._timer: asyncio.TimerHandle | None = None
+        self._left = False
+        self._within(places.limits.request_s)
+
+    def received(self, count: int) -> None:
+        """Note that the client sent `count` bytes."""
+        if self._phase is Phase.IDLE:
+            self._phase = Phase.REQUEST
+            self._within(self._places.limits.request_s)
+        elif self._phase is Phase.ANSWER:
+            self._ahead += count
+            if self._ahead > self._places.limits.ahead_bytes:
+                self.abort()
+
+    def hold(self, *shares: tuple[Hashable, int]) -> bool:
+        """Make this connection safe from newer ones until its answer is sent.
+
+        Args:
+            shares: Names of shares, and how many connections each may hold.
+
+        Returns:
+            False if a share is used up: the connection is served all the same, but a newer one may end it.
+        """
+        return not self._left and self._places.hold(self, shares)
+
+    def request_read(self) -> None:
+        """Note that the request is complete."""
+        self._phase = Phase.ANSWER
+        self._within(self._places.limits.answer_s)
+
+    def stays(self) -> None:
+        """Note that the answer has no end: a stream."""
+        self._within(None)
+
+    def answered(self) -> None:
+        """Note that the answer is sent."""
+        if self._left:
+            return
+        self._phase, self._ahead = Phase.IDLE, 0
+        self._within(self._places.limits.idle_s)
+        self._places.release(self)
+
+    def leave(self) -> None:
+        """Note that the connection has ended; may be called again."""
+        if not self._left:
+            self._left = True
+            self._within(None)
+            self._places.remove(self)
+
+    def abort(self) -> None:
+        """End the connection at once."""
+        self.leave()
+        self._abort()
+
+    def _within(self, limit_s: float | None) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = None
+        if limit_s is not None and not self._left:
+            self._timer = asyncio.get_running_loop().call_later(limit_s, self.abort)
+
+
+class Places:
+    """All places of a server."""
+
+    def __init__(self, limits: PlaceLimits | None = None) -> None:
+        self.limits = limits or PlaceLimits()
+        self._waiting: dict[str, OrderedDict[Place, None]] = {}
+        """By address, the oldest first."""
+        self._count = 0
+        self._held: Counter[Hashable] = Counter()
+
+    def take(self, address: str, abort: Callable[[], None]) -> Place:
+        """Give a new connection from an address its place. `abort` ends the connection."""
+        place = Place(self, source_of(address), abort)
+        self._wait(place)
+        return place
+
+    def hold(self, place: Place, shares: tuple[tuple[Hashable, int], ...]) -> bool:
+        """Stop counting a place as waiting, if none of the shares is used up."""
+        if place.held_for:
+            return True
+        if any(self._held[name] >= most for name, most in shares):
+            return False
+        self._unwait(place)
+        place.held_for = tuple(name for name, _ in shares)
+        self._held.update(place.held_for)
+        return True
+
+    def release(self, place: Place) -> None:
+        """Count a place as waiting again, as the newest."""
+        if place.held_for:
+            self._unhold(place)
+        else:
+            self._unwait(place)
+        self._wait(place)
+
+    def remove(self, place: Place) -> None:
+        """Forget a place."""
+        if place.held_for:
+            self._unhold(place)
+        else:
+            self._unwait(place)
+
+    @property
+    def waiting(self) -> int:
+        """Number of connections without a valid token."""
+        return self._count
+
+    def _wait(self, place: Place) -> None:
+        self._waiting.setdefault(place.source, OrderedDict())[place] = None
+        self._count += 1
+        if self._count > self.limits.waiting:
+            crowded = max(self._waiting.values(), key=len)
+            next(iter(crowded)).abort()
+
+    def _unwait(self, place: Place) -> None:
+        here = self._waiting.get(place.source, OrderedDict())
+        if place in here:
+            del here[place]
+            self._count -= 1
+            if not here:
+                del self._waiting[place.source]
+
+    def _unhold(self, place: Place) -> None:
+        self._held.subtract(place.held_for)
+        self._held += Counter()  # drops zeros
+        place.held_for = ()
+
+
+def source_of(address: str) -> str:
+    """Return what counts as one client: an IPv4 address, or the network of an IPv6 address."""
+    try:
+        found = ipaddress.ip_address(address.partition("%")[0])
+    except ValueError:
+        return address
+    if isinstance(found, ipaddress.IPv6Address):
+        if found.ipv4_mapped is not None:
+            return str(found.ipv4_mapped)
+        return str(ipaddress.ip_network((found, MAPPED_PREFIX), strict=False))
+    return str(found)
