@@ -20,7 +20,7 @@ FEWER := GUARD_EXAMPLES=50 GUARD_SCENES=48 ADVERSARIAL_ANSWERS=3400 MACHINE_DRIV
 WORKERS ?= 2
 PYTEST := $(BIN)/python -m pytest --dist loadfile --no-loadscope-reorder -q
 .PHONY: demo test tests all-tests slow lint types checks compiled unit integration model-server bench-smoke bench bench-check coverage \
-	docs docs-test tutorials release-check lock clean
+	docs docs-test tutorials release-check portable lock clean
 
 demo: $(VENV)/.sim
 	$(BIN)/stucksolver demo --seed $(SEED) --out out/demo
@@ -88,6 +88,10 @@ coverage: $(VENV)/.dev
 # Wheels and sdists in empty environments of each Python, licences, benchmark ratios; a Python that is not here is skipped.
 release-check: $(VENV)/.dev bench-check
 	$(BIN)/python -m releasing
+
+# The tests as on other machines: an old processor's rounding, load, one worker, another language. Some 10 minutes each.
+portable: compiled
+	$(FEWER) $(BIN)/python -m releasing.portable --times $(or $(TIMES),1) $(TESTS)
 
 # The documentation's site, in out/site, with the replay of a demonstration; `tutorials` runs every command on its pages.
 docs: $(VENV)/.dev out/demo/report.html

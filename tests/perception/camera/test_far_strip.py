@@ -48,5 +48,14 @@ def test_an_empty_plain_under_a_clear_sky_is_not_taken_for_fog() -> None:
     plain = np.full((STRIP_ROWS, 64, 3), 60, np.uint8)
     plain[: STRIP_ROWS // 2] = 150
     fog = np.linspace(150, 60, STRIP_ROWS).astype(np.uint8)[:, None, None].repeat(64, 1).repeat(3, 2)
-    assert look_of(plain)[1] == pytest.approx(90.0)
+    assert look_of(plain)[1] == 90.0
     assert look_of(fog)[1] <= 1.0
+
+
+@pytest.mark.parametrize("grey", range(0, 256, 15))
+@pytest.mark.parametrize("width", [1, 64, 1280])
+def test_look_of_grey_band_is_exact_on_every_processor(grey: int, width: int) -> None:
+    """Measure steps of whole grey levels without any rounding: at an edge between two classes it would decide."""
+    strip = np.full((STRIP_ROWS, width, 3), grey, np.uint8)
+    strip[STRIP_ROWS // 2 :] = 255 - grey
+    assert look_of(strip).tolist() == [127.5, abs(255 - 2 * grey)]

@@ -19,8 +19,11 @@ FILL = 114
 """Grey beyond the image's edges."""
 BAND_ROWS = 12
 """Rows on either side of the horizon in which contrast is measured: about the height of a car 150 m away."""
-RED_GREEN_BLUE = (0.299, 0.587, 0.114)
-"""Weights of luminance (ITU-R BT.601)."""
+RED_GREEN_BLUE = (299, 587, 114)
+"""Weights of luminance in thousandths (ITU-R BT.601).
+
+Integers: sums of them are exact, so that every processor finds the same class of look (see `far_sight.SightModel`).
+"""
 
 
 def horizon_row(rig: CameraRig, pitch_rad: float = 0.0) -> float:
@@ -71,6 +74,6 @@ def look_of(strip: Pixels) -> Floats:
         strip: (`STRIP_ROWS`, width, 3), the horizon in its middle.
     """
     middle = len(strip) // 2
-    band = strip[middle - BAND_ROWS : middle + BAND_ROWS].astype(np.float32) @ np.array(RED_GREEN_BLUE, np.float32)
+    band = strip[middle - BAND_ROWS : middle + BAND_ROWS].astype(np.int64) @ np.array(RED_GREEN_BLUE, np.int64)
     steps = np.abs(np.diff(band, axis=0)).max(axis=0)
-    return np.array([float(band.mean()), float(np.median(steps))])
+    return np.array([float(band.mean()), float(np.median(steps))]) / sum(RED_GREEN_BLUE)
