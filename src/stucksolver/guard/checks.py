@@ -7,7 +7,7 @@ import numpy as np
 from stucksolver.decision.behaviors import Release
 from stucksolver.decision.rollout import MIN_SPEED_MPS
 from stucksolver.guard.abreast import will_be_followed
-from stucksolver.guard.caps import cap_mps, too_quick
+from stucksolver.guard.caps import too_quick
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import EPSILON, way_to_stop
 from stucksolver.guard.policy import GuardPolicy
@@ -217,15 +217,16 @@ def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, w
 
 
 def speed(case: CheckContext) -> list[Reject]:
-    """Check the speed cap, and that the ego can slow down to the path's final speed.
+    """Check the limits of the lanes, the speed cap, and that the ego can slow down to the path's final speed.
 
-    The cap is low in a recovery and higher for a pass or a passenger's request. If the path is too short to slow down,
-    the ego would run past its end, where nothing has been checked.
+    The cap is low in a recovery and higher for a pass or a passenger's request. Limits and people may change while the
+    plan runs, the path does not. If it is too short to slow down, the ego would run past its end, where nothing has
+    been checked.
     """
-    speeds = case.policy.speeds
-    asked, ends = float(case.path.speed.max()), float(case.path.speed[-1])
-    if asked > speeds.recovery_mps + EPSILON and asked > cap_mps(case) + EPSILON:
-        return [too_quick(case, asked)]
+    speeds, ends = case.policy.speeds, float(case.path.speed[-1])
+    quicker = too_quick(case)
+    if quicker is not None or case.running:
+        return [quicker] if quicker else []
     left = float(case.quick.v[-1])
     if left > max(ends, MIN_SPEED_MPS) + speeds.tolerance_mps:
         detail = f"still at {left:.1f} m/s at the end of the path, which asks for {ends:.1f} m/s"

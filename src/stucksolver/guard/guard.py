@@ -14,6 +14,7 @@ from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
 from stucksolver.guard import backing, checks, marking, obstacles, oncoming, rules, traffic
 from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_beside
 from stucksolver.guard.abreast import from_behind
+from stucksolver.guard.caps import within_limits
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.early_return import early_return
 from stucksolver.guard.hand_back import clear_to_hand_back
@@ -52,7 +53,7 @@ CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
 
 MOST = 6
 """Largest number of behaviours checked in a plan: a bound on the work of one check."""
-SETTLED = frozenset({Check.SPEED, Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITHIN_LANE})
+SETTLED = frozenset({Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITHIN_LANE})
 """Checks of the path alone: decided once, at acceptance."""
 
 
@@ -325,7 +326,7 @@ class Guard:
             start = Start(part.end_s, part.end_d, float(part.speed[-1]))
         if path is None:
             raise CannotPlan(PlanFailure.EMPTY, "the plan is empty")
-        path = path.stopping() if stops else path
+        path = within_limits(CheckContext(view, path.stopping() if stops else path, self.policy, guided))
         case = CheckContext(view, path, self.policy, guided)
         return Proven(
             tuple(behaviors),
