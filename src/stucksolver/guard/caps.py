@@ -108,18 +108,19 @@ def _somebody_beside(case: CheckContext) -> int | None:
         (people, _gaps_on_the_way(case, people, speeds.people_aside_m - used_m)),
         (doors, standing_gaps(case, doors, aside_m=aside_m, part=part)),
     ):
-        if len(which) and (gap := gaps[quick].min(axis=0)).min() < 0.0:
+        if len(which) and (gap := gaps[quick].min(axis=0)).min() < -EPSILON:
             return int(which[int(gap.argmin())])
     return None
 
 
 def _gaps_on_the_way(case: CheckContext, which: Array, aside_m: float) -> Array:
-    """(stations, objects): gaps to objects, widened by `aside_m` (m), where they are now and while the ego passes (m).
+    """(stations, objects): gaps to objects, widened by `aside_m` (m), while the ego passes (m).
 
-    While the ego, sluggish or fast, is at a station, an object that keeps its velocity sweeps a part of its way.
+    While the ego, sluggish or fast, is at a station, an object that keeps its velocity sweeps a part of its way. Who is
+    on foot may also stay.
     """
     view = case.view
-    now = standing_gaps(case, which, aside_m=aside_m)
+    now = np.where(view.on_foot[which], standing_gaps(case, which, aside_m=aside_m), np.inf)
     middle_s = ((case.slow.t + case.quick.t) / 2)[:, None]
     half_s = (np.abs(case.slow.t - case.quick.t) / 2)[:, None]
     swept = separation(

@@ -35,7 +35,6 @@ from stucksolver.scene import (
     SceneObject,
     Side,
 )
-from stucksolver.scene.objects import TWO_WHEELED
 
 RECOVERY_SPEED_MPS = 5.5
 """Just under the 20 km/h of a recovery: a faster pass is shorter and needs less sight of the oncoming lane (m/s)."""
@@ -73,7 +72,7 @@ def asked(scene: Scene) -> Reading | None:
 def speed_for(scene: Scene, target: PassTarget) -> float:
     """Return the speed of a pass (m/s): walking pace after a refusal for clearance, more if asked to overtake.
 
-    The guard allows more only within a known limit, and not beside people and two-wheelers.
+    The guard allows more only within known limits, and with room beside people and doors.
     """
     if failed_for(scene, RejectCode.CLEARANCE, RejectCode.DOOR):
         return SLOW_MPS
@@ -83,8 +82,7 @@ def speed_for(scene: Scene, target: PassTarget) -> float:
     # A faster pass is over sooner, so less of the oncoming lane must be seen to be free.
     if target.speed_mps < 0.5 and not failed_for(scene, RejectCode.ONCOMING_SIGHT, RejectCode.ONCOMING_GAP):
         return RECOVERY_SPEED_MPS
-    people = any(o.kind in VULNERABLE or o.kind in TWO_WHEELED for o in target.objects)
-    if people or failed_for(scene, RejectCode.OVERSPEED) or scene.speed_limit_mps is None:
+    if failed_for(scene, RejectCode.OVERSPEED) or scene.speed_limit_mps is None:
         return RECOVERY_SPEED_MPS
     # Rounded down: the guard allows not a hair more than the limit.
     limit = math.floor(10.0 * scene.speed_limit_mps) / 10.0
