@@ -13,8 +13,11 @@ from stucksolver.guard.verdict import Reject
 from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.frenet import Array, Lane, Mask
-from stucksolver.scene.objects import VEHICLES
+from stucksolver.scene.objects import VEHICLES, ObjectKind, TrackedObject
 from stucksolver.scene.road import LaneDirection, LaneKind
+from stucksolver.scene.view import MOVING_MPS
+
+DOORED = frozenset({ObjectKind.CAR, ObjectKind.VAN, ObjectKind.TRUCK, ObjectKind.EMERGENCY})
 
 
 def cap_mps(case: CheckContext) -> float:
@@ -58,14 +61,51 @@ def _limit_mps(lane: Lane, policy: GuardPolicy) -> float | None:
 
 
 def within_limits(case: CheckContext) -> Manoeuvre:
-    """Return the plan's path, slowed to the limits of its lanes where it is no quicker than a recovery.
+    """Return the plan's path, slowed for doors, and to the limits of its lanes where it is no quicker than a recovery.
 
     Recovery speed is what behaviours ask for wherever they are. A plan that asks for more is to know the limits, and is
     refused above them (`too_quick`).
     """
-    limits = limits_mps(case)
     slow = case.path.speed <= case.policy.speeds.recovery_mps + EPSILON
-    return case.path.no_quicker(np.where(slow, limits, np.inf))
+    return case.path.no_quicker(np.minimum(np.where(slow, limits_mps(case), np.inf), _beside_doors_mps(case)))
+
+
+def drawn_to_doors(case: CheckContext, speed: Array) -> Array:
+    """(stations,): the room beside the reach of a door that the ego needs at each `speed` (stations,) (m).
+
+    A tracking fault draws the body aside until hard braking has slowed it to walking pace. Before the start there is
+    room for the error that counts as none, too.
+    """
+    tracking, limits = case.policy.tracking, case.view.ego.limits
+    slows_s = np.maximum(speed - case.policy.speeds.creep_mps, 0.0) / limits.max_braking_mps2
+    room_m: Array = tracking.drift_mps * (case.policy.stopping.lag_s + slows_s)
+    return room_m if case.running else room_m + tracking.beside_m
+
+
+def _beside_doors_mps(case: CheckContext) -> Array:
+    """(stations,): the highest speed for which there is room beside the doors of parked vehicles (m/s).
+
+    Infinite away from doors, and within their reach, where a plan that is quicker than walking pace is refused.
+    """
+    view, doors, tracking = case.view, case.policy.doors, case.policy.tracking
+    fastest = np.full(len(case.path.s), np.inf)
+    which = np.array(
+        [i for i, o in enumerate(view.objects) if view.speed[i] <= MOVING_MPS and may_open(o, doors.parked_s)],
+        dtype=int,
+    )
+    if not len(which):
+        return fastest
+    reach = standing_gaps(case, which, aside_m=doors.reach_m, part=doors.part_of_length)
+    slows_s = np.maximum((reach - tracking.beside_m) / tracking.drift_mps - case.policy.stopping.lag_s, 0.0)
+    allowed = case.policy.speeds.creep_mps + view.ego.limits.max_braking_mps2 * slows_s
+    counts = (reach >= 0.0) & (reach < reach[0] - case.policy.clearance.nearer_m)
+    result: Array = np.where(counts, allowed, np.inf).min(axis=1)
+    return result
+
+
+def may_open(thing: TrackedObject, parked_s: float) -> bool:
+    """True for a vehicle with doors that has parked."""
+    return thing.kind in DOORED and (thing.stationary_s is None or thing.stationary_s >= parked_s)
 
 
 def too_quick(case: CheckContext) -> Reject | None:

@@ -255,6 +255,8 @@ class Guard:
     def _given_up(self, case: CheckContext, rejects: list[Reject]) -> Verdict:
         way = self._before_commit(case.view)
         hard = brakes_hard(case) if way is Abort.STOP else None
+        if way is Abort.STOP and any(reject.code is RejectCode.DOOR for reject in rejects):
+            hard = case.view.ego.limits.max_braking_mps2
         return Verdict(rejects=tuple(rejects), abort=way, brake_mps2=hard)
 
     def _before_commit(self, view: FrenetScene) -> Abort:
@@ -326,7 +328,9 @@ class Guard:
             start = Start(part.end_s, part.end_d, float(part.speed[-1]))
         if path is None:
             raise CannotPlan(PlanFailure.EMPTY, "the plan is empty")
-        path = within_limits(CheckContext(view, path.stopping() if stops else path, self.policy, guided))
+        path = path.stopping() if stops else path
+        way = tracked(path, view, self.policy.tracking, reverse=behaviors[0].reverse)
+        path = replace(path, speed=within_limits(CheckContext(view, way, self.policy, guided)).speed)
         case = CheckContext(view, path, self.policy, guided)
         return Proven(
             tuple(behaviors),
