@@ -38,7 +38,7 @@ CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
     Check.ROADSIDE: checks.roadside,
     Check.WITHIN_LANE: rules.within_lane,
     Check.CREEP_SPEED: rules.creep_speed,
-    Check.AUTHORITY: rules.authority,
+    Check.AUTHORITY: lambda case: rules.authority(case) + ([] if case.running else rules.off_rails(case)),
     Check.OFF_ROUTE: rules.off_route,
     Check.STOPPING_PLACE: rules.stopping_place,
     Check.BACKING_PLACE: backing.backing_place,

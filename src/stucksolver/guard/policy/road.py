@@ -84,6 +84,8 @@ class QueuePolicy(Model):
     """A vehicle further than this from the lane's centre counts as parked."""
     in_line_m: NonNegativeFloat = 1.5
     """Vehicles whose centres are less than this apart laterally are in one line: less than a car's width."""
+    unknown_m: NonNegativeFloat = 1.5
+    """An object of unknown kind that is at least this long may be a vehicle: a little less than a bicycle."""
     reach_m: NonNegativeFloat = 15.0
     """A vehicle may be waiting for a light, line or vehicle within this distance ahead: two or three car lengths."""
     past_line_m: NonNegativeFloat = 2.0
