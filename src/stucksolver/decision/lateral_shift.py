@@ -28,7 +28,7 @@ The second list applies beside pedestrians and cyclists.
 """
 
 
-def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float) -> Manoeuvre:
+def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float, gentle_m: float = 0.0) -> Manoeuvre:
     """Return a lateral move to `d_to`, as long and thus as gentle as the space ahead allows.
 
     Args:
@@ -36,6 +36,7 @@ def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float
         start: Where the move begins.
         d_to: Lateral offset at its end (m, left positive).
         speed_mps: Upper bound on the speed (m/s).
+        gentle_m: Least length of the gentlest move (m).
 
     Raises:
         CannotPlan: Even at its smallest turning radius the vehicle would touch something stationary ahead.
@@ -43,7 +44,7 @@ def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float
     side = d_to - start.d_m
     standing = np.flatnonzero(~view.moving)
     nearest: list[tuple[Manoeuvre, Array]] = []
-    for path in _shifts(view, start, d_to, speed_mps):
+    for path in _shifts(view, start, d_to, speed_mps, gentle_m):
         nearest.append((path, nearest_on_approach(view, path, standing)))
         if _is_clear(view, standing, nearest[-1][1], 0):
             return path
@@ -62,11 +63,11 @@ def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float
     )
 
 
-def _shifts(view: FrenetScene, start: Start, d_to: float, speed_mps: float) -> Iterator[Manoeuvre]:
+def _shifts(view: FrenetScene, start: Start, d_to: float, speed_mps: float, gentle_m: float) -> Iterator[Manoeuvre]:
     """Yield the moves to `d_to`, the gentlest first: with the nose out from its heading, then straight."""
     side = d_to - start.d_m
     shortest = max(shortest_shift(side, view.ego.limits.min_turn_radius_m), 4.0)
-    gentle = max(min(SHIFT_TIME_S * max(start.speed_mps, 4.0), 40.0), shortest)
+    gentle = max(min(SHIFT_TIME_S * max(start.speed_mps, 4.0), 40.0), shortest, gentle_m)
     lengths = [float(length) for length in np.linspace(gentle, shortest, LENGTHS)]
     if start.speed_mps < STANDS_MPS and abs(start.yaw_rad) > TURNED_RAD and side * start.yaw_rad > 0.0:
         for length in lengths:

@@ -97,6 +97,16 @@ class Manoeuvre:
         speed[-1] = 0.0
         return replace(self, speed=speed, stops=True)
 
+    def no_quicker(self, limits_mps: Array) -> Manoeuvre:
+        """Return the same manoeuvre within speed limits (stations,) (m/s); it brakes softly before a lower one."""
+        over = self.speed > limits_mps
+        if not over.any():
+            return self
+        ramp = 2 * SOFT_BRAKING_MPS2 * self.s
+        squared = np.where(over, np.square(limits_mps), np.inf) + ramp
+        bound = np.sqrt(np.minimum.accumulate(squared[::-1])[::-1] - ramp)
+        return replace(self, speed=np.minimum(self.speed, bound))
+
 
 def body_heading(course_rad: Array, yaw_rad: float, lever_m: float) -> Array:
     """(stations,): headings of a body whose centre moves in the directions `course_rad` and that starts with `yaw_rad`.

@@ -18,8 +18,9 @@ def will_be_followed(case: CheckContext, station: Array, which: Array, t: Array)
 
     Such a vehicle must be ahead of the ego's front bumper when the ego's body enters its path or is already in it. If
     the ego moves in behind it, or the plan has not begun, the distance must also let the ego brake to its speed. A
-    vehicle reached while alongside is hit, not followed. The result is always False in an oncoming lane, because the
-    ego cannot slow down and follow there. The second axis has length 1 if no object qualifies.
+    vehicle reached while alongside is hit, not followed, and so is one that the path leads round. The result is always
+    False in an oncoming lane, because the ego cannot slow down and follow there. The second axis has length 1 if no
+    object qualifies.
 
     Args:
         case: The plan being checked.
@@ -34,7 +35,8 @@ def will_be_followed(case: CheckContext, station: Array, which: Array, t: Array)
     leads &= np.array([view.objects[int(i)].id not in case.path.passes for i in which], dtype=bool)
     result = np.zeros((len(station), 1, len(which)), dtype=bool)
     for k in np.flatnonzero(leads):
-        result[:, 0, k] = _is_before_us(case, station, int(which[k]), t)
+        i = int(which[k])
+        result[:, 0, k] = _is_before_us(case, station, i, t) & _stays_behind(case, station, i, t)
     if result.any():
         result = result & _on_own_side(case, station)[..., None]
     return result
@@ -55,6 +57,30 @@ def _is_before_us(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
     from_start = 0.0 if case.running else slower + closing * case.policy.stopping.lag_s
     needed = np.where(first > 0, policy.headway_s * speed + policy.headway_m + slower, from_start)
     result: Mask = ~meets.any(axis=1) | (ahead > needed)
+    return result
+
+
+def _stays_behind(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
+    """(profiles,): True if the ego remains in the object's path to the end, or never reaches the object.
+
+    A stack falls back behind what its body would run into. It does not behind what the path swings round, or passes at
+    a small distance.
+    """
+    view, path, braking = case.view, case.path, case.policy.prediction.braking_mps2
+    d = np.interp(station, path.s, path.d)
+    # Only where its body surely is: how uncertain its place is makes it no leader.
+    half_m = np.interp(station, path.s, case.reach) + view.across[i] - view.doubt_m[i]
+    meets: Mask = np.abs(d - view.d[i]) < half_m
+    lane = view.lane_of[i]
+    if lane is not None:
+        # It follows its lane, which may bend away from the route's line.
+        aside = np.interp(station, lane.s, lane.centre) - float(np.interp(view.s[i], lane.s, lane.centre))
+        meets |= np.abs(d - view.d[i] - aside) < half_m
+    stays = meets | (np.cumsum(meets, axis=1) == 0)
+    until = np.minimum(t, view.vs[i] / braking)
+    rear = view.s[i] - view.along[i] + view.vs[i] * until - braking * until**2 / 2
+    never_reached = (station + view.ego.length_m / 2 < rear).all(axis=1)
+    result: Mask = stays.all(axis=1) & meets.any(axis=1) | never_reached
     return result
 
 

@@ -15,6 +15,7 @@ from stucksolver.guard import backing, checks, marking, obstacles, oncoming, rul
 from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_beside
 from stucksolver.guard.abreast import from_behind
 from stucksolver.guard.blind import stopping_soon
+from stucksolver.guard.caps import within_limits
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.early_return import early_return
 from stucksolver.guard.hand_back import about_to_touch, clear_to_hand_back
@@ -39,7 +40,7 @@ CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
     Check.ROADSIDE: checks.roadside,
     Check.WITHIN_LANE: rules.within_lane,
     Check.CREEP_SPEED: rules.creep_speed,
-    Check.AUTHORITY: rules.authority,
+    Check.AUTHORITY: lambda case: rules.authority(case) + ([] if case.running else rules.off_rails(case)),
     Check.OFF_ROUTE: rules.off_route,
     Check.STOPPING_PLACE: rules.stopping_place,
     Check.BACKING_PLACE: backing.backing_place,
@@ -53,7 +54,7 @@ CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
 
 MOST = 6
 """Largest number of behaviours checked in a plan: a bound on the work of one check."""
-SETTLED = frozenset({Check.SPEED, Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITHIN_LANE})
+SETTLED = frozenset({Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITHIN_LANE})
 """Checks of the path alone: decided once, at acceptance."""
 
 
@@ -256,6 +257,8 @@ class Guard:
     def _given_up(self, case: CheckContext, rejects: list[Reject]) -> Verdict:
         way = self._before_commit(case.view)
         hard = brakes_hard(case) if way is Abort.STOP else None
+        if way is Abort.STOP and any(reject.code is RejectCode.DOOR for reject in rejects):
+            hard = case.view.ego.limits.max_braking_mps2
         return Verdict(rejects=tuple(rejects), abort=way, brake_mps2=hard)
 
     def _before_commit(self, view: FrenetScene) -> Abort:
@@ -357,6 +360,8 @@ class Guard:
         if path is None:
             raise CannotPlan(PlanFailure.EMPTY, "the plan is empty")
         path = path.stopping() if stops else path
+        way = tracked(path, view, self.policy.tracking, reverse=behaviors[0].reverse)
+        path = replace(path, speed=within_limits(CheckContext(view, way, self.policy, guided)).speed)
         case = CheckContext(view, path, self.policy, guided)
         return Proven(
             tuple(behaviors),

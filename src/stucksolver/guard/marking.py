@@ -7,11 +7,10 @@ import numpy as np
 from stucksolver.decision.behaviors import Release
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import KMH_PER_MPS
-from stucksolver.guard.obstacles import in_queue
+from stucksolver.guard.obstacles import in_queue, may_be_vehicle
 from stucksolver.guard.verdict import Reject
 from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.frenet import Lane
-from stucksolver.scene.objects import MOTOR_VEHICLES
 from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 
 
@@ -87,7 +86,7 @@ def _no_obstruction(case: CheckContext) -> str | None:
         thing = view.objects[int(i)]
         if thing.stationary_s is None or thing.stationary_s < policy.solid_line_standing_s:
             return "what is ahead is not a stationary obstruction"
-        if not thing.hazard_lights and thing.kind in MOTOR_VEHICLES and in_queue(case, int(i)):
+        if not thing.hazard_lights and may_be_vehicle(case, int(i)) and in_queue(case, int(i)):
             return "what is ahead may be in a queue"
     return None
 

@@ -8,7 +8,8 @@ from stucksolver.guard.context import CheckContext
 from stucksolver.guard.verdict import Reject
 from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.boxes import separation
-from stucksolver.scene.objects import MOTOR_VEHICLES, PASSABLE_KINDS, VEHICLES, VULNERABLE, ObjectKind
+from stucksolver.scene.objects import PASSABLE_KINDS, VEHICLES, VULNERABLE, ObjectKind
+from stucksolver.scene.road import LaneKind
 from stucksolver.scene.surroundings import ControlKind, LightState
 from stucksolver.scene.view import MOVING_MPS
 from stucksolver.scene.wording import stood_too_briefly
@@ -17,13 +18,14 @@ from stucksolver.scene.wording import stood_too_briefly
 def patience(case: CheckContext) -> list[Reject]:
     """Check that no queue is passed, and a vehicle that may only be waiting not before it has stood long enough.
 
-    A passenger may ask to pass a moving vehicle, or not to wait. But nothing a passenger says allows passing a queue.
+    A passenger may ask to pass a moving vehicle, or not to wait. But nothing a passenger says allows passing a queue,
+    or an emergency vehicle before the long wait.
     """
     view = case.view
     found = []
     for name in case.path.passes:
         i = view.index_of(name)
-        if i is None or view.objects[i].kind not in VEHICLES:
+        if i is None or not may_be_vehicle(case, i):
             continue
         why = _moving(case, i) if view.speed[i] > MOVING_MPS else _standing(case, i)
         if why is not None:
@@ -32,35 +34,59 @@ def patience(case: CheckContext) -> list[Reject]:
     return found
 
 
+def may_be_vehicle(case: CheckContext, i: int) -> bool:
+    """True for a vehicle of any kind, and for something of unknown kind that is as long as one."""
+    thing = case.view.objects[i]
+    long = max(thing.length_m, thing.width_m) >= case.policy.queues.unknown_m
+    return thing.kind in VEHICLES or (thing.kind is ObjectKind.UNKNOWN and long)
+
+
 def _moving(case: CheckContext, i: int) -> str | None:
-    slow = case.view.vs[i] < case.policy.prediction.along_mps
-    return None if case.guided or case.running or slow else "is moving: follow it, do not pass it"
+    if case.view.vs[i] < case.policy.prediction.along_mps:
+        warns = case.view.objects[i].hazard_lights
+        return "may be in a queue" if not warns and _waits_for_something(case, i) else None
+    return None if case.guided or case.running else "is moving: follow it, do not pass it"
 
 
 def _standing(case: CheckContext, i: int) -> str | None:
-    view, waits, thing = case.view, case.policy.waits, case.view.objects[i]
+    waits, thing = case.policy.waits, case.view.objects[i]
     if not thing.hazard_lights and in_queue(case, i):
         return "may be in a queue"
-    parked = thing.hazard_lights or abs(float(view.d[i])) > case.policy.queues.parked_offset_m
+    stood = thing.stationary_s or 0.0
+    if case.running or thing.kind is ObjectKind.UNKNOWN:
+        return None
+    if thing.kind is ObjectKind.EMERGENCY:
+        # Its crew may come back and drive off at any moment, whatever it shows and whatever anybody says.
+        return None if stood >= waits.unknown_vehicle_s else stood_too_briefly(stood, waits.unknown_vehicle_s)
     # Being told that it will stay counts as much as seeing its hazard lights.
     stays = "long_stay" in case.approvals.passenger | case.approvals.operator
-    needed = waits.hazard_or_parked_s if parked or stays else waits.unknown_vehicle_s
-    stood = thing.stationary_s or 0.0
-    if case.guided or case.running or stood >= needed:
-        return None
-    return stood_too_briefly(stood, needed)
+    short = thing.hazard_lights or _parked(case, i) or stays
+    needed = waits.hazard_or_parked_s if short else waits.unknown_vehicle_s
+    return None if case.guided or stood >= needed else stood_too_briefly(stood, needed)
+
+
+def _parked(case: CheckContext, i: int) -> bool:
+    """True if it stands where vehicles park: off the lane's centre, for a two-wheeler outside driving lanes."""
+    if case.view.two_wheeled[i]:
+        lane = case.view.lane_of[i]
+        return lane is None or lane.strip.kind is not LaneKind.DRIVING
+    return abs(float(case.view.d[i])) > case.policy.queues.parked_offset_m
 
 
 def in_queue(case: CheckContext, i: int) -> bool:
     """True if the vehicle seems to be waiting for something ahead of it, judged by what is there now.
 
-    It is if it has moved recently, or if a light, a stop sign or another motor vehicle is close ahead. That vehicle
-    must itself have moved recently, or be stopped in the lane without hazard or emergency lights. How long a vehicle
-    has been stationary cannot tell a queue from an obstruction: it may have stopped long before the ego came.
+    It is if it has moved recently, or if a light, a stop sign or another vehicle, of any kind or unknown, is close
+    ahead. That vehicle must itself have moved recently, or be stopped in the lane without hazard or emergency lights.
+    How long a vehicle has been stationary cannot tell a queue from an obstruction: it may have stopped long before the
+    ego came.
     """
+    return _moved_lately(case, i) or _waits_for_something(case, i)
+
+
+def _waits_for_something(case: CheckContext, i: int) -> bool:
+    """True if a light, a stop sign or another vehicle that may wait is close ahead of a vehicle."""
     view, policy = case.view, case.policy.queues
-    if _moved_lately(case, i):
-        return True
     front = float(view.gap[i] + 2 * view.along[i])
     for control in view.surroundings.controls:
         holds = control.kind is ControlKind.STOP_SIGN or control.state in (LightState.RED, LightState.YELLOW)
@@ -69,7 +95,7 @@ def in_queue(case: CheckContext, i: int) -> bool:
             return True
     in_line = np.abs(view.d - view.d[i]) < policy.in_line_m
     next_up = (view.gap > front) & (view.gap < front + policy.reach_m) & in_line
-    ahead = [int(j) for j in np.flatnonzero(next_up) if view.objects[int(j)].kind in MOTOR_VEHICLES]
+    ahead = [int(j) for j in np.flatnonzero(next_up) if may_be_vehicle(case, int(j))]
     return any(_moved_lately(case, j) or (_may_wait(case, i) and _may_wait(case, j)) for j in ahead)
 
 
@@ -82,8 +108,7 @@ def _may_wait(case: CheckContext, i: int) -> bool:
     """True if it could be a waiting vehicle: in its lane, without hazard or emergency lights."""
     thing = case.view.objects[i]
     warns = thing.hazard_lights or thing.emergency_lights
-    parked = abs(float(case.view.d[i])) > case.policy.queues.parked_offset_m
-    return not warns and not parked and thing.kind in MOTOR_VEHICLES
+    return not warns and not _parked(case, i) and may_be_vehicle(case, i)
 
 
 def passable(case: CheckContext) -> list[Reject]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stucksolver.decision.manoeuvre import landing_m
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import EPSILON
 from stucksolver.guard.verdict import Reject
@@ -72,6 +73,20 @@ def authority(case: CheckContext) -> list[Reject]:
     ]
 
 
+def off_rails(case: CheckContext) -> list[Reject]:
+    """Check that no part of the body is on a level crossing where the path ends, or where the stack takes over."""
+    path, view, half = case.path, case.view, case.view.ego.length_m / 2
+    end, takes_over = float(path.end_s), float(path.end_s)
+    if not path.stops and view.zone_at(float(path.s[0]), ZoneKind.LEVEL_CROSSING) is None:
+        # Whoever leaves the rails need only be off them in the end.
+        takes_over = max(end - landing_m(float(path.speed[-1])), float(path.s[0]))
+    for zone in view.surroundings.road.zones:
+        on = zone.start_m < end + half + case.policy.lanes.overrun_m and takes_over - half < zone.end_m
+        if zone.kind is ZoneKind.LEVEL_CROSSING and on:
+            return [Reject(code=RejectCode.STOPPING_PLACE, detail="the plan would end on a level crossing")]
+    return []
+
+
 def _leaves(case: CheckContext, zone: Zone) -> bool:
     """True if the ego is already in a zone and the path leads out of it."""
     half, here, end = case.view.ego.length_m / 2, case.view.ego_s, float(case.path.end_s)
@@ -106,7 +121,8 @@ def _scene_of(thing: TrackedObject, stands_mps: float) -> str | None:
         return None
     if thing.kind is ObjectKind.SCHOOL_BUS:
         return "school_bus"
-    return "emergency_scene" if thing.kind is ObjectKind.EMERGENCY and thing.emergency_lights else None
+    # Lights that are not seen may be on.
+    return "emergency_scene" if thing.kind is ObjectKind.EMERGENCY and thing.emergency_lights is not False else None
 
 
 def creep_speed(case: CheckContext) -> list[Reject]:

@@ -47,11 +47,14 @@ def _ahead(case: CheckContext, lane: Lane) -> list[Reject]:
 
 
 def _behind(case: CheckContext, lane: Lane, k: int, speed_mps: float) -> list[Reject]:
-    """Check that unseen traffic at `speed_mps` (m/s) could still brake if the ego enters at station `k`."""
+    """Check that unseen traffic at `speed_mps` (m/s) could still brake if the ego enters at station `k`.
+
+    Traffic that comes into sight while a stop before the entry is possible is seen in time, whatever its speed.
+    """
     view, policy = case.view, case.policy.sight
-    when, own = min(float(case.slow.t[k]), policy.seen_later_s), float(case.slow.v[k])
-    gap = speed_mps * when + rss_distance(speed_mps, own, case.policy.rss, running=True)
-    needed = view.ego.length_m / 2 + min(gap, policy.behind_most_m)
+    stop_s = float(case.quick.v[k]) / (2 * view.ego.limits.comfort_braking_mps2)
+    when, own = min(float(case.slow.t[k]), max(policy.seen_later_s, stop_s)), float(case.slow.v[k])
+    needed = view.ego.length_m / 2 + speed_mps * when + rss_distance(speed_mps, own, case.policy.rss, running=True)
     have = view.sight_behind_m(lane)
     if not _beside(case, lane) or have >= needed or _ends(case, lane, view.ego_s - have, -1):
         return []

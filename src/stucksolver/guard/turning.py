@@ -195,7 +195,7 @@ def _sight(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -
             continue
         ahead = lane.strip.direction is LaneDirection.OPPOSITE
         limit = lane.strip.speed_limit_mps or policy.oncoming.unknown_limit_mps
-        stop_m = min(rss_distance(limit, 0.0, policy.rss, running=True), policy.sight.behind_most_m)
+        stop_m = rss_distance(limit, 0.0, policy.rss, running=True)
         extent_m = swept[1] - view.ego_s if ahead else view.ego_s - swept[0]
         have = view.sight_ahead_m(lane) if ahead else view.sight_behind_m(lane)
         needed = extent_m + stop_m

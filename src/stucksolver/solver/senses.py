@@ -1,7 +1,8 @@
 """The surroundings as the guard sees them, with their faults made visible as age.
 
 The guard refuses and aborts on surroundings that are too old. A frozen sensor, missing data and a jump of position are
-therefore all reported as age. An object that vanishes for a moment is kept where it must be.
+therefore all reported as age. An object that vanishes for a moment is kept where it must be, and a light that vanishes
+is one of unknown state until its line is behind.
 """
 
 from __future__ import annotations
@@ -10,9 +11,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from stucksolver.scene import EgoState, Surroundings, TrackedObject
+from stucksolver.guard.policy import ControlPolicy
+from stucksolver.scene import EgoState, Surroundings, TrackedObject, TrafficControl
 from stucksolver.scene.objects import VULNERABLE
 from stucksolver.scene.sound import why_unsound
+from stucksolver.solver.control_memory import ControlMemory
 
 HOLD_S = 1.0
 """An object that is no longer seen is kept for this long and extrapolated."""
@@ -36,12 +39,18 @@ Read = Callable[[], "Surroundings | None"]
 class _Look:
     now_s: float
     raw: Surroundings
+    controls: tuple[TrafficControl, ...]
 
 
 class Senses:
-    """Reads the stack's surroundings. Every call takes the solver's own time."""
+    """Reads the stack's surroundings. Every call takes the solver's own time.
 
-    def __init__(self) -> None:
+    Args:
+        controls: The guard's numbers for lights and stop signs; the defaults if None.
+    """
+
+    def __init__(self, controls: ControlPolicy | None = None) -> None:
+        self._controls = ControlMemory(controls)
         self._last: _Look | None = None
         self._fresh_s = -math.inf
         """The time at which the current frame was first shown."""
@@ -60,11 +69,13 @@ class Senses:
         age, fault = self._doubt(raw, now_s)
         self.fault = fault or "; ".join(raw.sensor_faults) or None
         ego = self._believed(raw.ego, now_s, jumped=age == DOUBTFUL_AGE_S)
-        self._last = _Look(now_s, raw)
         objects = self._kept(raw.objects, now_s)
-        if age == raw.age_s and objects is raw.objects:
+        # Where the ego is not known, no line has a place.
+        controls = raw.controls if age == DOUBTFUL_AGE_S else self._controls.controls(raw)
+        self._last = _Look(now_s, raw, controls)
+        if age == raw.age_s and objects is raw.objects and controls is raw.controls:
             return raw
-        return raw.model_copy(update={"age_s": age, "objects": objects, "ego": ego})
+        return raw.model_copy(update={"age_s": age, "objects": objects, "ego": ego, "controls": controls})
 
     def blind_s(self, now_s: float) -> float:
         """Seconds since anything new was seen."""
@@ -74,8 +85,8 @@ class Senses:
         self.fault = why
         if self._last is None:
             return None
-        raw = self._last.raw
-        return raw.model_copy(update={"age_s": raw.age_s + max(now_s - self._fresh_s, 0.0)})
+        raw, controls = self._last.raw, self._last.controls
+        return raw.model_copy(update={"age_s": raw.age_s + max(now_s - self._fresh_s, 0.0), "controls": controls})
 
     def _doubt(self, raw: Surroundings, now_s: float) -> tuple[float, str | None]:
         """Return the age to report, and the fault."""

@@ -117,7 +117,7 @@ class StuckSolver:
         self._stack_scene = scene
         self._detector = Detector(detector)
         self._timeline = Timeline()
-        self._senses = Senses()
+        self._senses = Senses(self.guard.policy.controls)
         self._launches = Launches()
         self._driver_drives = True
         self._camera = CameraWatch()

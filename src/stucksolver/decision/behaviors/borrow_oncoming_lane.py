@@ -47,9 +47,9 @@ class BorrowOncomingLane(Behavior):
         lane = borrowed_lane(view, start.s_m)
         if lane is None:
             raise CannotPlan(PlanFailure.NO_LANE, "there is no oncoming lane on the left")
-        passing: Passing = find_passing(view, start, self.past_object_id, lane)
+        passing: Passing = find_passing(view, start, self.past_object_id, lane, self.speed_mps)
         speed = min(self.speed_mps, CREEP_MPS) if passing.slowly else self.speed_mps
-        out = lateral_shift(view, start, passing.offset_m, speed)
+        out = lateral_shift(view, start, passing.offset_m, speed, passing.gentle_m)
         past_s = out.end_s + length_abreast(view, start, out, passing, speed)
         # A short pass ends before the vehicle reaches the allowed speed, because it is still accelerating.
         gains = 2 * view.ego.limits.comfort_acceleration_mps2 * (past_s - start.s_m)

@@ -13,13 +13,13 @@ class SpeedPolicy(Model):
     recovery_mps: PositiveFloat = 20 / 3.6
     """For a plan that nobody asked for. The design's."""
     passing_mps: PositiveFloat = 40 / 3.6
-    """For a pass through the oncoming lane, if the limits of both lanes allow it: the same as `guided_mps`."""
+    """For a pass through the oncoming lane, if the limits of its lanes allow it: the same as `guided_mps`."""
     people_aside_m: NonNegativeFloat = 3.0
-    """If people or two-wheelers are nearer than this, a pass stays at `recovery_mps`: two seconds of walking."""
+    """If people or two-wheelers are nearer than this, `recovery_mps` is the cap: two seconds of walking."""
     doors_aside_m: NonNegativeFloat = 1.1
     """The same for the doors of stationary vehicles: `DoorPolicy.reach_m`, plus 0.2 m to the open door."""
     guided_mps: PositiveFloat = 40 / 3.6
-    """For overtaking that a passenger asked for. The design's."""
+    """For overtaking that a passenger asked for, if the limits of its lanes allow it. The design's."""
     creep_mps: PositiveFloat = 8 / 3.6
     """The highest speed that still counts as walking pace. The design's."""
     tolerance_mps: NonNegativeFloat = 1.0

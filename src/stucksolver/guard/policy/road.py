@@ -20,9 +20,9 @@ class SightPolicy(Model):
     in_lane_m: NonNegativeFloat = 0.5
     """An object that reaches into a lane by more than this may block the sight of it."""
     seen_later_s: NonNegativeFloat = 1.0
-    """Traffic that is more than this time away comes into sight while the entry can still be cancelled."""
-    behind_most_m: NonNegativeFloat = 50.0
-    """The most sight that is required behind: stacks know about 60 m of their road there."""
+    """Traffic that is more than this time away comes into sight while the entry can still be cancelled. At more than
+    20 km/h it is the time that a stop before the entry takes.
+    """
     cyclist_mps: NonNegativeFloat = 6.0
     """Speed of traffic from behind at the roadside, where only cyclists come: a fast one in town."""
 
@@ -84,6 +84,8 @@ class QueuePolicy(Model):
     """A vehicle further than this from the lane's centre counts as parked."""
     in_line_m: NonNegativeFloat = 1.5
     """Vehicles whose centres are less than this apart laterally are in one line: less than a car's width."""
+    unknown_m: NonNegativeFloat = 1.5
+    """An object of unknown kind that is at least this long may be a vehicle: a little less than a bicycle."""
     reach_m: NonNegativeFloat = 15.0
     """A vehicle may be waiting for a light, line or vehicle within this distance ahead: two or three car lengths."""
     past_line_m: NonNegativeFloat = 2.0

@@ -12,7 +12,7 @@ MOST_MPS = 11.0
 """Just under the 40 km/h of a pass."""
 STEP_MPS = 0.5
 USUAL_LIMIT_MPS = 50 / 3.6
-"""Used if no limit is known: the common limit in towns."""
+"""Of oncoming traffic, if no limit is known: the common limit in towns."""
 MARGIN_M, MARGIN_S = 12.0, 0.75
 """Sight that must remain on return, plus this time at the excess over `RECOVERY_MPS`. The guard requires a bit less."""
 PEOPLE_ASIDE_M = 4.5
@@ -26,7 +26,7 @@ def pass_speed(scene: Scene, lane: SceneLane, target: PassTarget, speed_mps: flo
 
     A faster pass is over sooner and needs less sight. The slowest speed with enough sight is the safest; if there is
     none, the one that lacks the least. More than `speed_mps` is asked for only past stationary objects, across a broken
-    line, with nobody on foot or on a bicycle near, and within the limit.
+    line, with nobody on foot or on a bicycle near, and within limits that are known.
 
     Args:
         scene: The scene.
@@ -38,7 +38,9 @@ def pass_speed(scene: Scene, lane: SceneLane, target: PassTarget, speed_mps: flo
         return speed_mps
     if failed_for(scene, RejectCode.OVERSPEED, RejectCode.GAP, RejectCode.DOOR) or _people_beside(scene, target):
         return speed_mps
-    limit = min(scene.speed_limit_mps or USUAL_LIMIT_MPS, lane.speed_limit_mps or USUAL_LIMIT_MPS, MOST_MPS)
+    if scene.speed_limit_mps is None or lane.speed_limit_mps is None:
+        return speed_mps
+    limit = min(scene.speed_limit_mps, lane.speed_limit_mps, MOST_MPS)
     count = int(max(limit - speed_mps, 0.0) / STEP_MPS)
     speeds = [speed_mps + STEP_MPS * k for k in range(count + 1)]
     lacking = {v: _needed_m(scene, lane, target, v) - lane.sight_ahead_m for v in speeds}

@@ -39,7 +39,6 @@ from stucksolver.scene import (
 RECOVERY_SPEED_MPS = 5.5
 """Just under the 20 km/h of a recovery: a faster pass is shorter and needs less sight of the oncoming lane (m/s)."""
 GUIDED_SPEED_MPS = 11.0
-LEAST_SPEED_MPS = 2.0
 SLOW_MPS = 2.2
 CLOSE_MPS = 3.0
 """Of a pass in an adjacent lane, if objects look larger than they are: the slower it is, the nearer it may come."""
@@ -71,7 +70,10 @@ def asked(scene: Scene) -> Reading | None:
 
 
 def speed_for(scene: Scene, target: PassTarget) -> float:
-    """Return the speed of a pass (m/s): walking pace after a refusal for clearance, more if asked to overtake."""
+    """Return the speed of a pass (m/s): walking pace after a refusal for clearance, more if asked to overtake.
+
+    The guard allows more only within known limits, and with room beside people and doors.
+    """
     if failed_for(scene, RejectCode.CLEARANCE, RejectCode.DOOR):
         return SLOW_MPS
     reading = asked(scene)
@@ -80,7 +82,11 @@ def speed_for(scene: Scene, target: PassTarget) -> float:
     # A faster pass is over sooner, so less of the oncoming lane must be seen to be free.
     if target.speed_mps < 0.5 and not failed_for(scene, RejectCode.ONCOMING_SIGHT, RejectCode.ONCOMING_GAP):
         return RECOVERY_SPEED_MPS
-    return round(min(max(scene.speed_limit_mps or 8.0, LEAST_SPEED_MPS), GUIDED_SPEED_MPS), 1)
+    if failed_for(scene, RejectCode.OVERSPEED) or scene.speed_limit_mps is None:
+        return RECOVERY_SPEED_MPS
+    # Rounded down: the guard allows not a hair more than the limit.
+    limit = math.floor(10.0 * scene.speed_limit_mps) / 10.0
+    return min(max(limit, RECOVERY_SPEED_MPS), GUIDED_SPEED_MPS)
 
 
 def may_be_driven_over(scene: Scene, o: SceneObject) -> bool:

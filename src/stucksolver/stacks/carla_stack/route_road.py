@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 SPACING_M = 2.0
 FINE_M = 0.25
-BEHIND_M = 60.0
+BEHIND_M = 150.0
+"""How far the road is known behind the ego: as far as the guard asks for at 100 km/h, to enter a lane (144 m)."""
 AHEAD_M = 320.0
 RUN_UP_M = 120.0
 """How far the road is known before the route: a new route may begin this far ahead of the ego."""

@@ -1,0 +1,188 @@
+"""Remembers the lines of traffic lights and stop signs: a light that is no longer seen is unknown, not gone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stucksolver.guard.policy import ControlPolicy
+from stucksolver.scene import ControlKind, LightState, Surroundings, TrafficControl
+from stucksolver.scene.frenet import RoadFrame, road_frame
+
+BEHIND_M = 20.0
+"""A line this far behind the front bumper is forgotten: more than two of the longest ways back (8 m)."""
+ASIDE_M = 8.0
+"""A line further than this from the route's line is not on the route: two lanes, as `ScenePolicy.beside_m`."""
+RANGE_SHARE = 0.1
+"""A line's place, seen from afar, may be wrong by this part of the distance. Ours."""
+MOST_LINES = 64
+"""At most this many lines are remembered, the last ones: a bound on the work of a tick."""
+MAY_PASS = frozenset({LightState.GREEN, LightState.OFF})
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A stop line at a place in the local frame, with what was last seen there.
+
+    Attributes:
+        kind: What requires the stop.
+        x_m, y_m: Where the route crosses the line (m).
+        sure_m: How far from there it may be seen the next time (m).
+        heads: Each light or sign of the line as it was last seen.
+    """
+
+    kind: ControlKind
+    x_m: float
+    y_m: float
+    sure_m: float
+    heads: tuple[TrafficControl, ...]
+
+    @property
+    def may_be_passed(self) -> bool:
+        """True if nothing that was last seen at the line forbids to cross it, once the front is over it."""
+        return self.kind is ControlKind.STOP_SIGN or all(head.state in MAY_PASS for head in self.heads)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A line in the present window of the road: its distance from the front bumper (m), and the line."""
+
+    distance_m: float
+    line: _Line
+
+
+class ControlMemory:
+    """Keeps every line that was seen until it is well behind the ego, or seen otherwise.
+
+    Controls have no ids: a line is known again by its kind and its place in the local frame.
+    """
+
+    def __init__(self, policy: ControlPolicy | None = None) -> None:
+        self._policy = policy or ControlPolicy()
+        self._lines: tuple[_Line, ...] = ()
+
+    def controls(self, raw: Surroundings) -> tuple[TrafficControl, ...]:
+        """Return the controls that are seen, and for each one that has vanished one of unknown state.
+
+        If nothing has vanished, this is `raw.controls` itself.
+        """
+        if not raw.controls and not self._lines:
+            return raw.controls
+        frame, front_s = _front(raw)
+        known, elsewhere = self._here(frame, front_s)
+        matched, others = self._matched(raw.controls, known)
+        vanished: list[TrafficControl] = []
+        lines: list[_Line] = []
+        for place, seen in zip(known, matched, strict=True):
+            line, missing = self._seen_again(place, seen, frame, front_s)
+            lines.append(line)
+            vanished += missing
+        lines += self._new(others, frame, front_s)
+        self._lines = (*elsewhere, *lines)[-MOST_LINES:]
+        return tuple(sorted((*raw.controls, *vanished), key=lambda c: c.distance_m)) if vanished else raw.controls
+
+    def _here(self, frame: RoadFrame, front_s: float) -> tuple[list[_Place], list[_Line]]:
+        """Return the lines on this piece of the route that are not yet well behind, and those on none of it."""
+        here: list[_Place] = []
+        elsewhere: list[_Line] = []
+        for line in self._lines:
+            s, d, _ = frame.to_road(np.array([[line.x_m, line.y_m]]))
+            on_route = abs(float(d[0])) < ASIDE_M and frame.s[0] <= s[0] <= frame.end_m
+            if not on_route:
+                elsewhere.append(line)
+            elif float(s[0]) - front_s > -BEHIND_M:
+                here.append(_Place(float(s[0]) - front_s, line))
+        return here, elsewhere
+
+    @staticmethod
+    def _matched(
+        controls: Iterable[TrafficControl], known: list[_Place]
+    ) -> tuple[list[list[TrafficControl]], list[TrafficControl]]:
+        """Return for each known line the controls that are seen there now, and the controls at no known line.
+
+        Each control belongs to the nearest line.
+        """
+        found: list[list[TrafficControl]] = [[] for _ in known]
+        others: list[TrafficControl] = []
+        for control in controls:
+            away = [
+                abs(place.distance_m - control.distance_m) if place.line.kind is control.kind else math.inf
+                for place in known
+            ]
+            k = min(range(len(known)), key=away.__getitem__, default=None)
+            if k is not None and away[k] <= known[k].line.sure_m:
+                found[k].append(control)
+            else:
+                others.append(control)
+        return found, others
+
+    def _seen_again(
+        self, place: _Place, seen: list[TrafficControl], frame: RoadFrame, front_s: float
+    ) -> tuple[_Line, list[TrafficControl]]:
+        """Return a line as it is known now, and its controls that have vanished."""
+        line = place.line
+        lost = _lost(line.heads, seen)
+        if seen:
+            line = replace(self._line(seen, frame, front_s), heads=(*seen, *lost))
+        distance_m = min((c.distance_m for c in seen), default=place.distance_m)
+        # A stack may stop to report a line as soon as the front is over it. What could be passed has been passed then.
+        ahead_m = 0.0 if line.may_be_passed else -self._policy.over_line_m
+        if distance_m < ahead_m:
+            return line, []
+        return line, [_unknown(head, distance_m) for head in lost]
+
+    def _new(self, controls: list[TrafficControl], frame: RoadFrame, front_s: float) -> list[_Line]:
+        """Return the lines of controls that belong to no known line; heads close together share a line."""
+        groups: list[list[TrafficControl]] = []
+        for control in sorted(controls, key=lambda c: c.distance_m):
+            for group in groups:
+                near = control.distance_m - group[0].distance_m <= self._policy.same_line_m
+                if near and group[0].kind is control.kind:
+                    group.append(control)
+                    break
+            else:
+                groups.append([control])
+        return [self._line(group, frame, front_s) for group in groups]
+
+    def _line(self, heads: list[TrafficControl], frame: RoadFrame, front_s: float) -> _Line:
+        distance_m = min(head.distance_m for head in heads)
+        x, y, _ = frame.to_local(np.array([front_s + distance_m]), np.zeros(1))
+        sure_m = max(self._policy.same_line_m, RANGE_SHARE * abs(distance_m))
+        return _Line(heads[0].kind, float(x[0]), float(y[0]), sure_m, tuple(heads))
+
+
+def _front(raw: Surroundings) -> tuple[RoadFrame, float]:
+    """Return the frame of the road, and the arc length of the front bumper (m)."""
+    frame = road_frame(raw.road)
+    s, _, _ = frame.to_road(np.array([[raw.ego.x_m, raw.ego.y_m]]))
+    return frame, float(s[0]) + raw.ego.length_m / 2
+
+
+def _lost(before: tuple[TrafficControl, ...], seen: list[TrafficControl]) -> list[TrafficControl]:
+    """Return the heads of a line that were seen before and are not accounted for by those seen now.
+
+    Heads that agreed are one signal: any of them speaks for all. Of heads that showed different things, each counts.
+    """
+    if not seen:
+        return list(before)
+    if len({(head.state, head.applies) for head in before}) == 1:
+        return []
+    left = list(before)
+    changed = []
+    for head in seen:
+        same = next((k for k, b in enumerate(left) if (b.state, b.applies) == (head.state, head.applies)), None)
+        if same is None:
+            changed.append(head)
+        else:
+            del left[same]
+    # A head that shows something new is one of those that may have changed; those that forbid are kept to the last.
+    left.sort(key=lambda head: head.state not in MAY_PASS)
+    return left[len(changed) :]
+
+
+def _unknown(head: TrafficControl, distance_m: float) -> TrafficControl:
+    state = LightState.UNKNOWN if head.kind is ControlKind.TRAFFIC_LIGHT else None
+    return head.model_copy(update={"distance_m": distance_m, "state": state})
