@@ -10,11 +10,12 @@ import types
 from collections.abc import Callable, Iterator
 from enum import Enum
 from functools import cache
+from itertools import pairwise
 from typing import Any, Union, get_args, get_origin
 
 from stucksolver.scene.model import Model
 from stucksolver.scene.objects import TrackedObject
-from stucksolver.scene.road import LaneStrip, RoadGeometry, Zone
+from stucksolver.scene.road import LaneStrip, RoadGeometry, Zone, ZoneKind
 from stucksolver.scene.surroundings import EgoState, LaneSight, Surroundings, TrafficControl, VehicleLimits
 
 FURTHEST_M = 1e6
@@ -153,6 +154,12 @@ def _road_contradictions(road: RoadGeometry) -> Iterator[str]:
     for index, zone in enumerate(road.zones):
         if zone.end_m < zone.start_m:
             yield f".zones[{index}].end_m is {zone.end_m:g}, before start_m {zone.start_m:g}"
+    # Crosswalks and level crossings may overlap: each counts for itself. A junction counts as a whole, because the guard
+    # measures by how much the route turns in it. The order of zones does not matter.
+    junctions = sorted((z.start_m, z.end_m, k) for k, z in enumerate(road.zones) if z.kind is ZoneKind.JUNCTION)
+    for (_, end_m, _), (start_m, _, index) in pairwise(junctions):
+        if start_m < end_m:
+            yield f".zones[{index}].start_m is {start_m:g}, within another junction: give them as one zone"
     if len(road.reference) < 2:
         yield ".reference has fewer than two points"
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from stucksolver.scene import EgoState, Surroundings, TrackedObject
 from stucksolver.scene.objects import VULNERABLE
 from stucksolver.scene.sound import why_unsound
+from stucksolver.scene.wording import in_one_line
 
 HOLD_S = 1.0
 """An object that is no longer seen is kept for this long and extrapolated."""
@@ -138,12 +139,12 @@ def _read(read: Read) -> tuple[Surroundings | None, str]:
     try:
         raw: object = read()
     except Exception as error:  # noqa: BLE001 - a stack's own fault, of whatever type, must not end the control loop
-        return None, f"the stack's surroundings raised {type(error).__name__}: {error}"
+        return None, f"the stack's surroundings raised {in_one_line(error)}"
     if raw is None:
         return None, "there are no surroundings"
-    if not isinstance(raw, Surroundings):
+    if not issubclass(type(raw), Surroundings):
         return None, f"the stack returned a {type(raw).__name__} as surroundings"
-    wrong = why_unsound(raw)
+    wrong = why_unsound(raw)  # type: ignore[arg-type]
     return (raw, "") if wrong is None else (None, f"the surroundings are inconsistent: {wrong}")
 
 
