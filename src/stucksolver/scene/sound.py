@@ -16,6 +16,7 @@ from typing import Any, Union, get_args, get_origin
 from stucksolver.scene.model import Model
 from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.road import LaneStrip, RoadGeometry, Zone, ZoneKind
+from stucksolver.scene.status import Status
 from stucksolver.scene.surroundings import EgoState, LaneSight, Surroundings, TrafficControl, VehicleLimits
 
 FURTHEST_M = 1e6
@@ -28,6 +29,8 @@ SMALLEST_M = 1e-6
 """Lower bound for lengths of objects (m): they are above 0."""
 QUICKEST_MPS = 120.0
 """Upper bound for speeds and speed limits (m/s): 432 km/h."""
+ROLLS_BACK_MPS = 0.5
+"""A status has no sign in its speed; this much below 0 is the noise of a vehicle that stands (m/s). Ours."""
 OLDEST_S = 1e6
 """Upper bound for ages (s): eleven days."""
 LATEST_S = 1e12
@@ -61,6 +64,7 @@ _SPEED = (-QUICKEST_MPS, QUICKEST_MPS)
 _ALONG_ROUTE = (-LONGEST_ROUTE_M, LONGEST_ROUTE_M)
 
 RANGES: dict[type[Model], dict[str, tuple[float, float]]] = {
+    Status: {"time_s": (-LATEST_S, LATEST_S), "speed_mps": (-ROLLS_BACK_MPS, QUICKEST_MPS), "progress_m": _ALONG_ROUTE},
     Surroundings: {"frame": (-LAST_FRAME, LAST_FRAME), "time_s": (-LATEST_S, LATEST_S), "age_s": _AGE},
     EgoState: {
         "x_m": _METRES,
@@ -110,6 +114,13 @@ _STATIONS = frozenset({"reference", "offset_m", "width_m", "line"})
 _MISSING = object()
 _KEPT_ROADS = 8
 
+STATUS_REMEDIES = {
+    "time_s": "give the time of this tick in seconds",
+    "speed_mps": "give the speed in metres per second, without a sign",
+    "progress_m": "give the arc length reached along the route in metres",
+    "pushes": "give True or False",
+    "at_destination": "give True or False",
+}
 Check = Callable[[Any], str | None]
 """Returns what is wrong with a value, as `.field is …`, or None."""
 
@@ -125,6 +136,21 @@ def why_unsound(surroundings: Surroundings) -> str | None:
         return wrong.removeprefix(".") if wrong else next(_contradictions(surroundings), None)
     except Exception as error:  # noqa: BLE001 - a subclass or a proxy may raise anything when it is read
         return f"they cannot be read ({type(error).__name__})"
+
+
+def why_unsound_status(status: Status) -> str | None:
+    """Return the first implausible field of a status, what is wrong with it and what to give instead, or None.
+
+    A field may hold anything: nothing is raised.
+    """
+    try:
+        wrong = _checked(Status)(status)
+    except Exception as error:  # noqa: BLE001 - a subclass or a proxy may raise anything when it is read
+        wrong = f" cannot be read ({type(error).__name__})"
+    if wrong is None:
+        return None
+    name = wrong.removeprefix(".").split(" ")[0]
+    return f"status{wrong}; {STATUS_REMEDIES.get(name, 'give a Status')}"
 
 
 def _contradictions(seen: Surroundings) -> Iterator[str]:
@@ -154,8 +180,8 @@ def _road_contradictions(road: RoadGeometry) -> Iterator[str]:
     for index, zone in enumerate(road.zones):
         if zone.end_m < zone.start_m:
             yield f".zones[{index}].end_m is {zone.end_m:g}, before start_m {zone.start_m:g}"
-    # Crosswalks and level crossings may overlap: each counts for itself. A junction counts as a whole, because the guard
-    # measures by how much the route turns in it. The order of zones does not matter.
+    # Crosswalks and level crossings may overlap: each counts for itself. A junction counts as a whole, because the
+    # guard measures by how much the route turns in it. The order of zones does not matter.
     junctions = sorted((z.start_m, z.end_m, k) for k, z in enumerate(road.zones) if z.kind is ZoneKind.JUNCTION)
     for (_, end_m, _), (start_m, _, index) in pairwise(junctions):
         if start_m < end_m:
@@ -241,7 +267,8 @@ def _number(least: float, most: float, *, whole: bool) -> Check:
 
     def check(value: Any) -> str | None:
         # NaN is within no bounds.
-        fits = isinstance(value, kinds) and type(value) is not bool and least <= value <= most
+        fits = isinstance(value, (int, float)) and least <= value <= most
+        fits = fits and isinstance(value, kinds) and type(value) is not bool
         return None if fits else f" is {_shown(value)}, not a {what}"
 
     return check
@@ -285,4 +312,4 @@ def _shown(value: Any) -> str:
     return ascii(value[:40]) if type(value) is str else f"a {type(value).__name__}"
 
 
-_checked(Surroundings)
+_checked(Status), _checked(Surroundings)

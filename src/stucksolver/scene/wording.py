@@ -30,7 +30,12 @@ def stood_too_briefly(stood_s: float, needed_s: float) -> str:
 
 
 def in_one_line(error: BaseException) -> str:
-    """Return an error of whatever origin as one short line: its type and what it says.
+    """Return an error of whatever origin as one short line: its type and what it says."""
+    return f"{type(error).__name__}: {said_by(error)}"
+
+
+def said_by(error: BaseException) -> str:
+    """Return what an error says, as one short line.
 
     Its own methods may raise or return anything, because it may come from a stack, a listener or a reasoner.
     """
@@ -39,4 +44,4 @@ def in_one_line(error: BaseException) -> str:
         text = " ".join(text[: 2 * LONGEST_LINE].split())[:LONGEST_LINE]
     except Exception:  # noqa: BLE001 - a text that cannot be made must not end the control loop
         text = "its message cannot be read"
-    return f"{type(error).__name__}: {text}".encode("utf-8", "backslashreplace").decode()
+    return text.encode("utf-8", "backslashreplace").decode()
