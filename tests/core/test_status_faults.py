@@ -147,6 +147,18 @@ def slowed(world):
     return now_and_then
 
 
+@pytest.mark.parametrize("field", ["time_s", "speed_mps"])
+def test_step_status_lost_for_seconds_is_no_jump_of_the_clock(field):
+    """Six seconds without a status are one report; then the vehicle is helped, in the same time as before."""
+
+    def lost(status, tick):
+        return status.model_copy(update={field: math.nan}) if 30 <= tick < 150 else status
+
+    told, _, _ = driven(lost, 40.0)
+    assert len(faults(told)) == 1 and faults(told)[0].startswith(f"status.{field} ")
+    assert EventKind.RECOVERED in [event.kind for event in told]
+
+
 def test_step_status_lost_begins_no_plan_not_even_by_words():
     def lost(status, tick):
         return status if tick < 40 else status.model_copy(update={"speed_mps": math.nan})

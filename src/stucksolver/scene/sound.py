@@ -153,6 +153,15 @@ def why_unsound_status(status: Status) -> str | None:
     return f"status{wrong}; {STATUS_REMEDIES.get(name, 'give a Status')}"
 
 
+def sound_time_s(status: Status) -> float | None:
+    """Return the time of a status, whatever else is wrong with it (s); None if it is no plausible time."""
+    try:
+        time_s: Any = status.__dict__.get("time_s")
+    except Exception:  # noqa: BLE001 - as above
+        return None
+    return None if _number(*RANGES[Status]["time_s"], whole=False)(time_s) else time_s
+
+
 def _contradictions(seen: Surroundings) -> Iterator[str]:
     """Yield what is wrong between fields that are plausible one by one."""
     names: set[str] = set()

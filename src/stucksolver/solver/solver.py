@@ -244,7 +244,8 @@ class StuckSolver:
             return CONTINUE
         bad_s = self._status.bad_s
         runs = isinstance(self._state.activity, Executing) and bad_s <= BLIND_LIMIT_S
-        look = Once(lambda: self._look(surroundings, last.time_s) if runs else Sight(None, why, bad_s))
+        # The fault was reported above, so the sight names none.
+        look = Once(lambda: self._look(surroundings, last.time_s) if runs else Sight(None, None, bad_s))
         return self._take_step(last, None, look)
 
     def _take_step(self, status: Status, trigger: Trigger | None, look: Once[Sight]) -> Directive:

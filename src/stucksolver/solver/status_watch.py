@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stucksolver.scene import Status
-from stucksolver.scene.sound import why_unsound_status
+from stucksolver.scene.sound import sound_time_s, why_unsound_status
 from stucksolver.solver.timeline import Timeline
 
 TELL_AGAIN_S = 10.0
@@ -28,8 +28,8 @@ class StatusWatch:
         self.bad_s = 0.0
 
     def follow(self, status: Status) -> Status | None:
-        """Return the status in the solver's own time. If it cannot be used, return the last one that could with an
-        estimated time; None if there was none.
+        """Return the status in the solver's own time. If it cannot be used, return the last one that could, at the time
+        of this one, estimated where it has none; None if there was none.
         """
         wrong = why_unsound_status(status)
         self.fault = wrong
@@ -39,7 +39,11 @@ class StatusWatch:
             if self.fault is None:
                 self._last, self._bad_since_s, self.bad_s = followed, None, 0.0
                 return followed
-        now = self._timeline.pass_on()
+        time_s = None if wrong is None else sound_time_s(status)
+        if time_s is not None:
+            self._timeline.take(time_s)
+        lacks_time = time_s is None or self._timeline.fault is not None
+        now = self._timeline.pass_on() if lacks_time else self._timeline.now_s
         if now is None or self._last is None:
             return None
         self._bad_since_s = now if self._bad_since_s is None else self._bad_since_s

@@ -56,15 +56,18 @@ class Timeline:
         self._watch(0.0 if first else passed, runs)
         self.jump_s = None
         guessed, self._guessed = self._guessed, False
-        if guessed and not 0.0 <= now_s + self.offset_s - self._own_s <= LONGEST_TICK_S:
-            self.offset_s = self._own_s - now_s
-        elif not runs and not guessed:
+        ahead_s = now_s + self.offset_s - self._own_s
+        if guessed:
+            # The clock may have gone on meanwhile, and the estimate may be a little late or early.
+            runs = abs(ahead_s) <= LONGEST_TICK_S
+            self.offset_s -= 0.0 if 0.0 <= ahead_s <= LONGEST_TICK_S else ahead_s
+        elif not runs:
             self.offset_s -= passed
         self._own_s = now_s + self.offset_s
         if not runs:
             self._jumped_s = passed if self._jumped_s is None else self._jumped_s
         elif passed > 0.0 and not first:
-            self._tick_s = passed
+            self._tick_s = self._tick_s if guessed else passed
             self._tell_jump()
 
     def pass_on(self) -> float | None:
