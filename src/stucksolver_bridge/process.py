@@ -75,6 +75,7 @@ class SolverProcess:
         self._wire = Wire(ours, ANSWER_BYTES)
         self._conversation = Conversation(self._wire, wait_s, limit_s)
         self.fault: str | None = None
+        self._strays_told = False
         self._greet(hello, command[0])
 
     def _greet(self, hello: dict[str, Any], python: str) -> None:
@@ -87,6 +88,13 @@ class SolverProcess:
         if "error" in answer:
             self.close()
             raise SolverError(str(answer["error"]))
+        if answer.get("ready") != VERSION:
+            self.close()
+            theirs = str(answer.get("ready"))[:20]
+            raise SolverError(
+                f"the solver speaks version {theirs} of the link's protocol, this bridge version {VERSION}; "
+                "install both from the same release"
+            )
 
     @property
     def alive(self) -> bool:
@@ -114,7 +122,9 @@ class SolverProcess:
         if self.fault is not None:
             return None
         try:
-            return self._conversation.step(tick, give)
+            answer = self._conversation.step(tick, give)
+            self._report_strays()
+            return answer
         except Overdue as error:
             self._fail(str(error))
             if self.live:
@@ -138,6 +148,12 @@ class SolverProcess:
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
+
+    def _report_strays(self) -> None:
+        """Report once that the solver answered what it was not asked."""
+        if self._conversation.strays and not self._strays_told:
+            self._strays_told = True
+            print("stucksolver: an answer to another tick was dropped; no order is renewed by it", file=sys.stderr)
 
     def _fail(self, why: str) -> None:
         self.fault = why

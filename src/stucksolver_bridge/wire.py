@@ -10,7 +10,10 @@ import struct
 import time
 from typing import Any
 
-VERSION = 2
+VERSION = 3
+"""Version of the protocol. Since 3, every message about a tick carries the tick's number."""
+DEEPEST = 50
+"""Values nested deeper than this are left out of a message that cannot be sent as it is."""
 LARGEST_BYTES = 64 * 1024 * 1024
 """The largest message is a town's OpenDRIVE text; CARLA's largest has 30 MB."""
 ANSWER_BYTES = 512 * 1024
@@ -38,7 +41,7 @@ class Wire:
 
     def post(self, message: dict[str, Any]) -> None:
         """Send as much of a message as the other side accepts now; later calls of `send` and `look` send the rest."""
-        text = json.dumps(message, separators=(",", ":"), allow_nan=False).encode("utf-8")
+        text = _text(message)
         if len(text) > LARGEST_BYTES:
             raise WireError(f"a message of {len(text)} bytes is too long")
         self._out += _LENGTH.pack(len(text)) + text
@@ -131,6 +134,27 @@ class Wire:
         if not isinstance(message, dict):
             raise WireError("not a message: an object was expected")
         return message
+
+
+def _text(message: dict[str, Any]) -> bytes:
+    """Return a message as JSON. A stack may give anything: what JSON does not have is sent as a text that says so."""
+    try:
+        text = json.dumps(message, separators=(",", ":"), allow_nan=False)
+    except (TypeError, ValueError, RecursionError):
+        text = json.dumps(_sendable(message, 0), separators=(",", ":"), allow_nan=False)
+    return text.encode("utf-8")
+
+
+def _sendable(value: Any, depth: int) -> Any:
+    if depth > DEEPEST:
+        return "a value nested too deeply"
+    if isinstance(value, dict):
+        return {str(name): _sendable(one, depth + 1) for name, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_sendable(one, depth + 1) for one in value]
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else repr(float(value))
+    return value if value is None or isinstance(value, (bool, int, str)) else "a " + type(value).__name__
 
 
 def _deadline(limit_s: float | None) -> float:

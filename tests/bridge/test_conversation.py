@@ -10,7 +10,7 @@ import struct
 import pytest
 
 from stucksolver_bridge import conversation, wire
-from stucksolver_bridge.conversation import OLD_TICKS, Conversation, Overdue, limit_of
+from stucksolver_bridge.conversation import MOST_STRAYS, OLD_TICKS, Conversation, Overdue, limit_of
 from stucksolver_bridge.wire import Wire, WireError
 
 TICK_S = 0.05
@@ -34,17 +34,26 @@ class Other:
         self.socket = connected
         connected.setblocking(False)
         self._heard = b""
+        self._waiting = []
+        self.number = 0
+        """Of the last tick that came."""
         self.later = []
         """(instant, bytes) that come while somebody waits."""
 
     def says(self, message):
-        self.raw(framed(message))
+        """An answer to the last tick that came."""
+        self._waiting += self._arrived()
+        self.raw(framed({"number": self.number, **message}))
 
     def raw(self, sent):
         self.socket.sendall(sent)
 
     def heard(self):
-        """All messages that have come so far."""
+        """All messages that have come since the last call."""
+        found, self._waiting = [*self._waiting, *self._arrived()], []
+        return found
+
+    def _arrived(self):
         try:
             while True:
                 self._heard += self.socket.recv(1 << 16)
@@ -56,6 +65,7 @@ class Other:
             if len(self._heard) < 4 + length:
                 break
             found.append(json.loads(self._heard[4 : 4 + length]))
+            self.number = found[-1]["number"]
             self._heard = self._heard[4 + length :]
         return found
 
@@ -135,7 +145,7 @@ def test_a_silent_solver_costs_half_a_tick_once_and_nothing_after(other, clock):
 
 
 def test_one_byte_a_second_holds_no_tick_up(other, clock):
-    answer = framed({"directive": {"kind": "continue"}})
+    answer = framed({"directive": {"kind": "continue"}, "number": 1})
     other.later = [(1000.0 + k, answer[k : k + 1]) for k in range(len(answer))]
     talk = live(other)
     answers, longest = ticks(clock, talk, 20 * (len(answer) - 1) + 2)
@@ -170,7 +180,7 @@ def test_what_the_solver_asks_for_late_is_given_then(other, clock):
     ticks(clock, talk, 2)
     other.says({"need": "surroundings"})
     assert ticks(clock, talk, 1)[0] == [None]
-    assert other.heard()[-1] == {"given": "surroundings"}
+    assert other.heard()[-1] == {"given": "surroundings", "number": 1}
     other.says({})
     assert ticks(clock, talk, 1)[0] == [{}]
 
@@ -187,6 +197,7 @@ def test_words_said_while_it_thinks_are_told_with_the_next_tick(other, clock):
 
 def test_who_asks_for_ever_holds_no_tick_up(other, clock):
     talk = live(other)
+    ticks(clock, talk, 1)
     for _ in range(150):
         other.says({"need": "scene"})
 
@@ -203,7 +214,7 @@ def test_who_asks_for_ever_holds_no_tick_up(other, clock):
 
 def test_a_world_that_waits_waits_for_the_answer_however_long_it_takes_up_to_the_limit(other, clock):
     talk = lockstep(other)
-    other.later = [(1000.0 + LIMIT_S - 1.0, framed({"thought": "long"}))]
+    other.later = [(1000.0 + LIMIT_S - 1.0, framed({"thought": "long", "number": 1}))]
     assert talk.step({}, str) == {"thought": "long"}
     with pytest.raises(Overdue, match="no answer within 120 s"):
         talk.step({}, str)
@@ -224,8 +235,9 @@ def test_one_byte_a_second_does_not_put_the_limit_off(other, clock, talks):
 
 def test_an_other_side_that_takes_nothing_holds_no_tick_up(other, clock):
     talk = live(other)
-    other.says({"need": "actors"})
-    assert talk.step({}, lambda what: "x" * 10_000_000) is None
+    other.later = [(clock.now_s + 1e-3, framed({"need": "actors", "number": 1}))]
+    given = []
+    assert talk.step({}, lambda what: given.append(what) or "x" * 10_000_000) is None and given
     clock.now_s += TICK_S
     begun = clock.now_s
     assert talk.step({}, str) is None
@@ -234,7 +246,7 @@ def test_an_other_side_that_takes_nothing_holds_no_tick_up(other, clock):
 
 @pytest.mark.parametrize("need", ["password", 7, None, ["scene"], {}])
 def test_what_it_cannot_have_is_a_fault(other, clock, need):
-    other.says({"need": need})
+    other.later = [(clock.now_s + 1e-3, framed({"need": need, "number": 1}))]
     with pytest.raises(WireError, match="asks for"):
         live(other).step({}, str)
 
@@ -248,6 +260,68 @@ def test_an_answer_that_is_no_message_is_a_fault(other, clock):
     other.raw(struct.pack(">I", len(deep)) + deep)
     with pytest.raises(WireError):
         live(other).step({}, str)
+
+
+OTHER_NUMBERS = [None, True, 1.0, "1", [1], {"a": 1}, 0, -1, 2, 10**30, float("1e300")]
+
+
+@pytest.mark.parametrize("number", OTHER_NUMBERS)
+@pytest.mark.parametrize("talks", [live, lockstep])
+def test_step_answer_to_another_tick_is_dropped(other, clock, talks, number):
+    """The right answer that comes after it is used."""
+    wrong = framed({"directive": "wrong", "number": number} if number is not None else {"directive": "wrong"})
+    right = framed({"directive": "right", "number": 1})
+    talk = talks(other)
+    other.later = [(clock.now_s, wrong), (clock.now_s + 1e-3, right)]
+    assert talk.step({}, str) == {"directive": "right"}
+    assert talk.strays == 1
+
+
+def test_step_answer_before_its_tick_is_dropped(other, clock):
+    talk = live(other)
+    other.raw(framed({"too": "early", "number": 1}))
+    assert talk.step({}, str) is None and talk.strays == 1
+    clock.now_s += TICK_S
+    other.says({"in": "time"})
+    other.raw(framed({"too": "early", "number": 2}))
+    assert talk.step({}, str) == {"in": "time"}
+    clock.now_s += TICK_S
+    assert talk.step({}, str) is None and talk.strays == 2
+
+
+def test_step_second_answer_to_a_tick_is_dropped(other, clock):
+    talk = live(other)
+    for tick in range(5):
+        ticks(clock, talk, 1)
+        for _ in range(3):
+            other.says({"tick": tick})
+        assert ticks(clock, talk, 1)[0] == [{"tick": tick}]
+        other.says({"next": tick})
+        assert ticks(clock, talk, 1)[0] == [{"next": tick}]
+    assert talk.strays == 10
+
+
+def test_step_need_of_another_tick_is_given_nothing(other, clock):
+    asked, talk = [], live(other)
+    other.later = [(clock.now_s + 1e-3, framed({"need": "scene", "number": 7}))]
+    assert talk.step({}, asked.append) is None and not asked
+
+
+@pytest.mark.parametrize("message", [{}, {"number": 1}, {"number": 99}, {"need": "scene"}, {"directive": 3}])
+def test_step_flood_is_read_to_a_bound_and_then_a_fault(other, clock, message):
+    """A solver that pours out messages fails: no tick reads more than a hundred."""
+    talk = live(other)
+    talk.step({}, str)
+    other.says({})
+    clock.now_s += TICK_S
+    assert talk.step({}, str) == {}
+    flood = framed(message) * (MOST_STRAYS + 1)
+    other.raw(flood)
+    with pytest.raises(WireError, match="belong to no tick"):
+        for _ in range(3):
+            clock.now_s += TICK_S
+            assert talk.step({}, str) is None
+    assert talk.strays == MOST_STRAYS + 1
 
 
 @pytest.mark.parametrize("seconds", [0, -1, float("nan"), float("inf"), "long", None, True])

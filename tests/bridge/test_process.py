@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import socket
@@ -63,10 +64,61 @@ def test_a_solver_that_is_killed_is_noticed_on_the_next_tick(solver, number):
     assert solver.step({"status": street.status()}, street.give) is None
 
 
-def test_a_tick_that_is_no_status_ends_the_solver_and_not_the_stack(solver, capfd):
-    assert solver.step({"status": {"speed_mps": "fast"}}, lambda what: None) is None
-    assert not solver.alive
-    assert "drives by itself" in capfd.readouterr().err
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("time_s", math.nan),
+        ("time_s", None),
+        ("speed_mps", math.inf),
+        ("speed_mps", -9.0),
+        ("speed_mps", "fast"),
+        ("speed_mps", object()),
+        ("progress_m", [1.0]),
+        ("progress_m", 10**400),
+        ("at_destination", "no"),
+    ],
+    ids=str,
+)
+def test_step_status_field_wrong_is_one_event_over_the_link(solver, field, value):
+    """Nothing is raised in the stack's loop, the vehicle is left to its driver, and the solver lives."""
+    told = []
+    for k in range(30):
+        status = {"time_s": 0.05 * k, "speed_mps": 0.0, "progress_m": 1.0, "at_destination": False, field: value}
+        answer = solver.step({"status": status}, lambda what: None)
+        assert answer is not None, solver.fault
+        told += answer.get("events", ())
+        assert answer.get("directive", {"kind": "continue"}) == {"kind": "continue"}
+    assert [event["kind"] for event in told] == ["fault"]
+    assert told[0]["text"].startswith(f"status.{field} is ")
+
+
+@pytest.mark.parametrize("status", [None, 7, [], {"speed": 1.0}, {"time_s": 0.0, "wheels": 4}], ids=str)
+def test_step_no_status_at_all_ends_the_solver_with_one_line(solver, status, capfd):
+    assert solver.step({"status": status}, lambda what: None) is None
+    assert not solver.alive and "cannot be used" in solver.fault
+    said = capfd.readouterr().err
+    assert said.count("drives by itself") == 1 and "Traceback" not in said
+
+
+def test_step_odd_surroundings_are_one_event_over_the_link(solver):
+    """Surroundings with a NaN count as not seen, and the field is named."""
+    street, told, directives = Street(), [], set()
+
+    def give(what):
+        form = street.give(what)
+        if what == "surroundings":
+            form["ego"]["x_m"] = math.nan
+        return form
+
+    for _ in range(100):
+        answer = solver.step({"status": {**street.status(), "speed_mps": 0.0}}, give)
+        assert answer is not None, solver.fault
+        told += answer.get("events", ())
+        directives |= {answer.get("directive", {"kind": "continue"})["kind"]}
+        street.perform(None)
+    faults = [event["text"] for event in told if event["kind"] == "fault"]
+    assert len(faults) == 1 and "ego.x_m" in faults[0] and "\n" not in faults[0]
+    assert directives == {"continue"}
 
 
 def test_the_solver_ends_when_the_stack_does():

@@ -116,6 +116,47 @@ def test_a_path_is_stopped_on_in_silence_and_then_the_driver_drives_itself(made,
     assert one.solver.alive, "it may come back"
 
 
+@pytest.mark.parametrize("end", ["floods", "floods old", "floods any", "trickles old", "reorders"])
+def test_run_step_answers_to_other_ticks_renew_no_lease(made, end, capfd):
+    """A process whose solver sleeps goes on sending: it stops, hands back, and the fault is one line."""
+    one = made(LIVE, [DRIVE], end, tick_s=20.0)
+    steps(one, 1)
+    assert one._driver.told == ["follow"]
+    one.solver._conversation._wait_s = 0.01
+    steps(one, EXPIRES_TICKS)
+    assert one._driver.told == ["follow", ("hold", None)], "at the latest when the order has expired"
+    steps(one, 60)
+    assert one._driver.told == ["follow", ("hold", None), "release"]
+    assert capfd.readouterr().err.count("an answer to another tick was dropped") <= 1
+
+
+@pytest.mark.parametrize("end", ["floods", "floods old", "floods any"])
+def test_run_step_flood_of_other_answers_ends_the_solver(made, end, capfd):
+    one = made(LOCKSTEP, [DRIVE], end)
+    steps(one, 70)
+    assert not one.solver.alive and "belong to no tick" in one.solver.fault
+    assert one._driver.told == ["follow", ("hold", None), "release"]
+    assert capfd.readouterr().err.count("the solver has stopped") == 1
+
+
+def test_run_step_doubled_answers_are_used_once_and_silence_expires(made):
+    """Each answer comes three times for thirty ticks; the spare ones do not bridge the silence after them."""
+    one = made(LIVE, [DRIVE], "doubles", tick_s=20.0)
+    steps(one, 31)
+    assert one._driver.told == ["follow"] and one.solver.alive
+    one.solver._conversation._wait_s = 0.01
+    steps(one, EXPIRES_TICKS + 1)
+    assert one._driver.told == ["follow", ("hold", None)]
+
+
+@pytest.mark.parametrize("version", [None, 0, 1, 2, 4, "3", True, [3], 10**400, "x" * 1000])
+def test_solver_process_other_version_is_one_line(made, version):
+    with pytest.raises(SolverError) as error:
+        made(LIVE, [], [version])
+    assert "version" in str(error.value) and "install both from the same release" in str(error.value)
+    assert "\n" not in str(error.value) and len(str(error.value)) < 200
+
+
 @pytest.mark.parametrize("clock", [LIVE, LOCKSTEP])
 @pytest.mark.parametrize("end", ["dies", "babbles"])
 def test_a_solver_that_is_gone_is_not_waited_for(made, clock, end, capfd):

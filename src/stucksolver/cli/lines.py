@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from stucksolver.cli.errors import UsageError
+from stucksolver.scene.json_text import JsonError, read_json
 
 
 def json_lines(file: Path) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -22,8 +22,8 @@ def json_lines(file: Path) -> Iterator[tuple[str, dict[str, Any]]]:
             continue
         where = f"{file}:{number}"
         try:
-            found = json.loads(line)
-        except ValueError as error:
+            found = read_json(line)
+        except JsonError as error:
             raise UsageError(f"{where}: invalid JSON: {error}") from error
         if not isinstance(found, dict):
             raise UsageError(f"{where}: {type(found).__name__} instead of an object")

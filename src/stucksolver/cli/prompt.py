@@ -14,6 +14,7 @@ from stucksolver.cli.errors import UsageError
 from stucksolver.reason.llm.prompt import messages, prompt_name
 from stucksolver.reason.llm.schema import decide_tool
 from stucksolver.scene import Scene
+from stucksolver.scene.json_text import JsonError, read_json
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -65,8 +66,8 @@ def _candidates(text: str) -> list[Any]:
 
 def _json(text: str) -> Any:
     try:
-        return json.loads(text)
-    except ValueError:
+        return read_json(text)
+    except JsonError:
         return None
 
 

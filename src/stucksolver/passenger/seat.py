@@ -15,6 +15,7 @@ from stucksolver.passenger.sentences.asking import asked
 from stucksolver.passenger.teller import Conversation
 from stucksolver.passenger.told import Command, CommandKind, Now, OpenQuestion, Outcome, Speaker
 from stucksolver.scene import GuidanceIntent, Scene, Status
+from stucksolver.scene.sound import why_unsound_status
 from stucksolver.solver import Question, QuestionError, StuckSolver
 
 TELL_EVERY_S = 0.25
@@ -77,6 +78,11 @@ class Seat:
             status: The vehicle's status.
             look: Makes a scene; called once a second.
         """
+        if why_unsound_status(status) is not None:
+            # The solver reports it. People can still stop the vehicle.
+            self._hand_on()
+            self._consent()
+            return
         self._time_s = status.time_s
         self._conversation.progress_m = status.progress_m
         self._conversation.moving = status.speed_mps > MOVING_MPS

@@ -84,6 +84,10 @@ class ReasonerError(Exception):
     trace: Trace | None = None
 
 
+class MalformedAnswerError(ReasonerError):
+    """A reasoner's answer is of a wrong type, too large, nested too deeply, or holds a value that is refused."""
+
+
 @runtime_checkable
 class Cancellable(Protocol):
     """A reasoner that can be told from another thread that its answer is no longer wanted."""

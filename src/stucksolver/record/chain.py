@@ -11,10 +11,15 @@ from pathlib import Path
 from typing import Any
 
 from stucksolver.privacy.files import open_new
+from stucksolver.scene.json_text import JsonError, read_json
 
 _MARK = b',"hash":"'
 _TAIL = len(_MARK) + 64 + len(b'"}')
 START = "0" * 64
+LAST_KIND = "end"
+"""The kind of the line that ends a record."""
+LONGEST_LINE_BYTES = 16 * 1024 * 1024
+"""Longest line that is written or read: a thousand times the longest in the records of our tests (18 KB)."""
 _LOOKS_LIKE = "none of its lines ends in a hash, as every line of a record does"
 
 
@@ -44,6 +49,9 @@ class ChainWriter:
         body = json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False).encode()
         digest = _digest(self._hash, body)
         line = body[:-1] + _MARK + digest.encode() + b'"}\n'
+        if len(line) > LONGEST_LINE_BYTES:
+            most = LONGEST_LINE_BYTES
+            raise RecordError(f"cannot write {self.path}: a line of {len(line)} bytes; at most {most} are allowed")
         try:
             written = 0
             while written < len(line):
@@ -65,13 +73,14 @@ class ChainWriter:
 def read_chain(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
     """Yield the number, counted from 1, and the content of each line.
 
-    An incomplete last line, which a killed process may leave, ends the reading without an error.
+    An incomplete last line, which a killed process may leave, ends the reading without an error. Nothing may follow the
+    line that ends a record.
 
     Raises:
-        RecordError: A line was changed. The message has the number of the first one.
+        RecordError: A line was changed, is too long or cannot be read. The message has the number of the first one.
     """
-    for number, (body, _) in enumerate(_checked(path), 1):
-        yield number, json.loads(body)
+    for number, (data, _) in enumerate(_checked(path), 1):
+        yield number, data
 
 
 def read_digests(path: Path) -> list[str]:
@@ -83,24 +92,60 @@ def read_digests(path: Path) -> list[str]:
     return [digest for _, digest in _checked(path)]
 
 
-def _checked(path: Path) -> Iterator[tuple[bytes, str]]:
+def _checked(path: Path) -> Iterator[tuple[dict[str, Any], str]]:
     """Yield each complete line's content and its hash."""
-    before = START
-    try:
-        lines = path.read_bytes().split(b"\n")
-    except OSError as error:
-        raise RecordError(f"cannot read {path}: {error.strerror}; give a file `intervention-….jsonl`") from error
-    last = lines.pop()
-    if [*lines, last] != [b""] and not any(_hash_stands_in(line) for line in (*lines, last)):
-        raise RecordError(f"{path} is not a record: {_LOOKS_LIKE}; give a file `intervention-….jsonl`")
-    for number, line in enumerate(lines, 1):
+    before, ended = START, False
+    number = 0
+    for number, line in enumerate(_lines(path), 1):
+        where = f"{path}, line {number}"
+        if ended:
+            raise RecordError(f"{where}: there is something after the record's last line; it was added later")
+        whole = line.endswith(b"\n")
+        line = line.removesuffix(b"\n")
+        if not whole and not _looks_whole(line):
+            if number == 1:
+                raise _no_record(path)
+            return
+        if not whole:
+            raise RecordError(f"{where}: the end of this line was changed after writing")
         body, digest = line[:-_TAIL] + b"}", line[-_TAIL + len(_MARK) : -2].decode("ascii", "replace")
         if not _hash_stands_in(line) or _digest(before, body) != digest:
-            raise RecordError(f"{path}, line {number}: changed after writing (this line, or one missing before it)")
+            if number == 1 and not any(_hash_stands_in(one.removesuffix(b"\n")) for one in _lines(path)):
+                raise _no_record(path)
+            raise RecordError(f"{where}: changed after writing (this line, or one missing before it)")
         before = digest
-        yield body, digest
-    if last and _looks_whole(last):
-        raise RecordError(f"{path}, line {len(lines) + 1}: the end of this line was changed after writing")
+        data = _object(body, where)
+        ended = data.get("kind") == LAST_KIND
+        yield data, digest
+
+
+def _lines(path: Path) -> Iterator[bytes]:
+    """Yield the lines of a file with their line feeds; the last one may lack it."""
+    try:
+        with path.open("rb") as file:
+            number = 0
+            while line := file.readline(LONGEST_LINE_BYTES + 1):
+                number += 1
+                if len(line) > LONGEST_LINE_BYTES:
+                    raise RecordError(f"{path}, line {number}: longer than {LONGEST_LINE_BYTES} bytes; no record is")
+                yield line
+    except OSError as error:
+        raise RecordError(f"cannot read {path}: {error.strerror}; give a file `intervention-….jsonl`") from error
+
+
+def _object(body: bytes, where: str) -> dict[str, Any]:
+    """Return the content of a line."""
+    try:
+        data = read_json(body)
+    except JsonError as error:
+        raise RecordError(f"{where}: this line cannot be read: {error}") from error
+    if not isinstance(data, dict):
+        raise RecordError(f"{where}: this line cannot be read: it is no JSON object")
+    return data
+
+
+def _no_record(path: Path) -> RecordError:
+    return RecordError(f"{path} is not a record: {_LOOKS_LIKE}; give a file `intervention-….jsonl`")
 
 
 def _hash_stands_in(line: bytes) -> bool:

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from stucksolver.decision import Decision
-from stucksolver.record.chain import read_chain
+from stucksolver.record.chain import RecordError, read_chain
 from stucksolver.record.scroll import image_of
 from stucksolver.scene import CameraImage
+from stucksolver.scene.wording import in_one_line
 from stucksolver.solver import Event, EventKind
 
 
@@ -28,20 +29,27 @@ def read_decisions(path: Path) -> Iterator[RecordedDecision]:
     """Yield the decisions in the order of the record.
 
     Raises:
-        RecordError: The record was changed, or an image is missing.
+        RecordError: The record was changed or cannot be read, or an image is missing.
     """
     image: CameraImage | None = None
-    for _, line in read_chain(path):
-        if isinstance(line.get("asked"), dict):
-            image = _image(line["asked"].get("scene"), path.parent)
-        # Do not repeat a decision that arrived with this line.
-        answer = (line.get("in") or {}).get("answer") or {}
-        for told in line.get("told", ()):
-            if "event" not in told:
-                continue
-            event = Event.model_validate({"decision": answer.get("decision"), **told["event"]})
-            if event.kind is EventKind.DECIDED and event.decision is not None:
-                yield RecordedDecision(event, event.decision, image)
+    for number, line in read_chain(path):
+        try:
+            if isinstance(line.get("asked"), dict):
+                image = _image(line["asked"].get("scene"), path.parent)
+            decided = _decided(line)
+        except (AttributeError, LookupError, TypeError, ValueError, RecursionError) as error:
+            raise RecordError(f"{path}, line {number}: this line cannot be read: {in_one_line(error)}") from error
+        for event, decision in decided:
+            yield RecordedDecision(event, decision, image)
+
+
+def _decided(line: dict[str, Any]) -> list[tuple[Event, Decision]]:
+    """Return the decisions of a line, each with its event."""
+    # Do not repeat a decision that arrived with this line.
+    answer = (line.get("in") or {}).get("answer") or {}
+    told = [one["event"] for one in line.get("told", ()) if "event" in one]
+    events = [Event.model_validate({"decision": answer.get("decision"), **event}) for event in told]
+    return [(e, e.decision) for e in events if e.kind is EventKind.DECIDED and e.decision is not None]
 
 
 def _image(scene: dict[str, Any] | None, folder: Path) -> CameraImage | None:

@@ -143,7 +143,7 @@ def inputs_data(inputs: Inputs, answer: Answer | NoAnswer | None) -> Data:
     if inputs.reply is not None:
         data["reply"] = {"yes": inputs.reply.yes, "by": inputs.reply.by}
     if isinstance(answer, NoAnswer):
-        data["answer"] = {"why": answer.why}
+        data["answer"] = {"why": answer.why, **({"malformed": True} if answer.malformed else {})}
     elif answer is not None:
         trace = None if answer.trace is None else answer.trace.model_dump(mode="json", exclude_none=True)
         decision = answer.decision.model_dump(mode="json")
@@ -181,7 +181,7 @@ def _answer_of(data: Data | None) -> Answer | NoAnswer | None:
     if data is None:
         return None
     if "why" in data:
-        return NoAnswer(data["why"])
+        return NoAnswer(data["why"], data.get("malformed", False))
     trace = None if data["trace"] is None else Trace.model_validate(data["trace"])
     return Answer(Decision.model_validate(data["decision"]), data["reasoner"], trace)
 

@@ -16,6 +16,7 @@ from stucksolver.record.chain import RecordError, read_chain
 from stucksolver.record.compact import Unpacker
 from stucksolver.scene import LaneDirection, ObjectKind
 from stucksolver.scene.view import FrenetScene
+from stucksolver.scene.wording import in_one_line
 from stucksolver.solver.events import EventKind
 
 if TYPE_CHECKING:
@@ -103,8 +104,8 @@ class _Reader:
                 self._unpacker.add_road(line["road"])
             elif line["kind"] == "step":
                 self._step(line)
-        except (KeyError, TypeError, ValueError) as error:
-            raise RecordError(f"{record}, line {number}: this line cannot be read: {error!r}") from error
+        except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError, RecursionError) as error:
+            raise RecordError(f"{record}, line {number}: this line cannot be read: {in_one_line(error)}") from error
 
     def _step(self, line: dict[str, Any]) -> None:
         if "directive" in line:

@@ -18,6 +18,7 @@ from stucksolver.record.compact import Unpacker
 from stucksolver.record.forms import inputs_of, sight_of, snapshot_of, state_of, taken_answer, told_data
 from stucksolver.record.scroll import FORMAT, image_of, policy_of
 from stucksolver.scene import Scene
+from stucksolver.scene.wording import in_one_line
 from stucksolver.solver.machine.inputs import Setup, Snapshot
 from stucksolver.solver.machine.transition import transition
 from stucksolver.solver.witness import StepTaken
@@ -100,8 +101,8 @@ class _Again:
                 raise RecordError(f"{self._path}, line {number}: a record begins with its one line of kind `begin`")
             readers = {name: getattr(self, f"_{name}") for name in KINDS}
             readers.get(kind, self._unknown)(number, data)
-        except (AttributeError, KeyError, TypeError, ValueError) as error:
-            raise RecordError(f"{self._path}, line {number}: this line cannot be read: {error!r}") from error
+        except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError, RecursionError) as error:
+            raise RecordError(f"{self._path}, line {number}: this line cannot be read: {in_one_line(error)}") from error
 
     def _unknown(self, number: int, data: dict[str, Any]) -> None:
         raise RecordError(

@@ -12,4 +12,4 @@ class Model(BaseModel):
 def first_problem(error: ValidationError) -> str:
     """Return where the first problem is and what it is, as `ego.speed_mps: Input should be a valid number`."""
     first = error.errors()[0]
-    return f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
+    return f"{'.'.join(map(str, first['loc'])) or 'the whole'}: {first['msg']}"

@@ -7,8 +7,9 @@ class Status(Model):
     """The progress of the ego at one tick."""
 
     time_s: float
-    """Simulation or wall time (s); never runs backwards."""
+    """Simulation or wall time (s); never runs backwards, and never stands still from tick to tick."""
     speed_mps: float
+    """Speed without a sign (m/s), also in reverse."""
     progress_m: float
     """The greatest arc length reached along the route so far (m), without the distance driven while pushing
     something.

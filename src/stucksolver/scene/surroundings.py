@@ -77,7 +77,9 @@ class Surroundings(Model):
     """The output of perception for one tick, in the local frame of its `road`."""
 
     frame: int
+    """Number of the sensor data: another one for new data, the same for the same data."""
     time_s: float
+    """Time of the sensor data, on the clock of `Status.time_s` (s). Behind that clock, it counts as an age."""
     age_s: float = 0.0
     """Age of the sensor data when the stack hands them over (s)."""
     sensor_faults: tuple[str, ...] = ()

@@ -154,12 +154,12 @@ class FrenetScene:
         return result
 
     def sight_ahead_m(self, lane: Lane) -> float:
-        """Return how far a lane is seen ahead of the ego (m); 0 if the surroundings do not say."""
-        return next((x.ahead_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), 0.0)
+        """Return how far a lane is seen ahead of the ego (m): the least of its entries; 0 if there is none."""
+        return min((x.ahead_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), default=0.0)
 
     def sight_behind_m(self, lane: Lane) -> float:
-        """Return how far a lane is seen behind the ego (m); 0 if the surroundings do not say."""
-        return next((x.behind_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), 0.0)
+        """Return how far a lane is seen behind the ego (m): the least of its entries; 0 if there is none."""
+        return min((x.behind_m for x in self.surroundings.sight if x.lane_id == lane.strip.id), default=0.0)
 
     def free_ahead_m(self) -> float:
         """Return the gap from the front bumper to the nearest object in the route's path (m); infinite if none."""

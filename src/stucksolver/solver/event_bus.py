@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import logging
+
+from stucksolver.scene.wording import in_one_line, said_by
 from stucksolver.solver.events import Event, EventKind, Listener
 from stucksolver.solver.witness import StepTaken, Witness
 
+LOG = logging.getLogger(__name__)
+
 
 class EventBus:
-    """Isolates the control loop from errors in listeners and in the witness."""
+    """Isolates the control loop from errors in listeners and in the witness. Each fault is also a line of the log."""
 
     def __init__(self, listener: Listener | None, witness: Witness | None) -> None:
         self._listener = listener
@@ -34,15 +39,17 @@ class EventBus:
         self._listen(event)
 
     def _listen(self, event: Event) -> None:
+        if event.kind is EventKind.FAULT:
+            LOG.warning("%s", event.text)
         if self._listener is None:
             return
         try:
             self._listener(event)
         except Exception as error:  # noqa: BLE001
             self._listener = None
-            why = f"a listener failed and is not called again: {error!r}"
+            why = f"a listener failed and is not called again: {in_one_line(error)}"
             self.fault(Event(time_s=event.time_s, kind=EventKind.FAULT, text=why))
 
     def _lose_witness(self, time_s: float, error: Exception) -> None:
         self._witness = None
-        self._listen(Event(time_s=time_s, kind=EventKind.FAULT, text=f"the record ends here: {error}"))
+        self._listen(Event(time_s=time_s, kind=EventKind.FAULT, text=f"the record ends here: {said_by(error)}"))

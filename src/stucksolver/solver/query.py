@@ -37,6 +37,7 @@ class Query:
 
 @dataclass(frozen=True)
 class NoAnswer:
-    """The reason why there is no answer."""
+    """The reason why there is no answer. `malformed`: there was one, and it could not be used."""
 
     why: str
+    malformed: bool = False

@@ -8,13 +8,16 @@ is one of unknown state until its line is behind.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from stucksolver.guard.policy import ControlPolicy
 from stucksolver.scene import EgoState, Surroundings, TrackedObject, TrafficControl
 from stucksolver.scene.objects import VULNERABLE
 from stucksolver.scene.sound import why_unsound
+from stucksolver.scene.wording import in_one_line
 from stucksolver.solver.control_memory import ControlMemory
 
 HOLD_S = 1.0
@@ -30,6 +33,11 @@ DISTRUST_S = 0.5
 DOUBTFUL_AGE_S = 60.0
 """The age given to surroundings that are not believed; no guard accepts it."""
 FROZEN_TELL_S = 0.5
+"""Surroundings that have been the same, or are older, for longer than this are reported. No guard's policy accepts much
+older ones (`GuardPolicy.max_age_s`).
+"""
+FAULT_STAYS_S = 1.0
+"""A fault is shown for this long after it was last found: one that comes and goes is one fault."""
 MOVING_MPS = 0.5
 
 Read = Callable[[], "Surroundings | None"]
@@ -58,16 +66,26 @@ class Senses:
         self._trusted: EgoState | None = None
         self._trusted_s = 0.0
         self._seen: dict[str, tuple[TrackedObject, float]] = {}
+        self._fault_s = -math.inf
         self.fault: str | None = None
         """The current fault, in a few words."""
 
-    def look(self, read: Read, now_s: float) -> Surroundings | None:
-        """Return the surroundings at this tick, or None if nothing was ever seen."""
+    def look(self, read: Read, now_s: float, clock_s: float | None = None) -> Surroundings | None:
+        """Return the surroundings at this tick, or None if nothing was ever seen.
+
+        Args:
+            read: Returns the stack's surroundings.
+            now_s: The solver's own time (s).
+            clock_s: The stack's time (s), with which the time of the surroundings is compared; None: not compared.
+        """
         raw, why = _read(read)
         if raw is None:
             return self._missing(now_s, why)
         age, fault = self._doubt(raw, now_s)
-        self.fault = fault or "; ".join(raw.sensor_faults) or None
+        behind_s = 0.0 if clock_s is None else min(now_s - raw.time_s, clock_s - raw.time_s, key=abs)
+        if abs(behind_s) > max(raw.age_s, FROZEN_TELL_S):
+            age = max(age, abs(behind_s))
+        self._show(fault or "; ".join(raw.sensor_faults) or _late(raw.age_s, behind_s), now_s)
         ego = self._believed(raw.ego, now_s, jumped=age == DOUBTFUL_AGE_S)
         objects = self._kept(raw.objects, now_s)
         # Where the ego is not known, no line has a place.
@@ -81,8 +99,15 @@ class Senses:
         """Seconds since anything new was seen."""
         return now_s - self._fresh_s
 
+    def _show(self, fault: str | None, now_s: float) -> None:
+        """Show a fault in the same words while it lasts, although its numbers may change on each tick."""
+        if fault is not None and self.fault is not None and _kind(fault) == _kind(self.fault):
+            self._fault_s = now_s
+        elif self.fault is None or not 0.0 <= now_s - self._fault_s <= FAULT_STAYS_S:
+            self.fault, self._fault_s = fault, now_s
+
     def _missing(self, now_s: float, why: str) -> Surroundings | None:
-        self.fault = why
+        self._show(why, now_s)
         if self._last is None:
             return None
         raw, controls = self._last.raw, self._last.controls
@@ -97,7 +122,7 @@ class Senses:
             return raw.age_s, None
         if _same(last.raw, raw):
             stood = now_s - self._fresh_s
-            fault = f"the same frame for {FROZEN_TELL_S:g} s" if stood > FROZEN_TELL_S else None
+            fault = _unchanged(last.raw, raw) if stood > FROZEN_TELL_S else None
             return raw.age_s + stood, fault
         self._fresh_s = now_s
         passed = now_s - last.now_s
@@ -147,20 +172,44 @@ class Senses:
 def _read(read: Read) -> tuple[Surroundings | None, str]:
     """Read the stack's surroundings: None with the reason if they cannot be used. Catches whatever the stack raises."""
     try:
-        raw: object = read()
+        raw: Any = read()
     except Exception as error:  # noqa: BLE001 - a stack's own fault, of whatever type, must not end the control loop
-        return None, f"the stack's surroundings raised {type(error).__name__}: {error}"
+        return None, f"the stack's surroundings raised {in_one_line(error)}"
     if raw is None:
         return None, "there are no surroundings"
-    if not isinstance(raw, Surroundings):
+    if not issubclass(type(raw), Surroundings):
         return None, f"the stack returned a {type(raw).__name__} as surroundings"
     wrong = why_unsound(raw)
     return (raw, "") if wrong is None else (None, f"the surroundings are inconsistent: {wrong}")
 
 
+def _kind(fault: str) -> str:
+    """Return what stays the same in the words of a fault."""
+    return re.sub(r"[-+.\d]+", "", fault.split(" is ")[0])
+
+
+def _late(age_s: float, behind_s: float) -> str | None:
+    """Return what is wrong with the age of surroundings, and what to do; None if they are new enough."""
+    if age_s > FROZEN_TELL_S:
+        oldest = f"no plan begins on data older than {FROZEN_TELL_S:g} s"
+        return f"surroundings.age_s is {age_s:.1f} s: {oldest}; give newer data"
+    if abs(behind_s) > FROZEN_TELL_S:
+        where = "behind" if behind_s > 0.0 else "ahead of"
+        remedy = "stamp both from one clock, or give the age of the data in age_s"
+        return f"surroundings.time_s is {abs(behind_s):.1f} s {where} status.time_s; {remedy}"
+    return None
+
+
+def _unchanged(last: Surroundings, raw: Surroundings) -> str:
+    """Return the fault of surroundings that have been the same for too long."""
+    if last.frame == raw.frame and last.time_s != raw.time_s:
+        return f"surroundings.frame is {raw.frame} for {FROZEN_TELL_S:g} s; give new data another number"
+    return f"the same frame for {FROZEN_TELL_S:g} s"
+
+
 def _same(one: Surroundings, other: Surroundings) -> bool:
     """True if this is the same frame: the same number, or a moving ego or moving objects that have not moved."""
-    if one is other or (one.frame == other.frame and one.time_s == other.time_s):
+    if one is other or one.frame == other.frame:
         return True
     a, b = one.ego, other.ego
     if _frozen(one, other):

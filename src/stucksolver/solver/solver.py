@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -15,16 +14,20 @@ from stucksolver.ladder.moves import Person
 from stucksolver.reason import Reasoner, RuleReasoner
 from stucksolver.reason.make import make_reasoner
 from stucksolver.scene import MAX_WORDS, Scene, Status, Surroundings
+from stucksolver.scene.bounded import MalformedError, read_again
+from stucksolver.scene.wording import in_one_line
 from stucksolver.solver.camera import CameraWatch
 from stucksolver.solver.event_bus import EventBus
 from stucksolver.solver.events import Event, EventKind, Listener
 from stucksolver.solver.launches import Launches
 from stucksolver.solver.machine.guidance import to_be_answered
 from stucksolver.solver.machine.inputs import Inputs, Setup, Sight, Snapshot
-from stucksolver.solver.machine.state import Monitoring, Querying, State
-from stucksolver.solver.machine.transition import first_state, transition, without_status
+from stucksolver.solver.machine.state import Executing, Monitoring, Querying, State
+from stucksolver.solver.machine.transition import first_state, transition
+from stucksolver.solver.machine.turn import BLIND_LIMIT_S
 from stucksolver.solver.questions import Question, QuestionDesk
 from stucksolver.solver.senses import Read, Senses
+from stucksolver.solver.status_watch import StatusWatch
 from stucksolver.solver.timeline import Timeline
 from stucksolver.solver.witness import Facts, StepTaken, Witness
 from stucksolver.solver.workers.clock import Clock, make_clock
@@ -34,7 +37,6 @@ from stucksolver.solver.workers.words_worker import WordsWorker
 from stucksolver.words import NoReader, WordsReader, find_reader, situation_of
 
 T = TypeVar("T")
-NO_NUMBER = "the status has a value that is not a number"
 ASK_BACK = "I did not understand that. Shall I wait, drive on, go round, or take another way?"
 
 
@@ -117,6 +119,7 @@ class StuckSolver:
         self._stack_scene = scene
         self._detector = Detector(detector)
         self._timeline = Timeline()
+        self._status = StatusWatch(self._timeline)
         self._senses = Senses(self.guard.policy.controls)
         self._launches = Launches()
         self._driver_drives = True
@@ -126,8 +129,6 @@ class StuckSolver:
         self._reader = WordsWorker(reader or find_reader(), self.clock)
         self._desk = QuestionDesk()
         self._said: str | None = None
-        self._blind = False
-        """True if the missing status was already reported."""
         unread = self._reader.reader
         ask_back = unread.why if isinstance(unread, NoReader) else ASK_BACK
         self._setup = Setup(self.guard, self.ladder, names, ask_back, observe_only)
@@ -150,30 +151,18 @@ class StuckSolver:
         Returns:
             `Continue` if the stack should drive by itself, otherwise the directive to perform.
         """
-        if not math.isfinite(status.time_s + status.speed_mps + status.progress_m):
-            return self._without_status()
-        status = self._timeline.follow(status)
+        followed = self._status.follow(status)
+        if self._status.fault is not None:
+            return self._without_status(followed, surroundings)
+        assert followed is not None, "a status without a fault is followed"
+        status = followed
         self._launches.update(status, own=self._driver_drives)
         self._driver_drives = True
         trigger = self._detector.update(status)
         idle = trigger is None and self._said is None and self._timeline.jump_s is None
         if idle and not self._state.engaged and not self._reader.busy:
             return CONTINUE
-        self._blind = False
-        look, scene = (
-            Once(lambda: self._look(surroundings, status.time_s)),
-            Once(lambda: self._snapshot(status, look())),
-        )
-        inputs = self._inputs(status, trigger, look, scene)
-        before = self._state
-        self._state, directive, told = transition(before, inputs, self._setup)
-        self._desk.show(self._state.question)
-        if self._state.afresh_s != before.afresh_s:
-            self._detector.forget()
-        self._put_to_work()
-        self._driver_drives = directive == CONTINUE
-        self._bus.step(StepTaken(before, inputs, look.made, scene.made, self._state, directive, told))
-        return directive
+        return self._take_step(status, trigger, Once(lambda: self._look(surroundings, status.time_s)))
 
     @property
     def state(self) -> State:
@@ -236,16 +225,42 @@ class StuckSolver:
 
     # ---- the tick
 
-    def _without_status(self) -> Directive:
-        """Handle a tick without a valid status."""
-        now = self._timeline.now_s
-        if now is not None and not self._blind:
+    def _without_status(self, last: Status | None, surroundings: Read) -> Directive:
+        """Handle a tick without a usable status: the vehicle is left to its driver.
+
+        Nothing begins. What is under way goes on with the last status: a running plan is supervised with the
+        surroundings for a limited time, and then ends like one whose surroundings are missing.
+        """
+        why = self._status.fault
+        assert why is not None
+        if self._status.is_news():
             under_way, rung = self._state.intervention, self._state.escalation.rung
             number = None if under_way is None else under_way.number
-            time_s = now - self._timeline.offset_s
-            self._bus.fault(Event(time_s=time_s, kind=EventKind.FAULT, text=NO_NUMBER, intervention=number, rung=rung))
-            self._blind = True
-        return without_status(self._state)
+            time_s = (self._timeline.now_s or 0.0) - self._timeline.offset_s
+            text = f"{why}. Until then the vehicle is left to its driver"
+            self._bus.fault(Event(time_s=time_s, kind=EventKind.FAULT, text=text, intervention=number, rung=rung))
+        self._detector.forget()
+        if last is None or not (self._state.engaged or self._reader.busy):
+            return CONTINUE
+        bad_s = self._status.bad_s
+        runs = isinstance(self._state.activity, Executing) and bad_s <= BLIND_LIMIT_S
+        # The fault was reported above, so the sight names none.
+        look = Once(lambda: self._look(surroundings, last.time_s) if runs else Sight(None, None, bad_s))
+        return self._take_step(last, None, look)
+
+    def _take_step(self, status: Status, trigger: Trigger | None, look: Once[Sight]) -> Directive:
+        """Run one transition and act on its result."""
+        scene = Once(lambda: self._snapshot(status, look()))
+        inputs = self._inputs(status, trigger, look, scene)
+        before = self._state
+        self._state, directive, told = transition(before, inputs, self._setup)
+        self._desk.show(self._state.question)
+        if self._state.afresh_s != before.afresh_s:
+            self._detector.forget()
+        self._put_to_work()
+        self._driver_drives = directive == CONTINUE
+        self._bus.step(StepTaken(before, inputs, look.made, scene.made, self._state, directive, told))
+        return directive
 
     def _inputs(self, status: Status, trigger: Trigger | None, look: Once[Sight], scene: Once[Snapshot]) -> Inputs:
         """Collect the inputs of this tick. Words and answers are taken from their threads when the clock delivers
@@ -276,7 +291,7 @@ class StuckSolver:
         )
 
     def _look(self, read: Read, now_s: float) -> Sight:
-        seen = self._senses.look(read, now_s)
+        seen = self._senses.look(read, now_s, now_s - self._timeline.offset_s)
         seen = None if seen is None else self._launches.told(seen)
         return Sight(seen, self._senses.fault, self._senses.blind_s(now_s))
 
@@ -287,9 +302,13 @@ class StuckSolver:
         try:
             scene = self._stack_scene(sight.surroundings)
         except Exception as error:  # noqa: BLE001 - a stack's own fault, of whatever type, must not end the control loop
-            return Snapshot(None, f"the stack's scene raised {type(error).__name__}: {error}")
+            return Snapshot(None, f"the stack's scene raised {in_one_line(error)}")
         if scene is None:
             return Snapshot(None, "the stack has no scene to give")
+        try:
+            read_again(scene, Scene)
+        except MalformedError as error:
+            return Snapshot(None, f"the stack's scene cannot be used: {error}")
         scene, fault = self._camera.checked(scene, status.progress_m)
         return Snapshot(scene, camera_fault=fault)
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from stucksolver.decision import Directive
 from stucksolver.detect import Trigger
+from stucksolver.guard import Reject, RejectCode, Verdict
 from stucksolver.ladder import AskPerson, AskReasoner, Assist, Resume
 from stucksolver.reason import Answer
 from stucksolver.scene import AttemptEnd
@@ -173,7 +174,7 @@ def take_answer(turn: Turn) -> Directive:
         return turn.resting
     turn.set(activity=Monitoring())
     if isinstance(answer, NoAnswer):
-        _no_answer(turn, answer.why)
+        _no_answer(turn, answer.why, malformed=answer.malformed)
         return turn.resting
     if turn.state.scene is not None:
         turn.doubt(disagreements(turn.state.scene, answer.decision.observation))
@@ -190,9 +191,11 @@ def _asked_again(turn: Turn) -> Directive:
     return turn.resting
 
 
-def _no_answer(turn: Turn, why: str) -> None:
+def _no_answer(turn: Turn, why: str, *, malformed: bool = False) -> None:
+    """There is no answer, or one that could not be used: it is refused like a plan with unsound numbers."""
     turn.begin(turn.state.trigger)
-    turn.tell(EventKind.FAILED, f"the reasoner gave no answer: {why}")
+    verdict = Verdict(rejects=(Reject(code=RejectCode.UNSOUND, detail=why),)) if malformed else None
+    turn.tell(EventKind.FAILED, f"the reasoner gave no answer: {why}", verdict=verdict)
     turn.failed()
 
 

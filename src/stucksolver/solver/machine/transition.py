@@ -11,7 +11,6 @@ from stucksolver.ladder import Ladder
 from stucksolver.solver.events import EventKind, Told
 from stucksolver.solver.machine import guidance, hand_back, plans, rungs
 from stucksolver.solver.machine.escalation import Escalation, Rungs
-from stucksolver.solver.machine.execution import STAND
 from stucksolver.solver.machine.history import History
 from stucksolver.solver.machine.inputs import Inputs, Setup
 from stucksolver.solver.machine.state import AwaitingGap, Executing, Holding, MinimalRisk, Monitoring, Querying, State
@@ -64,11 +63,6 @@ def transition(state: State, inputs: Inputs, setup: Setup) -> tuple[State, Direc
     turn.tell_fault(turn.state.senses_fault or turn.state.camera_fault)
     _settle(turn)
     return turn.state, directive, tuple(turn.told)
-
-
-def without_status(state: State) -> Directive:
-    """Return the directive for a tick without a valid status: nothing begins, and a running plan stands still."""
-    return STAND if isinstance(state.activity, Executing) else state.posture.directive
 
 
 def _act(turn: Turn) -> Directive:

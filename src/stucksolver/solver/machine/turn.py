@@ -112,9 +112,17 @@ class Turn:
 
     # ---- reporting
 
-    def tell(self, kind: EventKind, text: str, *, question: Question | None = None, answer: bool | None = None) -> None:
+    def tell(
+        self,
+        kind: EventKind,
+        text: str,
+        *,
+        question: Question | None = None,
+        answer: bool | None = None,
+        verdict: Verdict | None = None,
+    ) -> None:
         """Add an event to this step."""
-        self._tell(kind, text, question=question, answer=answer)
+        self._tell(kind, text, question=question, answer=answer, verdict=verdict)
 
     def tell_words(self, words: Guidance) -> None:
         """Report what was said and how it was understood."""

@@ -8,14 +8,16 @@ import time
 from concurrent.futures import Future
 
 from stucksolver.decision import RecoveryPlan, as_said, releases
-from stucksolver.guard import Guard
+from stucksolver.guard import Guard, Reject, RejectCode, Verdict
 from stucksolver.reason import Answer, Cancellable, ReasonerError
-from stucksolver.reason.reasoner import PlanCheck
+from stucksolver.reason.reasoner import MalformedAnswerError, PlanCheck
+from stucksolver.scene.bounded import MalformedError, read_again
 from stucksolver.scene.view import FrenetScene
+from stucksolver.scene.wording import in_one_line, said_by
 from stucksolver.solver.machine.admission import second_opinion
 from stucksolver.solver.query import NoAnswer, Query
 from stucksolver.solver.workers.clock import WAIT_LIMIT_S, Clock, Pending
-from stucksolver.solver.workers.reasoner_pool import ReasonerPool
+from stucksolver.solver.workers.reasoner_pool import MOST_VALUES, ReasonerPool
 
 
 class ReasonerWorker:
@@ -56,7 +58,7 @@ class ReasonerWorker:
         query, pending, answer = self._query, self._pending, self._answer
         if query is None or pending is None or answer is None:
             return None
-        name = self._pool.reasoners[query.reasoner].name
+        name = self._pool.names[query.reasoner]
         pending.ticks += 1
         if not self._clock.due(pending, now_s, answer):
             if now_s - query.asked_s <= query.deadline_s:
@@ -68,8 +70,8 @@ class ReasonerWorker:
         if error is None:
             return answer.result()
         if isinstance(error, ReasonerError):
-            return NoAnswer(str(error))
-        return NoAnswer(f"{name} failed: {type(error).__name__}: {error}")
+            return NoAnswer(said_by(error), malformed=isinstance(error, MalformedAnswerError))
+        return NoAnswer(f"{name} failed: {in_one_line(error)}")
 
     def _begin(self, query: Query) -> None:
         self._query = query
@@ -88,8 +90,8 @@ class ReasonerWorker:
         if query is None or answer is None or answer.done():
             return
         reasoner: object = self._pool.reasoners[query.reasoner]
-        if isinstance(reasoner, Cancellable):
-            with contextlib.suppress(Exception):  # whatever a reasoner raises when it is told to stop
+        with contextlib.suppress(Exception):  # whatever a reasoner raises when it is told to stop
+            if isinstance(reasoner, Cancellable):
                 reasoner.cancel()
 
     def _check(self, query: Query) -> PlanCheck | None:
@@ -99,6 +101,10 @@ class ReasonerWorker:
             return None
 
         def check(plan: RecoveryPlan) -> str:
+            try:
+                plan = read_again(plan, RecoveryPlan, MOST_VALUES)
+            except MalformedError as error:
+                return str(Verdict(rejects=(Reject(code=RejectCode.UNSOUND, detail=str(error)),)))
             guided = releases(query.reading, plan)
             wanted = as_said(plan, query.reading)
             return second_opinion(wanted, FrenetScene(seen), query.asked_s, guard=self._guard, guided=guided)

@@ -1,7 +1,9 @@
 """The solver as a process beside a stack that cannot import it: `python -m stucksolver.stacks.sidecar --fd N`.
 
 Messages are JSON objects, length-prefixed (`stucksolver_bridge.wire`). The stack says `hello` once and `tick` each
-tick; the solver answers each with one message, before which it may ask for things by name.
+tick; the solver answers each with one message, before which it may ask for things by name. `tick`, `given`, `need` and
+the answer carry the tick's `number`, which grows by 1. The stack drops an answer with any other number, so that it
+renews no order. A bridge and a solver of different versions of this protocol end at `hello`, with one line.
 
 From the stack:
 

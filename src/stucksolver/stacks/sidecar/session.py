@@ -13,6 +13,8 @@ from stucksolver.ladder import LadderError
 from stucksolver.reason.make import sees
 from stucksolver.reason.registry import ReasonerNameError
 from stucksolver.scene import Scene, Status, Surroundings
+from stucksolver.scene.model import first_problem
+from stucksolver.scene.wording import in_one_line
 from stucksolver.solver import Event, StuckSolver
 from stucksolver.stacks.sidecar.settings import Settings
 from stucksolver.stacks.sidecar.side import Side, UnusableError
@@ -26,6 +28,8 @@ class Session:
         self._wire = wire
         self._events: list[dict[str, Any]] = []
         self._directive: Directive | None = None
+        self._number = 0
+        """Number of the tick that is being answered."""
 
     def run(self) -> None:
         """Serve until `bye`.
@@ -34,9 +38,9 @@ class Session:
         """
         hello = self._wire.receive().get("hello")
         if not isinstance(hello, dict) or hello.get("version") != VERSION:
-            self._wire.send(
-                {"error": f"the bridge must speak version {VERSION}; use the one that came with stucksolver"}
-            )
+            theirs = str(hello.get("version") if isinstance(hello, dict) else None)[:20]
+            differ = f"the bridge speaks version {theirs} of the link's protocol, this solver version {VERSION}"
+            self._wire.send({"error": f"{differ}; install both from the same release"})
             return
         try:
             settings = Settings.model_validate(hello.get("settings", {}))
@@ -50,7 +54,8 @@ class Session:
         with recorder or contextlib.nullcontext(), solver or contextlib.nullcontext(), contextlib.closing(side):
             try:
                 while "bye" not in (told := self._wire.receive()):
-                    self._wire.send(self._step(solver, side, told["tick"]))
+                    tick = self._begin(told)
+                    self._wire.send({**self._step(solver, side, tick), "number": self._number})
             except UnusableError as error:
                 self._wire.send({"error": str(error)})
                 return
@@ -63,15 +68,26 @@ class Session:
             return _sensed(hello["sensed"], settings, self._ask)
         return _Carla(hello["carla"], self._ask) if hello.get("carla") else _Forms(self._ask)
 
+    def _begin(self, told: dict[str, Any]) -> dict[str, Any]:
+        """Return the tick in a message, and note its number. Raises `UnusableError`."""
+        tick, number = told.get("tick"), told.get("number")
+        if not isinstance(tick, dict) or type(number) is not int:
+            raise UnusableError("a message is no tick with a number; install bridge and solver from the same release")
+        self._number = number
+        return tick
+
     def _step(self, solver: StuckSolver | None, side: Side, tick: dict[str, Any]) -> dict[str, Any]:
         if "say" in tick and solver is not None:
             solver.guide(str(tick["say"]))
         if tick.get("again"):
             self._directive = None
             side.forget()
-        if not side.begin(tick):
-            return {"orders": side.waiting(), "events": side.events()}
-        status = side.status(tick)
+        try:
+            if not side.begin(tick):
+                return {"orders": side.waiting(), "events": side.events()}
+            status = side.status(tick)
+        except (LookupError, TypeError, ValueError, ArithmeticError) as error:
+            raise UnusableError(f"a tick cannot be used: {in_one_line(error)}") from error
         directive = CONTINUE if solver is None else solver.step(status, side.surroundings)
         orders = side.perform(directive)
         answer: dict[str, Any] = {}
@@ -87,8 +103,11 @@ class Session:
         return answer
 
     def _ask(self, what: str) -> Any:
-        self._wire.send({"need": what})
-        return self._wire.receive().get("given")
+        self._wire.send({"need": what, "number": self._number})
+        given = self._wire.receive()
+        if given.get("number") != self._number:
+            raise UnusableError(f"{what} of another tick were given; install bridge and solver from the same release")
+        return given.get("given")
 
     def _hear(self, event: Event) -> None:
         verdict = None if event.verdict is None else str(event.verdict)
@@ -120,7 +139,14 @@ class _Forms(Side):
         self._ask = ask
 
     def status(self, tick: dict[str, Any]) -> Status:
-        return Status.model_validate(tick["status"])
+        """Return the status as it came. The solver names what is wrong in it, and leaves the vehicle to its driver."""
+        form = tick["status"]
+        try:
+            return Status.model_validate(form, strict=True)
+        except ValidationError as error:
+            if not isinstance(form, dict) or not form.keys() <= Status.model_fields.keys():
+                raise UnusableError(f"a status cannot be used: {first_problem(error)}") from error
+            return Status.model_construct(**form)
 
     def surroundings(self) -> Surroundings:
         return Surroundings.model_validate(self._ask("surroundings"))
