@@ -25,13 +25,17 @@ from stucksolver.words.living import (
 # ---- calls to stop
 
 LEADS_IN = (
-    r"(?:(?:oh|hey|no|ok(?:ay)?|please|now|just|quick(?:ly)?|come on|god|jesus|christ|car|for \w+(?:'s)? sake|(?:oh )?my god|"
-    r"nein|bitte|sofort|doch|da|non|mais|s'il (?:te|vous) plaît|por (?:favor|dios)) )*(?:(?:you|we|i said) (?:must |have to |need to |should |better )?)?"
+    r"(?:(?:oh|hey|no|ok(?:ay)?|please|now|just|quick(?:ly)?|come on|god|jesus|christ|car|for \w+(?:'s)? sake|"
+    r"(?:oh )?my god|"
+    r"nein|bitte|sofort|doch|da|non|mais|s'il (?:te|vous) plaît|por (?:favor|dios)) )*(?:(?:you|we|"
+    r"i said) (?:must |have to |need to |should |better )?)?"
 )
 FOLLOWS = (
     r"(?: (?:now|please|car|the (?:car|vehicle|bus|taxi|van)|right (?:now|there|away)|immediately|at once|moving|"
-    r"driving|everything|there|hard|harder|already|dead|at once|sofort|jetzt|bitte|an|das auto|tout de suite|la voiture|"
-    r"maintenant|ya|ahora(?: mismo)?|el coche|s'il (?:te|vous) plaît|por favor|for (?:god|heaven|christ|goodness)(?:'s)? sake))*"
+    r"driving|everything|there|hard|harder|already|dead|at once|sofort|jetzt|bitte|an|das auto|tout de suite|"
+    r"la voiture|"
+    r"maintenant|ya|ahora(?: mismo)?|el coche|s'il (?:te|vous) plaît|por favor|for (?:god|heaven|christ|"
+    r"goodness)(?:'s)? sake))*"
 )
 HARD_STOP = (
     r"stop+|halt|brak(?:e|es|ing)|whoa+|woah|freeze|(?:do )?(?:an )?emergency (?:stop|brak(?:e|ing))|"
@@ -40,14 +44,20 @@ HARD_STOP = (
 )
 SOFT_STOP = (
     r"wait|hold (?:on|it)|don't(?: go| move| do it| drive)?|no+|nope|careful|stay(?: put| there| here)?|hang on|"
-    r"warte(?:n sie)?|wart|nein|nicht|moment|stehen ?bleiben|bleib stehen|attend(?:s|ez)|non|doucement|esper[ae]|no|quiet[oa]|cancel|abort"
+    r"warte(?:n sie)?|wart|nein|nicht|moment|stehen ?bleiben|bleib stehen|attend(?:s|ez)|non|doucement|esper[ae]|"
+    r"no|quiet[oa]|cancel|abort"
 )
 STOPS = re.compile(rf"^{LEADS_IN}(?:{HARD_STOP})(?: (?:{HARD_STOP}|{SOFT_STOP}))*{FOLLOWS}$")
-HOLDS_ON = re.compile(rf"^{LEADS_IN}(?:{HARD_STOP}|{SOFT_STOP})(?: (?:{HARD_STOP}|{SOFT_STOP}))*(?: it| that| this)?{FOLLOWS}$")
-STOP_SIGNS = re.compile(r"^(?:快|请|請|你)*(?:停|停下|停车|停車|刹车|剎車|别动|別動|站住|别开|別開)+(?:来|來|了|啊|吧)?$|(?<![不别別用])(?:急?刹车|急?剎車)")
+HOLDS_ON = re.compile(
+    rf"^{LEADS_IN}(?:{HARD_STOP}|{SOFT_STOP})(?: (?:{HARD_STOP}|{SOFT_STOP}))*(?: it| that| this)?{FOLLOWS}$"
+)  # fmt: skip
+STOP_SIGNS = re.compile(
+    r"^(?:快|请|請|你)*(?:停|停下|停车|停車|刹车|剎車|别动|別動|站住|别开|別開)+(?:来|來|了|啊|吧)?$|(?<![不别別用])(?:急?刹车|急?剎車)"
+)
 BRAKES = re.compile(
     any_of(
-        r"(?:hit|slam(?: on)?|step on|stamp on|jam on|stomp on|use|apply|pull|get on) (?:on )?(?:the|your|those)? ?(?:hand)?brakes?",
+        r"(?:hit|slam(?: on)?|step on|stamp on|jam on|stomp on|use|apply|pull|get on) (?:on )?(?:the|your|"
+        r"those)? ?(?:hand)?brakes?",
         r"(?:tritt )?auf die bremse", r"(?:appuie|écrase) (?:sur )?(?:le|les) freins?", r"pisa el freno",
     ),
     re.IGNORECASE,
@@ -56,33 +66,47 @@ BRAKES = re.compile(
 # ---- collisions that are foreseen
 
 FORESEEN = (
-    r"(?:you|we|it|this(?: car| thing)?|that(?: car| lorry| truck| bus| thing)?|the (?:car|bus|lorry|truck|van)|(?:our|your|the) wheels?|he|she|they)"
-    r"(?:'re|'ll|'s|'d)?(?: (?:are|is|will|would|just|nearly|almost|gonna|going to|going|about to|bound to|might|have|has|"
+    r"(?:you|we|it|this(?: car| thing)?|that(?: car| lorry| truck| bus| thing)?|the (?:car|bus|lorry|truck|van)|"
+    r"(?:our|your|the) wheels?|he|she|they)"
+    r"(?:'re|'ll|'s|'d)?(?: (?:are|is|will|would|just|nearly|almost|gonna|going to|going|about to|bound to|might|"
+    r"have|has|"
     r"already|totally|surely|definitely|straight|right|soon|all|both|only|barely|be|get|still|on course to|"
     r"headed|gon))*"
 )
 STRIKES = (
-    r"hit(?:ting)?|crash(?:ed|ing)?|crush(?:ed|ing)?|kill(?:ed|ing)?|ram(?:med|ming)?|clip(?:ped|ping)?|scrap(?:e|ed|ing)|"
-    r"scratch(?:ed|ing)?|collid(?:e|ed|ing)|graz(?:e|ed|ing)|squash(?:ed|ing)?|smash(?:ed|ing)?|mow(?:ed|ing)? (?:\w+ )?down|bump(?:ed|ing)? into|"
+    r"hit(?:ting)?|crash(?:ed|ing)?|crush(?:ed|ing)?|kill(?:ed|ing)?|ram(?:med|ming)?|clip(?:ped|ping)?|scrap(?:e|"
+    r"ed|ing)|"
+    r"scratch(?:ed|ing)?|collid(?:e|ed|ing)|graz(?:e|ed|ing)|squash(?:ed|ing)?|smash(?:ed|ing)?|mow(?:ed|"
+    r"ing)? (?:\w+ )?down|bump(?:ed|ing)? into|"
     r"knock(?:ed|ing)?|flatten(?:ed|ing)?|injur(?:e|ed|ing)|hurt(?:ing)?|"
-    r"r[au]n(?:ning)? (?:\w+ ){0,3}(?:over|down|into)|(?:(?:driv(?:e|ing)|head(?:ed|ing)?|steer(?:ing)?)(?: straight| right| directly)*|(?:go(?:ing)?|com(?:e|ing)|mov(?:e|ing)) (?:straight |right |directly )+) ?(?:in)?to(?:wards?)? "
+    r"r[au]n(?:ning)? (?:\w+ ){0,3}(?:over|down|into)|(?:(?:driv(?:e|ing)|head(?:ed|ing)?|"
+    r"steer(?:ing)?)(?: straight| right| directly)*|(?:go(?:ing)?|com(?:e|ing)|mov(?:e|ing)) (?:straight |right |"
+    r"directly )+) ?(?:in)?to(?:wards?)? "
     r"(?:him|her|them|it|us|that|those|the|a|an|some\w+|people)|"
-    r"(?:head(?:ed|ing)?|com(?:e|ing)|driv(?:e|ing)) (?:straight |right |directly )+(?:at|for|towards?) (?:him|her|them|us|that|the|it|me)|"
-    r"go(?:ing)? over the (?:edge|cliff|side)|end in (?:a |an )?(?:crash|accident|disaster)|tip(?:ping)? over|touch(?:ed|ing)?|"
+    r"(?:head(?:ed|ing)?|com(?:e|ing)|driv(?:e|ing)) (?:straight |right |directly )+(?:at|for|towards?) (?:him|her|"
+    r"them|us|that|the|it|me)|"
+    r"go(?:ing)? over the (?:edge|cliff|side)|end in (?:a |an )?(?:crash|accident|disaster)|tip(?:ping)? over|"
+    r"touch(?:ed|ing)?|"
     r"(?:much |way |far )?too close|too near|too fast"
 )
 NO_HARM = re.compile(
     any_of(
-        r"hit(?:ting)? (?:the )?(?:gym|charts?|road|sack|hay|shops?|target|jackpot|news|town|pub|beach|spot|nail|snooze|like|traffic|jams?|every red)",
-        r"kill(?:ing)? (?:time|me)", "crash(?:ed|ing)? (?:on|at) (?:the|my|your|his|her) (?:couch|sofa|place|market|computer)", "over budget",
-        "crashed the (?:stock )?market", "bump(?:ed|ing)? into (?:an? |my |your )?(?:old )?(?:friend|mate|neighbou?r|colleague)\\w*", "smash(?:ed|ing)? hit",
-        "run(?:ning)? into (?:trouble|an? old|my)", "a (?:big )?hit", "squash\\w* me", r"hurt\w* (?:me|my|his|her) \w+", "knock(?:ed)? off", "(?:stay|keep) in touch", "it hurts?",
+        r"hit(?:ting)? (?:the )?(?:gym|charts?|road|sack|hay|shops?|target|jackpot|news|town|pub|beach|spot|nail|"
+        r"snooze|like|traffic|jams?|every red)",
+        r"kill(?:ing)? (?:time|me)",
+        "crash(?:ed|ing)? (?:on|at) (?:the|my|your|his|her) (?:couch|sofa|place|market|computer)", "over budget",
+        "crashed the (?:stock )?market",
+        "bump(?:ed|ing)? into (?:an? |my |your )?(?:old )?(?:friend|mate|neighbou?r|colleague)\\w*",
+        "smash(?:ed|ing)? hit",
+        "run(?:ning)? into (?:trouble|an? old|my)", "a (?:big )?hit", "squash\\w* me",
+        r"hurt\w* (?:me|my|his|her) \w+", "knock(?:ed)? off", "(?:stay|keep) in touch", "it hurts?",
     ),
     re.IGNORECASE,
 )  # fmt: skip
 COLLIDES = re.compile(rf"(?<!\w){FORESEEN} (?:{STRIKES})(?!\w)", re.IGNORECASE)
 UNSEEN = re.compile(
-    r"(?<!\w)(?:he|she|they|\w+) (?:does ?n'?t|do ?n'?t|has ?n'?t|have ?n'?t|can ?'?n?o?t|did ?n'?t) (?:even )?(?:see|seen|notice|noticed|hear|heard|look) (?:us|you|me|at us)(?!\w)"
+    r"(?<!\w)(?:he|she|they|\w+) (?:does ?n'?t|do ?n'?t|has ?n'?t|have ?n'?t|can ?'?n?o?t|"
+    r"did ?n'?t) (?:even )?(?:see|seen|notice|noticed|hear|heard|look) (?:us|you|me|at us)(?!\w)"
     r"|sieht uns nicht|ne nous voit pas|no nos ve|没看见我们",
     re.IGNORECASE,
 )
@@ -97,45 +121,62 @@ STRIKES_ELSEWHERE = re.compile(
 )  # fmt: skip
 GERMAN_STRIKES = re.compile(
     any_of(
-        r"(?:du|wir|sie|er|es|der|das auto)? ?fähr(?:st|t) (?:\w+ ){1,3}(?:um|an|tot)", "wir fahren (?:\\w+ ){1,3}(?:um|an|tot)",
-        "du überfährst", "wir überfahren", "überfährt", r"(?:du|wir) ramm\w+", r"(?:du|wir) erwisch\w+", "wir stoßen zusammen",
+        r"(?:du|wir|sie|er|es|der|das auto)? ?fähr(?:st|t) (?:\w+ ){1,3}(?:um|an|tot)",
+        "wir fahren (?:\\w+ ){1,3}(?:um|an|tot)",
+        "du überfährst", "wir überfahren", "überfährt", r"(?:du|wir) ramm\w+", r"(?:du|wir) erwisch\w+",
+        "wir stoßen zusammen",
     ),
     re.IGNORECASE,
 )  # fmt: skip
 DONT_STRIKE = re.compile(
-    any_of(r"(?:do ?n'?t|do not|please not|mustn't|must not) (?:you )?(?:hit|run|kill|crush|ram|crash|touch|scratch) ?(?:into |over )?"
-           r"(?:him|her|them|it|that|the|us|any\w+|some\w+|a|my)(?! (?:gym|shops?|road|news|radio|dial|buttons?|screen|music))")
-    + "|" + any_of(r"überfahr (?:ihn|sie|es|den|die|das) nicht", r"ne (?:l'|le |la |les )(?:écrase|renverse|touche)z? pas", r"no (?:lo|la|los|las) (?:atropelles|mates)"),
+    any_of(
+    r"(?:do ?n'?t|do not|please not|mustn't|must not) (?:you )?(?:hit|run|kill|crush|ram|crash|touch|"
+    r"scratch) ?(?:into |over )?"
+           r"(?:him|her|them|it|that|the|us|any\w+|some\w+|a|my)(?! (?:gym|shops?|road|news|radio|dial|buttons?|"
+           r"screen|music))")
+    + "|" + any_of(r"überfahr (?:ihn|sie|es|den|die|das) nicht",
+    r"ne (?:l'|le |la |les )(?:écrase|renverse|touche)z? pas", r"no (?:lo|la|los|las) (?:atropelles|mates)"),
     re.IGNORECASE,
 )  # fmt: skip
 
 # ---- shouts
 
 WARNS = re.compile(
-    rf"^{LEADS_IN}(?:look out|watch out|watch it|mind out|(?:be )?careful|beware|danger|heads up|pass auf|passen sie auf|vorsicht|"
-    rf"achtung|attention|fais gaffe|gare|cuidado|ojo)(?: (?:for |to |with |au |à |con )?(?:the |a |an |that |those |this |le |la |les |el |dem |der )?"
+    rf"^{LEADS_IN}(?:look out|watch out|watch it|mind out|(?:be )?careful|beware|danger|heads up|pass auf|"
+    rf"passen sie auf|vorsicht|"
+    rf"achtung|attention|fais gaffe|gare|cuidado|ojo)(?: (?:for |to |with |au |à |con )?(?:the |a |an |that |"
+    rf"those |this |le |la |les |el |dem |der )?"
     rf"(?:\w+ )?(?:{WHO})(?!\w).*| ahead| there| now| here)*$"
 )
-MINDS = re.compile(rf"^{LEADS_IN}(?:mind|watch) (?:out )?(?:for )?(?:the|that|this|those|a|an|her|him|them|these)(?: \w+)? ?(?:(?:{WHO})(?!\w).*|$)")
+MINDS = re.compile(
+    rf"^{LEADS_IN}(?:mind|watch) (?:out )?(?:for )?(?:the|that|this|those|a|an|her|him|them|"
+    rf"these)(?: \w+)? ?(?:(?:{WHO})(?!\w).*|$)"
+)  # fmt: skip
 ONLY_WHO = re.compile(
-    rf"^{LEADS_IN}(?:(?:a|an|the|two|three|some|ein|eine|da|ist|un|une|des|el|la|los|unos) )*(?:(?!my|your|our|his|her)\w+ )?(?:{WHO})(?: (?:{WHO}))*"
+    rf"^{LEADS_IN}(?:(?:a|an|the|two|three|some|ein|eine|da|ist|un|une|des|el|la|los|unos) )*(?:(?!my|your|our|his|"
+    rf"her)\w+ )?(?:{WHO})(?: (?:{WHO}))*"
     r"(?: (?:ahead|there|left|right|behind|in front|on the (?:left|right|road)))?$"
 )
 WARNING_SIGNS = re.compile("小心|当心|當心|危险|危險")
 ONCOMING = re.compile(
-    rf"^{LEADS_IN}(?:an? |the )?(?:oncoming|approaching) (?:\w+ )?(?:car|traffic|vehicle|lorry|truck|bus|van|bike|cyclist|motorbike)s?$|^gegenverkehr$"
+    rf"^{LEADS_IN}(?:an? |the )?(?:oncoming|approaching) (?:\w+ )?(?:car|traffic|vehicle|lorry|truck|bus|van|bike|"
+    rf"cyclist|motorbike)s?$|^gegenverkehr$"
 )
 DOOR = re.compile(r"(?<!\w)(?:doors?|tür)(?:'s| is| are)? (?:\w+ )?(?:open(?:s|ing)?|swing(?:s|ing)?|geht auf)(?!\w)")
 
 # ---- people and animals in the way
 
 THERE = (
-    r"there(?:'s| is| are|s)?|here(?:'s| comes?)|it(?:'s| is)|that(?:'s| is)|this is|those are|they're|i (?:can )?(?:just )?(?:see|saw|spot)|look|see|"
-    r"we've got|da (?:ist|sind|läuft|steht|liegt|kommt|rennt|spielt|war)|das (?:ist|sind)|ich sehe|il y a|y a|c'est|voilà|je vois|hay|es|veo|ahí (?:hay|está|viene)"
+    r"there(?:'s| is| are|s)?|here(?:'s| comes?)|it(?:'s| is)|that(?:'s| is)|this is|those are|they're|"
+    r"i (?:can )?(?:just )?(?:see|saw|spot)|look|see|"
+    r"we've got|da (?:ist|sind|läuft|steht|liegt|kommt|rennt|spielt|war)|das (?:ist|sind)|ich sehe|il y a|y a|"
+    r"c'est|voilà|je vois|hay|es|veo|ahí (?:hay|está|viene)"
 )
 MOVES_THERE = re.compile(
-    rf"(?<!\w)(?P<who>(?:(?:my|our|his|your|meine?|unsere?|mon|ma|mes|notre|mis?|nuestr[oa]s?) )?(?:{WHO}))(?!\w)(?:'s|'re)?(?: [\w'-]+){{0,3}}? (?:{MOTION})(?!\w)"
-    rf"|(?<!\w)(?:läuft|rennt|springt|steht|liegt|kommt|spielt|traverse|arrive|cruza|corre|viene) (?:\w+ ){{0,2}}(?:{WHO})(?!\w)",
+    rf"(?<!\w)(?P<who>(?:(?:my|our|his|your|meine?|unsere?|mon|ma|mes|notre|mis?|"
+    rf"nuestr[oa]s?) )?(?:{WHO}))(?!\w)(?:'s|'re)?(?: [\w'-]+){{0,3}}? (?:{MOTION})(?!\w)"
+    rf"|(?<!\w)(?:läuft|rennt|springt|steht|liegt|kommt|spielt|traverse|arrive|cruza|corre|"
+    rf"viene) (?:\w+ ){{0,2}}(?:{WHO})(?!\w)",
     re.IGNORECASE,
 )
 IS_THERE = re.compile(
@@ -144,15 +185,20 @@ IS_THERE = re.compile(
     re.IGNORECASE,
 )
 THEY_MOVE = re.compile(
-    rf"(?<!\w)(?:he|she|they|er|sie|il|elle)(?:'s|'re| is| are| just)?(?: \w+){{0,2}}? (?:{MOTION})(?: [\w'-]+){{0,3}}? (?:{PLACE}|road|street)(?!\w)",
+    rf"(?<!\w)(?:he|she|they|er|sie|il|elle)(?:'s|'re| is| are|"
+    rf" just)?(?: \w+){{0,2}}? (?:{MOTION})(?: [\w'-]+){{0,3}}? (?:{PLACE}|road|street)(?!\w)",
     re.IGNORECASE,
 )
-SIGNED = re.compile(rf"(?:{WHO_SIGNS}).{{0,4}}(?:{PLACE_SIGNS}|{MOTION_SIGNS})|(?:{PLACE_SIGNS}).{{0,3}}有.{{0,3}}(?:{WHO_SIGNS}|人)")
+SIGNED = re.compile(
+    rf"(?:{WHO_SIGNS}).{{0,4}}(?:{PLACE_SIGNS}|{MOTION_SIGNS})|(?:{PLACE_SIGNS}).{{0,3}}有.{{0,3}}(?:{WHO_SIGNS}|人)"
+)  # fmt: skip
 OWNED = re.compile(r"^(?:my|our|your|his|mein\w*|unser\w*|mon|ma|mes|notre|mis?|nuestr\w+)(?!\w)", re.IGNORECASE)
 NEAR = re.compile(rf"(?<!\w)(?:{PLACE}|road|street)(?!\w)", re.IGNORECASE)
 ITEM = re.compile(r"([^,;.:!?¡¿…，。！？；、]+)([,;.:!?…，。！？；、\s]*)")
 WAVES = re.compile(
-    r"(?<!\w)(?:wav|beckon|motion|signal|gestur|usher|wink|nod|flash|thumb|let(?:s|ting)? (?:us|you|me)|(?:fait|fais\w*) signe|laiss|señas|dej)", re.IGNORECASE
+    r"(?<!\w)(?:wav|beckon|motion|signal|gestur|usher|wink|nod|flash|thumb|let(?:s|ting)? (?:us|you|me)|(?:fait|"
+    r"fais\w*) signe|laiss|señas|dej)",
+    re.IGNORECASE,
 )
 
 
@@ -162,7 +208,7 @@ def calls_to_stop(text: str) -> bool:
     holds_back = bool(clauses) and all(HOLDS_ON.match(c.text) for c in clauses)
     if holds_back and not all(_only_says_no(c) for c in clauses):
         return True
-    return any(STOPS.match(c.text) or _has(c, BRAKES) for c in clauses) or STOP_SIGNS.search(plain(text)) is not None
+    return any(STOPS.match(c.text) or _has(c, BRAKES) or STOP_SIGNS.search(c.text) for c in clauses)
 
 
 def warns(text: str) -> bool:

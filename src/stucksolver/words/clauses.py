@@ -23,11 +23,13 @@ BREAKS = re.compile(
 )
 IDIOMS = re.compile(
     any_of(
-        r"(?:do ?n'?t|do not|never|no need to|not to|please) worry(?: about)?", "no worries", "never mind", "no problem",
+        r"(?:do ?n'?t|do not|never|no need to|not to|please) worry(?: about)?", "no worries", "never mind",
+        "no problem",
         "no doubt", "not only", r"do ?n'?t be (?:afraid|scared|silly|stupid|ridiculous)", "no need to (?:worry|panic)",
         "nothing (?:else )?(?:but|than|more than)", "nothing else", r"is ?n'?t it", r"are ?n'?t (?:they|we)",
         "keine (?:angst|sorge|panik)", "nichts (?:weiter )?als", "nicht nur", "kein problem",
-        r"(?:ne )?t'inqui[eè]te pas", r"ne vous inqui[eé]tez pas", "pas de (?:panique|souci|problème)", "rien (?:d'autre )?que", "(?:n'est |est )?rien qu'une?",
+        r"(?:ne )?t'inqui[eè]te pas", r"ne vous inqui[eé]tez pas", "pas de (?:panique|souci|problème)",
+        "rien (?:d'autre )?que", "(?:n'est |est )?rien qu'une?",
         "no (?:te|se) preocupes?e?", "no pasa nada", "nada más que", "no es más que", "sin duda",
     ) + "|别担心|沒事|没事|不过是|不過是|只不过",
     re.IGNORECASE,
@@ -35,10 +37,12 @@ IDIOMS = re.compile(
 """These have a negation that denies nothing."""
 NEGATION = re.compile(
     any_of(
-        "not", r"\w+n['´]t", "cannot", "isnt", "arent", "wasnt", "dont", "doesnt", "didnt", "cant", "wont", "aint", "no",
+        "not", r"\w+n['´]t", "cannot", "isnt", "arent", "wasnt", "dont", "doesnt", "didnt", "cant", "wont", "aint",
+        "no",
         "never", "nobody", "no one", "noone", "none", "nothing", "neither", "nor", "without", "hardly", "barely",
         "anything but", "far from", "doubt(?:s|ed|ful)?", "den(?:y|ies)", "wrong", "false", "instead of", "rather than",
-        "nicht", r"kein\w*", "nie", "niemals", "niemand(?:en)?", "nichts", "ohne", "weder", "kaum", "von wegen", "statt",
+        "nicht", r"kein\w*", "nie", "niemals", "niemand(?:en)?", "nichts", "ohne", "weder", "kaum", "von wegen",
+        "statt",
         "ne", r"n'\w+", "pas", r"aucun\w*", "jamais", "rien", "personne", "sans", "ni", "loin de",
         "nunca", "jamás", "nada", "nadie", r"ning[uú]n\w*", "sin", "tampoco",
     ) + "|(?<![就还過过])不(?!过|過|然|久)|没|沒|别|並非|并非|无",
@@ -46,7 +50,8 @@ NEGATION = re.compile(
 )  # fmt: skip
 DOUBTED = re.compile(
     any_of(
-        "if", "unless", "maybe", "perhaps", "might", "could be", "may be", "hope(?:fully)?", "wonder", "unsure", "suppose",
+        "if", "unless", "maybe", "perhaps", "might", "could be", "may be", "hope(?:fully)?", "wonder", "unsure",
+        "suppose",
         "(?:not|n't) (?:so |too |quite |really |entirely )?(?:sure|certain)", "whether", "who knows", "no idea",
         "looks? like", "seems?", "i guess", "pretend", "imagine", "let's say",
         "vielleicht", "ob", "wenn", "falls", "hoffentlich", "womöglich", "sieht aus wie",
@@ -55,14 +60,17 @@ DOUBTED = re.compile(
     re.IGNORECASE,
 )  # fmt: skip
 ASKS = re.compile(
-    r"^\W*(?:is|are|was|were|isn't|aren't|does|do|did|can|could|would|should|what|who|how|ist|sind|est-ce|es)(?!\w)[^.!]*\?",
+    r"^\W*(?:is|are|was|were|isn't|aren't|does|do|did|can|could|would|should|what|who|how|ist|sind|est-ce|"
+    r"es)(?!\w)[^.!]*\?",
     re.IGNORECASE,
 )
 OTHER_TIME = re.compile(
     any_of(
         "yesterday", "last (?:night|week|time|year|month|summer|winter)", r"\w+ (?:days?|weeks?|years?|months?) ago",
-        "used to", "tomorrow", "next (?:week|year|month|time)", "once upon", "in the (?:film|movie|news)", "on the news",
-        "gestern", "letzte\\w* (?:woche|nacht|mal|jahr)", "morgen", "damals", "hier soir", "la semaine dernière", "demain",
+        "used to", "tomorrow", "next (?:week|year|month|time)", "once upon", "in the (?:film|movie|news)",
+        "on the news",
+        "gestern", "letzte\\w* (?:woche|nacht|mal|jahr)", "morgen", "damals", "hier soir", "la semaine dernière",
+        "demain",
         "ayer", "anoche", "mañana", "la semana pasada",
     ) + "|昨天|明天|上次|以前",
     re.IGNORECASE,

@@ -79,8 +79,7 @@ class NetworkReader:
             # "Overtake them at 20 km/h" asks for the same as "overtake them", of which the network is surer.
             shorter = self._read(amounts.rest, situation)
             reading = shorter if shorter.intent in REQUESTS else reading
-        # Restraint reads the words as they were said: only a request may be read from fewer of them.
-        reading = restrained(reading, without_call_for_care(text) or text if reading.intent in MOVES else text)
+        reading = restrained(reading, text)
         limited = reading.intent in REQUESTS or reading.intent is GuidanceIntent.WAIT
         return reading.model_copy(update={"limits": amounts.limits}) if limited else reading
 

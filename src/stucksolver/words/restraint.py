@@ -13,6 +13,7 @@ from stucksolver.words.alarms import WAVES, calls_to_stop, foresees_collision, s
 from stucksolver.words.caution import without_call_for_care
 from stucksolver.words.clauses import Clause, any_of, clauses_of, is_of_another_time
 from stucksolver.words.evidence import GIVES, Evidence, denies_softness, evidence_for
+from stucksolver.words.fields import MOVES
 from stucksolver.words.forbidding import forbids
 from stucksolver.words.living import ALIVE, HARD, WHO, WHO_SIGNS
 
@@ -24,25 +25,31 @@ STOPPING = frozenset({GuidanceIntent.PULL_OVER, GuidanceIntent.LET_ME_OUT})
 """Requests that end in a stop, so that a call to stop takes nothing from them."""
 HOLDABLE = AHEAD | {GuidanceIntent.YES, GuidanceIntent.NONE, GuidanceIntent.UNCLEAR, GuidanceIntent.UNLAWFUL}
 THIS = (
-    r"(?:it|that|this|there|here|those|these|they|that (?:thing|bag|box|bundle|sack)|the (?:thing|bag|box|bundle|sack))(?:'s|s|'re| is| are| was| were)|looks like|full of|"
-    r"i (?:can )?(?:see|saw|think)|das (?:ist|sind)|da (?:ist|sind|liegt|sitzt)|es ist|c'est|ce sont|il y a|y a|(?:es|son|hay|parece)"
+    r"(?:it|that|this|there|here|those|these|they|that (?:thing|bag|box|bundle|sack)|the (?:thing|bag|box|bundle|"
+    r"sack))(?:'s|s|'re| is| are| was| were)|looks like|full of|"
+    r"i (?:can )?(?:see|saw|think)|das (?:ist|sind)|da (?:ist|sind|liegt|sitzt)|es ist|c'est|ce sont|il y a|y a|"
+    r"(?:es|son|hay|parece)"
 )
 INSIDE = (
-    r"(?:in|inside|under|underneath|beneath|with) (?:it|there|that|this|the|a)(?: (?:bag|box|bundle|sack|blanket|cardboard|carton|cardboard box))?|inside|"
+    r"(?:in|inside|under|underneath|beneath|with) (?:it|there|that|this|the|a)(?: (?:bag|box|bundle|sack|blanket|"
+    r"cardboard|carton|cardboard box))?|inside|"
     r"drin|darin|in der \w+|dedans|dans (?:le|la|ce|l')\w*|dentro(?: de \w+)?|debajo"
 )
 IS_ALIVE = re.compile(
-    rf"(?<!\w)(?:{THIS})(?: [\w'-]+){{0,4}}? (?:{WHO})(?!\w)|(?<!\w)(?:{WHO})(?!\w)(?: [\w'-]+){{0,2}}? (?:{INSIDE})(?!\w)|(?:是|有).{{0,4}}(?:{WHO_SIGNS})",
+    rf"(?<!\w)(?:{THIS})(?: [\w'-]+){{0,4}}? (?:{WHO})(?!\w)|"
+    rf"(?<!\w)(?:{WHO})(?!\w)(?: [\w'-]+){{0,2}}? (?:{INSIDE})(?!\w)|(?:是|有).{{0,4}}(?:{WHO_SIGNS})",
     re.IGNORECASE,
 )
 """Somebody alive as what lies there, or as what is in it."""
 IS_HARD = re.compile(
-    rf"(?<!\w)(?:{THIS})(?: [\w'-]+){{0,4}}? (?:{HARD.pattern})|(?:{HARD.pattern})(?: [\w'-]+){{0,2}}? (?:{INSIDE})(?!\w)|是.{{0,3}}(?:{HARD.pattern})",
+    rf"(?<!\w)(?:{THIS})(?: [\w'-]+){{0,4}}? (?:{HARD.pattern})|"
+    rf"(?:{HARD.pattern})(?: [\w'-]+){{0,2}}? (?:{INSIDE})(?!\w)|是.{{0,3}}(?:{HARD.pattern})",
     re.IGNORECASE,
 )
 DRIVE_OVER_IT = re.compile(
     any_of(
-        r"(?:driv|run|roll|go|squash|crush|flatten)\w* (?:right |straight |him |her |it |them |that )*(?:over|across) ?\w*", "überfahr\\w*", "drüber\\w*", "darüber\\w*",
+        r"(?:driv|run|roll|go|squash|crush|flatten)\w* (?:right |straight |him |her |it |them |that )*(?:over|"
+        r"across) ?\w*", "überfahr\\w*", "drüber\\w*", "darüber\\w*",
         "rouler? (?:dessus|sur)", "écrase\\w*", "pas\\w+ (?:por )?encima", "aplast\\w*",
     ) + "|压过|壓過|开过去",
     re.IGNORECASE,
@@ -54,8 +61,10 @@ def restrained(reading: Reading, text: str) -> Reading:
 
     Args:
         reading: The network's reading of `text`.
-        text: What was said.
+        text: What was said. A call for care after a request takes nothing from it.
     """
+    if reading.intent in MOVES:
+        text = without_call_for_care(text) or text
     denied = denied_claims(text)
     claims = tuple(c for c in reading.claims if c not in GIVES or _is_given(c, reading, text))
     bars = bars_driving_over(text)
@@ -69,6 +78,11 @@ def alarm(text: str) -> Reading | None:
     """Return the reading of a call to stop or a foreseen collision, which needs no network; None for other words."""
     if without_call_for_care(text) is not None or not (calls_to_stop(text) or foresees_collision(text)):
         return None
+    return held(text)
+
+
+def held(text: str) -> Reading:
+    """Return the reading of words that hold the vehicle, made without the network."""
     wait = GuidanceIntent.WAIT
     return Reading(
         intent=wait,
@@ -108,7 +122,11 @@ def _is_dangerous(clause: Clause) -> bool:
 
 
 def _is_given(claim: Claim, reading: Reading, text: str) -> bool:
-    return claim not in denied_claims(text) and evidence_for(claim, text) is Evidence.ASSERTED and not _holds(reading, text)
+    return (
+        claim not in denied_claims(text)
+        and evidence_for(claim, text) is Evidence.ASSERTED
+        and not _holds(reading, text)
+    )
 
 
 def _holds(reading: Reading, text: str) -> bool:

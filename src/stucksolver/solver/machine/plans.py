@@ -9,7 +9,7 @@ from stucksolver.decision.behaviors import Behavior
 from stucksolver.guard import NOBODY, Approvals, Reject, RejectCode, Verdict
 from stucksolver.ladder import Assist
 from stucksolver.reason import Answer
-from stucksolver.scene import AttemptEnd
+from stucksolver.scene import AttemptEnd, GuidanceIntent
 from stucksolver.solver.events import EventKind, Judgement, Tick
 from stucksolver.solver.machine.admission import Admission, admit, joined
 from stucksolver.solver.machine.claims import confirmed
@@ -20,6 +20,7 @@ from stucksolver.solver.machine.minimal_risk import minimal_risk, stops_where_on
 from stucksolver.solver.machine.people import ask_for_yes, halt, release
 from stucksolver.solver.machine.state import AwaitingGap, Driving, Executing, Holding, MinimalRisk, Monitoring
 from stucksolver.solver.machine.turn import BLIND_LIMIT_S, Turn
+from stucksolver.solver.machine.waiting import STOPPED_MPS
 
 HARDLY_BEGUN_M = 2.0
 """A plan given up for traffic before this distance was driven waits unchanged for the next gap."""
@@ -184,6 +185,7 @@ def perform(turn: Turn) -> Directive:
         turn.set(activity=replace(running, execution=execution))
         return result
     turn.set(activity=Monitoring())
+    _let_out(turn, running)
     # A plan that only stood leaves the vehicle where an earlier one was given up.
     stood = all(b.stands_still for b in running.execution.plan.behaviors)
     stays = (stood or not result.finished) and not _clear_to_hand_back(turn)
@@ -193,6 +195,14 @@ def perform(turn: Turn) -> Directive:
     if result.finished:
         return _finished(turn, running)
     return _given_up(turn, running, result, execution.last_verdict)
+
+
+def _let_out(turn: Turn, running: Executing) -> None:
+    """If the plan that ends was to let somebody out and the vehicle stands, it stays until it is told to go."""
+    reading = None if running.words is None else running.words.reading
+    lets_out = reading is not None and reading.intent is GuidanceIntent.LET_ME_OUT
+    if lets_out and turn.status.speed_mps < STOPPED_MPS:
+        turn.set(letting_out=True)
 
 
 def _ticked(turn: Turn, running: Executing) -> tuple[Execution, Step | ExecutionOutcome]:

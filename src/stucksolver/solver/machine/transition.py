@@ -61,6 +61,8 @@ def transition(state: State, inputs: Inputs, setup: Setup) -> tuple[State, Direc
     directive = _act(turn)
     if isinstance(turn.state.posture, Holding) and directive == CONTINUE:
         directive = plans.stay(turn)
+    if turn.state.letting_out and directive == CONTINUE:
+        directive = STAND
     turn.tell_fault(turn.state.senses_fault or turn.state.camera_fault)
     _settle(turn)
     return turn.state, directive, tuple(turn.told)
@@ -80,6 +82,8 @@ def _act(turn: Turn) -> Directive:
     if reply is not None:
         return rungs.replied(turn, reply)
     state = turn.state
+    if state.letting_out and state.words is None:
+        return state.posture.directive
     stopped = isinstance(state.posture, MinimalRisk)
     if turn.inputs.trigger is None and state.words is None and not stopped and not plans.still_there(turn):
         rungs.cleared(turn)
@@ -105,7 +109,10 @@ def _watch(turn: Turn) -> None:
 
 
 def _forget_refusal(turn: Turn) -> None:
-    """Forget what a passenger refused once it is behind the vehicle."""
+    """Forget what a passenger refused, or warned of, once it is behind the vehicle."""
+    barred_m = turn.state.barred_m
+    if barred_m is not None and turn.status.progress_m - barred_m > REFUSAL_M:
+        turn.set(barred_m=None)
     escalation, refused_m = turn.state.escalation, turn.state.refused_m
     if escalation.quiet_until_s != math.inf:
         turn.set(refused_m=None)
