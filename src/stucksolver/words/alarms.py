@@ -18,6 +18,7 @@ from stucksolver.words.living import (
     MOTION_SIGNS,
     PLACE,
     PLACE_SIGNS,
+    VEHICLE,
     WHO,
     WHO_SIGNS,
 )
@@ -85,7 +86,8 @@ STRIKES = (
     r"(?:him|her|them|it|us|that|those|the|a|an|some\w+|people)|"
     r"(?:head(?:ed|ing)?|com(?:e|ing)|driv(?:e|ing)) (?:straight |right |directly )+(?:at|for|towards?) (?:him|her|"
     r"them|us|that|the|it|me)|"
-    r"go(?:ing)? over the (?:edge|cliff|side)|end in (?:a |an )?(?:crash|accident|disaster)|tip(?:ping)? over|"
+    r"die|be killed|have an accident|go(?:ing)? over the (?:edge|cliff|side)|end in (?:a |an )?(?:crash|accident|"
+    r"disaster)|tip(?:ping)? over|"
     r"touch(?:ed|ing)?|"
     r"(?:much |way |far )?too close|too near|too fast"
 )
@@ -107,7 +109,10 @@ COLLIDES = re.compile(rf"(?<!\w){FORESEEN} (?:{STRIKES})(?!\w)", re.IGNORECASE)
 UNSEEN = re.compile(
     r"(?<!\w)(?:he|she|they|\w+) (?:does ?n'?t|do ?n'?t|has ?n'?t|have ?n'?t|can ?'?n?o?t|"
     r"did ?n'?t) (?:even )?(?:see|seen|notice|noticed|hear|heard|look) (?:us|you|me|at us)(?!\w)"
-    r"|sieht uns nicht|ne nous voit pas|no nos ve|没看见我们",
+    r"|sieht uns nicht|ne nous voit pas|no nos ve|没看见我们"
+    r"|(?<!\w)(?:\w+)(?:'s|'re| is| are) (?:not looking|looking (?:away|the other way|at (?:his|her|"
+    r"their) phone))(?!\w)"
+    r"|(?<!\w)(?:is|are)n'?t (?:even )?looking(?!\w)",
     re.IGNORECASE,
 )
 STRIKES_ELSEWHERE = re.compile(
@@ -162,7 +167,10 @@ ONCOMING = re.compile(
     rf"^{LEADS_IN}(?:an? |the )?(?:oncoming|approaching) (?:\w+ )?(?:car|traffic|vehicle|lorry|truck|bus|van|bike|"
     rf"cyclist|motorbike)s?$|^gegenverkehr$"
 )
-DOOR = re.compile(r"(?<!\w)(?:doors?|tür)(?:'s| is| are)? (?:\w+ )?(?:open(?:s|ing)?|swing(?:s|ing)?|geht auf)(?!\w)")
+DOOR = re.compile(
+    r"(?<!\w)(?:doors?|tür)(?:'s| is| are)? (?:\w+ )?(?:open(?:s|ing)?|swing(?:s|ing)?|geht auf)(?!\w)|"
+    r"(?<!\w)opening (?:his|her|their|the|a) (?:car )?door"
+)
 
 # ---- people and animals in the way
 
@@ -173,7 +181,7 @@ THERE = (
     r"c'est|voilà|je vois|hay|es|veo|ahí (?:hay|está|viene)"
 )
 MOVES_THERE = re.compile(
-    rf"(?<!\w)(?P<who>(?:(?:my|our|his|your|meine?|unsere?|mon|ma|mes|notre|mis?|"
+    rf"(?<!\w)(?P<who>(?:my|our) \w+|(?:(?:my|our|his|your|meine?|unsere?|mon|ma|mes|notre|mis?|"
     rf"nuestr[oa]s?) )?(?:{WHO}))(?!\w)(?:'s|'re)?(?: [\w'-]+){{0,3}}? (?:{MOTION})(?!\w)"
     rf"|(?<!\w)(?:läuft|rennt|springt|steht|liegt|kommt|spielt|traverse|arrive|cruza|corre|"
     rf"viene) (?:\w+ ){{0,2}}(?:{WHO})(?!\w)",
@@ -189,6 +197,30 @@ THEY_MOVE = re.compile(
     rf" just)?(?: \w+){{0,2}}? (?:{MOTION})(?: [\w'-]+){{0,3}}? (?:{PLACE}|road|street)(?!\w)",
     re.IGNORECASE,
 )
+THEY_ARE = re.compile(
+    r"(?<!\w)(?:he|she|they)(?:'s|'re| is| are)(?: \w+)? (?:in front of|behind|under|beside|next to|between|close to) "
+    r"(?:us|you|the (?:car|wheels?|van|bus|truck|lorry))(?!\w)|"
+    r"(?<!\w)(?:he|she|they)(?:'s|'re| is| are)(?: \w+)? in (?:the|our) (?:way|road|street|lane)(?!\w)",
+    re.IGNORECASE,
+)
+WILL_MOVE = re.compile(
+    rf"(?<!\w)(?:he|she|they|{WHO})(?:'s|'re| is| are|'ll| will) (?:about to|going to|gonna) "
+    r"(?:step|cross|run|jump|fall|walk (?:out|into|across)|get out|open|pull out|turn|swerve)(?!\w)",
+    re.IGNORECASE,
+)
+TRAFFIC_MOVES = re.compile(
+    rf"(?<!\w)(?:he|she|{VEHICLE})(?:'s|'re| is| are) (?:\w+ )?(?:reversing|backing (?:up|out|into)|pulling out|"
+    rf"swerving|"
+    r"cutting in|overtaking us|speeding|braking|coming (?:at|towards|straight|right at|up fast|the other way))(?!\w)|"
+    r"(?<!\w)(?:kommt|viene) (?:ein|einer|wer|was|jemand|un|una|alguien)(?!\w)|"
+    rf"(?<!\w)(?:{VEHICLE}) (?:arrive|kommt|viene)(?!\w)|来车|來車|车来了|車來了",
+    re.IGNORECASE,
+)
+CRIES = re.compile(
+    r"^(?:oh )?(?:my )?(?:god|jesus(?: christ)?|christ|no|careful|hey|look|shit|fuck|damn|help|oh|mein gott|mon dieu|"
+    r"dios mío|oh nein|hilfe)(?: no)*$"
+)
+VEHICLE_THERE = re.compile(rf"^(?:a |the |an )?(?:{VEHICLE}|fire|police)$")
 SIGNED = re.compile(
     rf"(?:{WHO_SIGNS}).{{0,4}}(?:{PLACE_SIGNS}|{MOTION_SIGNS})|(?:{PLACE_SIGNS}).{{0,3}}有.{{0,3}}(?:{WHO_SIGNS}|人)"
 )  # fmt: skip
@@ -200,6 +232,9 @@ WAVES = re.compile(
     r"fais\w*) signe|laiss|señas|dej)",
     re.IGNORECASE,
 )
+
+
+PRESENT = (ALIVE, DOOR, IS_THERE, THEY_ARE, THEY_MOVE, WILL_MOVE, TRAFFIC_MOVES)
 
 
 def calls_to_stop(text: str) -> bool:
@@ -252,7 +287,10 @@ def _shouts(text: str) -> bool:
     named = [ONLY_WHO.match(item) is not None for item, _ in items]
     if items and all(named):
         return True
+    if any(named) and any(CRIES.match(item) for item, _ in items):
+        return True
     for (item, end), who in zip(items, named, strict=True):
+        who = who or VEHICLE_THERE.match(item) is not None
         if WARNS.match(item) or MINDS.match(item) or ONCOMING.match(item) or (who and ("!" in end or "！" in end)):
             return True
     return WARNING_SIGNS.search(text) is not None
@@ -262,7 +300,7 @@ def _is_in_the_way(clause: Clause) -> bool:
     text = clause.text
     if clause.negated_at is not None or COMES_BACK.search(text) or WAVES.search(text):
         return False
-    if ALIVE.search(text) or DOOR.search(text) or IS_THERE.search(text) or THEY_MOVE.search(text):
+    if any(pattern.search(text) for pattern in PRESENT):
         return True
     found = MOVES_THERE.search(text)
     if found is None:

@@ -18,16 +18,16 @@ def any_of(*words: str) -> str:
 
 BREAKS = re.compile(
     r"[,;.:!?¡¿…，。！？；、\n]+|\s[-–—]+\s|[–—]|"
-    + any_of("but", "and", "because", "so", "aber", "sondern", "und", "denn", "mais", "et", "car", "pero", "sino", "y"),
+    + any_of("but", "and", "because", "so", "aber", "sondern", "und", "denn", "mais", "et", "pero", "sino", "y"),
     re.IGNORECASE,
 )
 IDIOMS = re.compile(
     any_of(
         r"(?:do ?n'?t|do not|never|no need to|not to|please) worry(?: about)?", "no worries", "never mind",
         "no problem",
-        "no doubt", "not only", r"do ?n'?t be (?:afraid|scared|silly|stupid|ridiculous)", "no need to (?:worry|panic)",
+        "no doubt", r"do ?n'?t be (?:afraid|scared|silly|stupid|ridiculous)", "no need to (?:worry|panic)",
         "nothing (?:else )?(?:but|than|more than)", "nothing else", r"is ?n'?t it", r"are ?n'?t (?:they|we)",
-        "keine (?:angst|sorge|panik)", "nichts (?:weiter )?als", "nicht nur", "kein problem",
+        "keine (?:angst|sorge|panik)", "nichts (?:weiter )?als", "kein problem",
         r"(?:ne )?t'inqui[eè]te pas", r"ne vous inqui[eé]tez pas", "pas de (?:panique|souci|problème)",
         "rien (?:d'autre )?que", "(?:n'est |est )?rien qu'une?",
         "no (?:te|se) preocupes?e?", "no pasa nada", "nada más que", "no es más que", "sin duda",

@@ -40,6 +40,12 @@ SOFT = re.compile(
     ) + "|袋|塑料|塑膠|纸|紙|垃圾|树叶|樹葉|软|軟|空的|泡沫",
     re.IGNORECASE,
 )  # fmt: skip
+TAKES_BACK = re.compile(
+    r"^(?:i (?:think|see|guess) )?(?:no )?(?:it|that|this)(?: really)? ?(?:isn't|isnt|is not|wasn't|was not|ain't|"
+    r"'s not|doesn't)$|not what (?:it|you|we)",
+    re.IGNORECASE,
+)
+"""Denies what another clause said: "I thought it was a bag, but it isn't"."""
 WAVED = re.compile(
     any_of(
         r"wav(?:e|es|ed|ing)(?! (?:us |me |you )?(?:back|away|off|down|aside|to stop|red|a red|his|her|"
@@ -91,6 +97,13 @@ WORKS = re.compile(
     ) + "|变|變|工作|绿",
     re.IGNORECASE,
 )  # fmt: skip
+IN_ORDER = re.compile(
+    any_of(
+        r"works?(?: \w+)?", r"working(?: \w+)?", "fixed", "repaired", "fine", "in order", "funktioniert", "geht wieder",
+        "repariert", "marche", "fonctionne", "réparé", "funciona", "arreglado",
+    ) + "|修好|正常",
+    re.IGNORECASE,
+)  # fmt: skip
 STAYS_PUT = re.compile(
     any_of(
         r"park\w*", r"unload\w*", r"load\w*", r"deliver\w*", r"abandon\w*", r"br(?:oke|oken|eak\w*) ?down",
@@ -130,11 +143,13 @@ def evidence_for(claim: Claim, text: str) -> Evidence:
 
 def denies_softness(text: str) -> bool:
     """True if the utterance says that something is no bag, no paper, or not soft."""
-    return any(clause.denies(SOFT) for clause in clauses_of(text))
+    clauses = clauses_of(text)
+    named = any(SOFT.search(clause.text) for clause in clauses)
+    return any(clause.denies(SOFT) or (named and TAKES_BACK.search(clause.text)) for clause in clauses)
 
 
 def _soft(clauses: tuple[Clause, ...]) -> Evidence:
-    if any(c.is_negated(SOFT) for c in clauses):
+    if any(c.is_negated(SOFT) or TAKES_BACK.search(c.text) for c in clauses):
         return Evidence.DENIED
     return _asserted(clauses, SOFT)
 
@@ -146,7 +161,8 @@ def _waved(clauses: tuple[Clause, ...]) -> Evidence:
 
 
 def _broken(clauses: tuple[Clause, ...]) -> Evidence:
-    if any(c.denies(BROKEN) and not c.is_negated(WORKS) for c in clauses):
+    works = any(c.asserts(IN_ORDER) for c in clauses)
+    if works or any(c.denies(BROKEN) and not c.is_negated(WORKS) for c in clauses):
         return Evidence.DENIED
     stays = any(c.is_negated(WORKS) for c in clauses)
     return Evidence.ASSERTED if stays else _asserted(clauses, BROKEN)

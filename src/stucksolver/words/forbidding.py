@@ -29,9 +29,9 @@ FORBIDS = re.compile(
         rf"(?:{WHO_DIRECTS})(?:'s)?(?: [\w'-]+){{0,5}}? (?:says?|said|tells?|told|telling|saying|shouts?|shouting|"
         rf"signal\w*|sign(?:s|ing)|signed|indicat\w+|motion\w*|gestur\w*|"
         rf"mean(?:s|ing)?|wants?|orders?|ordered|ask(?:s|ed|ing)?|insists?|shows?|showing|expects?|warns?|warned|"
-        rf"yell\w*|calls?|calling|wav\w+|need(?:s|ing)?)"
+        rf"yell\w*|calls?|calling|point\w*|wav\w+|need(?:s|ing)?)"
         rf"(?: [\w'-]+){{0,5}}? (?:no|not|stop(?:ped)?|wait|stay|halt|back|can't|cannot|mustn't|may not|must not|"
-        rf"shouldn't|aren't|isn't|don't|brake|red|away|off|hold)",
+        rf"shouldn't|aren't|isn't|don't|brake|turn (?:around|round|back)|red|away|off|hold)",
         # a refusal
         rf"(?:wo|do|does|did|is|are|has|have|ca|could|would|was|were)(?: ?n't| not|nt) (?:let(?:ting)?|allow(?:ed|"
         rf"ing)?|want(?:s|ing)?|wav(?:e|ed|ing)|giv(?:e|en|ing)|beckon\w*|permit\w*|signal\w*|motion\w*|"
@@ -53,7 +53,7 @@ FORBIDS = re.compile(
         r"high|in the air|towards? us|against us)", "show(?:s|ing|ed) (?:us )?(?:his|her|the|a) palm",
         r"(?:hands?|arms?|palms?|paddle|baton|sign|flag|lollipop)(?: is| are|'s)? (?:up|out|raised|down|crossed|"
         r"turned to (?:stop|red)|to stop)",
-        r"shak(?:es|ing|e|en) (?:his|her|their|the) heads?",
+        r"sh(?:ak(?:es|ing|e|en)|ook) (?:his|her|their|the) heads?",
         r"(?:show|hold|rais|wav|put|turn|has|have|with|flash|got|display|see)\w* (?:[\w']+ ){0,3}(?:red|stop|"
         r"black) (?:flag|sign|paddle|baton|side|disc|card)",
         r"(?:red|stop) (?:flag|sign|paddle)(?: is|'s)? (?:up|out|raised)",
@@ -65,7 +65,10 @@ FORBIDS = re.compile(
         r"junction|entrance|bridge|off)?",
         rf"(?:stop(?:s|ping|ped)|halt(?:s|ing|ed)|hold(?:s|ing) (?:up|back)|keep(?:s|ing) back|turn(?:s|"
         rf"ing) (?:back|away)) {US}", rf"turn(?:s|ing|ed) {US} (?:back|away|round)",
-        r"step(?:s|ped|ping) (?:out )?in front of us", "not yet", "(?:get|stay|keep|go) back",
+        r"step(?:s|ped|ping) (?:out )?in front of us", "not yet", "no (?:entry|access|passage|way through)",
+        rf"keep(?:s|ing)? {US} (?:out|back|away)", rf"hold(?:s|ing)? {US} (?:back|up)", "stopped waving",
+        r"(?:nobody|no one)(?:'s| is) (?:allowed|permitted|let)",
+        r"step(?:s|ped|ping) (?:out )?into the (?:road|street|lane)", "(?:get|stay|keep|go) back",
         # German
         r"(?:läss?t|lassen|winkt|winken|will|wollen) (?:uns|niemanden|keinen|mich|dich) (?:\w+ ){0,2}?(?:nicht|"
         r"keinen|niemanden|zurück|weg|raus|an den rand|stopp)", r"lässt (?:niemanden|keinen)",
@@ -110,7 +113,8 @@ NOT_FOR_US = re.compile(
 PRESUPPOSES = re.compile(r"^\W*(?:why|what|who|where|when|how|warum|wieso|pourquoi|por qué|为什么)", re.IGNORECASE)
 NO_ORDER = re.compile(
     any_of(
-        "folded", "lower(?:ed|ing|s)", "dropped", "away now", "sign away", "flag down", "hand down", "i can't",
+        r"we(?:'re| are) (?:hold|block|stopp)ing", "folded", "lower(?:ed|ing|s)", "dropped", "away now", "sign away",
+        "flag down", "hand down", "i can't",
         "my \\w+", "the doctor", "smoke", "eat", "drink", "sugar", "music", "phone", "tablet", "no problem",
         r"(?:\w+n't|not) (?:stop|block|forbid|hold|mind|refus)\w*",
         r"(?:says?|said) (?:no|not to) (?:worry|problem)", "to stop (?:worrying|waiting|dithering|hesitating)",

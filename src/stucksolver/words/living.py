@@ -15,7 +15,8 @@ WHO = (
     r"dogs?|dogg(?:y|ie)|pupp(?:y|ies)|cats?|kitt(?:en|y|ies)s?|animals?|deer|horses?|pon(?:y|ies)|cows?|calf|"
     r"sheep|lambs?|"
     r"goats?|pigs?|ducks?|ducklings?|geese|swans?|birds?|hedgehogs?|fox(?:es)?|rabbits?|hares?|squirrels?|badgers?|"
-    r"moose|elk|"
+    r"moose|elk|turtles?|tortoises?|snakes?|frogs?|toads?|hens?|chickens?|rats?|raccoons?|possums?|monkeys?|goose|"
+    r"bears?|boars?|"
     r"creatures?|feet|foot|legs?|fingers?|toes?|"
     # German
     r"kind(?:er)?|junge|mädchen|baby|kinderwagen|mann|männer|frau(?:en)?|mensch(?:en)?|person(?:en)?|leute|"
@@ -44,7 +45,7 @@ ALIVE = re.compile(
         r"bleed\w*", r"twitch\w*", r"wriggl\w*", r"crawl\w*", r"whimper\w*",
         r"mov(?:es|ed|ing) (?:by itself|on its own|inside|in there|again)",
         r"(?:it|that|that thing|(?:the|that) (?:bag|box|bundle|thing|sack|blanket))(?:'s| is| has)? (?:just |"
-        r"really )?mov(?:ed|ing)",
+        r"really )?mov(?:ed|ing)", "(?:it|that) moves",
         "asleep in (?:it|there)", "heartbeat", "(?:has|have|with) (?:eyes|legs|a tail|fur|feet)",
         "lebt", "lebend(?:ig\\w*)?", "lebendes", "atmet", "bewegt sich", "blutet", "vivante?", "bouge", "respire",
         "vivo",
@@ -90,13 +91,19 @@ MOTION = (
     r"(?:run|runn|stepp|cross|walk|jump|fall|swerv|climb|crawl|ly|kneel|sitt|stand|hid|play|dart|chas|turn|wobbl|"
     r"stumbl|"
     r"rush|dash|dodg|trip|roll|slid|limp|kick|approach|reach|lean|weav|emerg|appear|cutt|pull|com|gett|bend|mov)ing|"
-    r"ran|fell|jumped|stepped|darted|lies|runs|crosses|steps|walks|trapped|stuck|injured|hurt|"
+    r"(?:ran|walked|crawled|climbed|wandered|came)(?! (?:here|home|yesterday))|fell|jumped|stepped|darted|lies|"
+    r"runs|crosses|steps|walks|trapped|stuck|injured|hurt|"
     r"läuft|rennt|springt|steht|liegt|kommt|geht|spielt|überquert|fällt|fiel|traverse(?:nt)?|court|courent|saute|tombe|"
     r"est tombé|arrive|marche|joue(?:nt)?|est couché|dort|cruz(?:a|an|ando)|corr(?:e|en|iendo)|salt(?:a|ando)|"
     r"ca(?:e|yó)|"
     r"viene|camin(?:a|ando)|jug(?:ando)|juega|tumbad[oa]|tirad[oa]"
 )
 MOTION_SIGNS = "跑|过马路|過馬路|横穿|冲出|衝出|走过来|躺|倒在|摔倒"
+VEHICLE = (
+    r"cars?|vans?|trucks?|lorr(?:y|ies)|bus(?:es)?|coach|taxis?|cabs?|trams?|trains?|ambulances?|tractors?|"
+    r"fire engines?|vehicles?|"
+    r"auto|wagen|laster|lkw|straßenbahn|voitures?|camions?|coches?|carros?|cami[oó]n"
+)
 COMES_BACK = re.compile(
     any_of(
         r"com\w+ (?:back|home|soon|later|over for|to (?:visit|see|stay|dinner|lunch))", "return\\w*",

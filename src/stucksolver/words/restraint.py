@@ -26,7 +26,7 @@ STOPPING = frozenset({GuidanceIntent.PULL_OVER, GuidanceIntent.LET_ME_OUT})
 HOLDABLE = AHEAD | {GuidanceIntent.YES, GuidanceIntent.NONE, GuidanceIntent.UNCLEAR, GuidanceIntent.UNLAWFUL}
 THIS = (
     r"(?:it|that|this|there|here|those|these|they|that (?:thing|bag|box|bundle|sack)|the (?:thing|bag|box|bundle|"
-    r"sack))(?:'s|s|'re| is| are| was| were)|looks like|full of|"
+    r"sack))(?:'s|s|'re| is| are| was| were| (?:could|might|may|must) be)|looks like|full of|"
     r"i (?:can )?(?:see|saw|think)|das (?:ist|sind)|da (?:ist|sind|liegt|sitzt)|es ist|c'est|ce sont|il y a|y a|"
     r"(?:es|son|hay|parece)"
 )
@@ -36,12 +36,14 @@ INSIDE = (
     r"drin|darin|in der \w+|dedans|dans (?:le|la|ce|l')\w*|dentro(?: de \w+)?|debajo"
 )
 IS_ALIVE = re.compile(
+    rf"(?<!\w)(?:something|somebody|someone)(?: \w+)? (?:{INSIDE})(?!\w)|"
     rf"(?<!\w)(?:{THIS})(?: [\w'-]+){{0,4}}? (?:{WHO})(?!\w)|"
     rf"(?<!\w)(?:{WHO})(?!\w)(?: [\w'-]+){{0,2}}? (?:{INSIDE})(?!\w)|(?:是|有).{{0,4}}(?:{WHO_SIGNS})",
     re.IGNORECASE,
 )
 """Somebody alive as what lies there, or as what is in it."""
 IS_HARD = re.compile(
+    rf"(?<!\w)(?:contains?|filled with|loaded with|holds)(?: \w+)? (?:{HARD.pattern})|"
     rf"(?<!\w)(?:{THIS})(?: [\w'-]+){{0,4}}? (?:{HARD.pattern})|"
     rf"(?:{HARD.pattern})(?: [\w'-]+){{0,2}}? (?:{INSIDE})(?!\w)|是.{{0,3}}(?:{HARD.pattern})",
     re.IGNORECASE,
