@@ -52,6 +52,9 @@ STOPS = re.compile(rf"^{LEADS_IN}(?:{HARD_STOP})(?: (?:{HARD_STOP}|{SOFT_STOP}))
 HOLDS_ON = re.compile(
     rf"^{LEADS_IN}(?:{HARD_STOP}|{SOFT_STOP})(?: (?:{HARD_STOP}|{SOFT_STOP}))*(?: it| that| this)?{FOLLOWS}$"
 )  # fmt: skip
+DONT_STOP = re.compile(
+    rf"(?<!\w)(?:don't|do not|never|nicht|kein) (?:{HARD_STOP}|wait|hold on|hang on|warten?|moment)(?!\w)"
+)
 STOP_SIGNS = re.compile(
     r"^(?:快|请|請|你)*(?:停|停下|停车|停車|刹车|剎車|别动|別動|站住|别开|別開)+(?:来|來|了|啊|吧)?$|(?<![不别別用])(?:急?刹车|急?剎車)"
 )
@@ -240,7 +243,7 @@ PRESENT = (ALIVE, DOOR, IS_THERE, THEY_ARE, THEY_MOVE, WILL_MOVE, TRAFFIC_MOVES)
 def calls_to_stop(text: str) -> bool:
     """True if some clause is a plain call to stop or brake, or the whole utterance holds back."""
     clauses = clauses_of(text)
-    holds_back = bool(clauses) and all(HOLDS_ON.match(c.text) for c in clauses)
+    holds_back = bool(clauses) and all(HOLDS_ON.match(c.text) and not DONT_STOP.search(c.text) for c in clauses)
     if holds_back and not all(_only_says_no(c) for c in clauses):
         return True
     return any(STOPS.match(c.text) or _has(c, BRAKES) or STOP_SIGNS.search(c.text) for c in clauses)

@@ -111,7 +111,7 @@ class Clause:
 def plain(text: str) -> str:
     """Return the text in lower case, with plain apostrophes and without idioms whose negation denies nothing."""
     lower = re.sub(r"\s+", " ", text.replace("\u2019", "'").strip().lower())
-    return IDIOMS.sub(" , ", lower)
+    return IDIOMS.sub(" , ", lower.replace("anything but", "not"))
 
 
 @lru_cache(maxsize=64)
