@@ -45,7 +45,8 @@ threshold. A reading that would move the vehicle counts only if it is confident 
 ([docs/words.md](../docs/words.md)); otherwise the passenger is asked again. The rules that take away what words deny,
 forbid or warn of are included; they were written with the misses of these sets known. "Moves wrongly" counts readings
 that may move the vehicle although the sentence asked for no motion, or forbade that one. "Holds needlessly" counts
-readings that hold it although the sentence asked for a motion, or for nothing and said that nothing is in the way. The guard still decides after that."""
+readings that hold it although the sentence asked for a motion, or for nothing and did not warn. The
+guard still decides after that."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,8 @@ def read_set(name: str, reader: NetworkReader) -> list[Read]:
 def by_class(reads: list[Read]) -> list[str]:
     """Return the table of one set, a row per class."""
     rows = [
-        "| class | sentences | understood | acted on as meant | asked back | moves wrongly | holds needlessly | patterns |",
+        "| class | sentences | understood | acted on as meant | asked back | moves wrongly | holds needlessly "
+        "| patterns |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for kind in [*dict.fromkeys(str(r.said["class"]) for r in reads), "all"]:
