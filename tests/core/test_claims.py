@@ -88,8 +88,9 @@ def test_a_bag_that_is_hardly_seen_stays_one_whatever_is_said():
     assert not over_it(bag(0.4), {2.0: "that's only a bag"})
 
 
-def test_that_it_is_no_bag_confirms_nothing():
-    assert not over_it(bag(0.6), {2.0: "that is not a bag, careful"})
+@pytest.mark.parametrize("words", ["that is not a bag", "I don't think that's a bag", "no bag, that"])
+def test_that_it_is_no_bag_confirms_nothing(words):
+    assert not over_it(bag(0.6), {2.0: words})
 
 
 @pytest.mark.parametrize("words", ["the road is clear", "nobody is coming, it's all clear", "the way is free"])
@@ -195,10 +196,10 @@ def test_a_released_light_is_told_to_the_stack_with_the_path():
 
 @pytest.mark.parametrize("words", ["let me out here", "could you drop me here please"])
 def test_who_wants_to_get_out_is_given_the_time_for_it(words):
+    """Longer than the plan's own wait of half a minute: until the vehicle is told to go."""
     world, stood = World(TWO_WAY, x=60.0), []
-    drive(world, 45.0, words={4.0: words}, every_tick=lambda w: stood.append(w.speed < 0.05))
-    assert 25.0 < 0.05 * sum(stood[80:]) < 40.0
-    assert world.x > 90.0
+    drive(world, 75.0, words={4.0: words}, every_tick=lambda w: stood.append(w.speed < 0.05))
+    assert all(stood[-60 * 20 :])
 
 
 def test_an_operator_who_does_not_answer_is_asked_again_only_after_a_while():

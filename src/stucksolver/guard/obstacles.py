@@ -126,6 +126,8 @@ def passable(case: CheckContext) -> list[Reject]:
 
 def _not_passable(case: CheckContext, i: int) -> str | None:
     thing, policy = case.view.objects[i], case.policy.passable
+    if "drive_over" in case.approvals.barred:
+        return "must not be driven over, somebody says"
     if thing.kind not in PASSABLE_KINDS:
         return f"is classified as {thing.kind.value}, which is never driven over"
     confirmed = not {"drive_over", "soft_object"}.isdisjoint(case.approvals.passenger | case.approvals.operator)

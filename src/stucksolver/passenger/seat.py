@@ -17,6 +17,7 @@ from stucksolver.passenger.told import Command, CommandKind, Now, OpenQuestion, 
 from stucksolver.scene import GuidanceIntent, Scene, Status
 from stucksolver.scene.sound import why_unsound_status
 from stucksolver.solver import Question, QuestionError, StuckSolver
+from stucksolver.words.restraint import alarm
 
 TELL_EVERY_S = 0.25
 """By the vehicle's clock: interval at which everything is sent again."""
@@ -146,6 +147,12 @@ class Seat:
             return False, "You did not say anything."
         if any(len(word) > LONGEST_WORD for word in text.split()):
             return False, "I did not understand that."
+        if alarm(text) is not None:  # a call to stop waits for nobody's words, and none are too many for it
+            self._stopped(command.client)
+            self._speaking = command.client
+            self._solver.guide(text)
+            self._conversation.said(_speaker(command), text, self._time_s)
+            return True, HEARD
         if self._held(command.client):
             return False, "Somebody else has just told me to stop. I will listen to others again in a few seconds."
         try:
@@ -204,7 +211,7 @@ class Seat:
                 self._solver.approve(question.id, "passenger")
 
     def _give(self, text: str) -> None:
-        """The solver reads only the newest words, so the next ones wait until it has read these."""
+        """The next words wait until the solver has read these, so that a stop is known to be the speaker's."""
         self._given = (self._conversation.readings, self._wall_s())
         self._solver.guide(text)
 

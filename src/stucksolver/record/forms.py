@@ -13,7 +13,7 @@ from stucksolver.detect import Trigger
 from stucksolver.guard import Approvals
 from stucksolver.ladder import Ladder
 from stucksolver.reason import Answer, Trace
-from stucksolver.scene import Guidance, Scene, Status, Surroundings
+from stucksolver.scene import Claim, Guidance, Scene, Status, Surroundings
 from stucksolver.solver.events import Event, Judgement, Told
 from stucksolver.solver.machine.escalation import Escalation
 from stucksolver.solver.machine.execution import ExecutionOutcome
@@ -40,6 +40,8 @@ SIMPLE = (
     "told_fault",
 )
 """Fields of a state that need no conversion to JSON."""
+SELDOM = {"barred_m": None, "stop_said_s": None, "letting_out": False}
+"""More of them, which are left out if they have these values."""
 
 
 def finite(value: float | None) -> float | str | None:
@@ -69,6 +71,9 @@ def state_data(state: State) -> Data:
     data["trigger"] = None if state.trigger is None else state.trigger.value
     if state.words is not None:
         data["words"] = {"said": state.words.words.model_dump(mode="json"), "since_s": state.words.since_s}
+    data |= {name: getattr(state, name) for name, usual in SELDOM.items() if getattr(state, name) != usual}
+    if state.claims:
+        data["claims"] = {claim.value: until_s for claim, until_s in state.claims.items()}
     if state.doubts:
         data["doubts"] = dict(state.doubts)
     return data
@@ -88,7 +93,9 @@ def state_of(data: Data, ladder: Ladder, reasoners: frozenset[str], *, observe_o
         words_escalation=_escalation_of(first.words_escalation, data["words_escalation"]),
         trigger=None if trigger is None else Trigger(trigger),
         doubts=MappingProxyType(dict(data.get("doubts", {}))),
+        claims=MappingProxyType({Claim(name): until_s for name, until_s in data.get("claims", {}).items()}),
         **{name: data[name] for name in SIMPLE},
+        **{name: data.get(name, usual) for name, usual in SELDOM.items()},
     )
 
 
@@ -215,7 +222,8 @@ def told_data(one: Told, step: StepTaken) -> Data:
         return {"event": event_data(one, taken_answer(step))}
     verdict = one.verdict.model_dump(mode="json", exclude_defaults=True)
     if isinstance(one, Judgement):
-        approvals = {who: sorted(names) for who, names in APPROVALS.dump_python(one.approvals, mode="json").items()}
+        kinds = APPROVALS.dump_python(one.approvals, mode="json").items()
+        approvals = {kind: sorted(names) for kind, names in kinds if names or kind != "barred"}
         plan = one.plan.model_dump(mode="json")
         return {"judged": {"plan": plan, "guided": one.guided, "approvals": approvals, "verdict": verdict}}
     data: Data = {} if one.verdict.accepted else {"verdict": verdict}

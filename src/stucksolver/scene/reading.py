@@ -115,12 +115,17 @@ class Reading(Model):
     """Name and version of the reader."""
     limits: Limits | None = None
     """Left out of the JSON form if nothing was said."""
+    denied: tuple[Claim, ...] = ()
+    """The claims that the words deny: an earlier claim of that kind no longer counts. Left out if there are none."""
+    danger: bool = False
+    """True if the words say that what lies ahead must not be driven over. Left out if not."""
 
     @model_serializer(mode="wrap")
     def _short(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         data: dict[str, Any] = handler(self)
-        if self.limits is None:
-            data.pop("limits", None)
+        for name in ("limits", "denied", "danger"):
+            if not getattr(self, name):
+                data.pop(name, None)
         return data
 
     @property

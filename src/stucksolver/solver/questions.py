@@ -85,7 +85,8 @@ class QuestionDesk:
                 raise QuestionError(f"question {question.id} asks for words: call guide(text)")
             if question.to == "operator" and by != "operator":
                 raise QuestionError(f"question {question.id} is for the operator")
-            self._reply = Reply(question, yes, by)
+            if self._reply is None or not yes:  # of two people who contradict each other, the no wins
+                self._reply = Reply(question, yes, by)
 
     def take(self) -> Reply | None:
         """Return the reply to the open question once; None while there is none."""

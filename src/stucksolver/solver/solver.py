@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -128,7 +129,8 @@ class StuckSolver:
         self._reasoner = ReasonerWorker(ReasonerPool(reasoners, self.ladder.waits), self.guard, self.clock)
         self._reader = WordsWorker(reader or find_reader(), self.clock)
         self._desk = QuestionDesk()
-        self._said: str | None = None
+        self._said: deque[str] = deque()
+        """What was said since the last step; filled by any thread."""
         unread = self._reader.reader
         ask_back = unread.why if isinstance(unread, NoReader) else ASK_BACK
         self._setup = Setup(self.guard, self.ladder, names, ask_back, observe_only)
@@ -159,7 +161,7 @@ class StuckSolver:
         self._launches.update(status, own=self._driver_drives)
         self._driver_drives = True
         trigger = self._detector.update(status)
-        idle = trigger is None and self._said is None and self._timeline.jump_s is None
+        idle = trigger is None and not self._said and self._timeline.jump_s is None
         if idle and not self._state.engaged and not self._reader.busy:
             return CONTINUE
         return self._take_step(status, trigger, Once(lambda: self._look(surroundings, status.time_s)))
@@ -175,12 +177,14 @@ class StuckSolver:
         return self._detector.settings
 
     def guide(self, text: str) -> None:
-        """Take a passenger's words at any time; they count from the next step on.
+        """Take a person's words at any time; they count from the next step on, in the order in which they were said.
+
+        A call to stop counts first, and whatever else is said at about the same time does not undo it.
 
         Args:
             text: What the passenger said; cut after `MAX_WORDS` characters.
         """
-        self._said = text[:MAX_WORDS]
+        self._said.append(text[:MAX_WORDS])
 
     @property
     def pending_question(self) -> Question | None:
@@ -267,11 +271,11 @@ class StuckSolver:
         them.
         """
         now = status.time_s
-        if self._said is not None:
-            said, self._said = self._said, None
+        if self._said:
             question = to_be_answered(self._state)
             situation = situation_of(scene().scene, question.text if question else None)
-            self._reader.take(said, now - self._timeline.offset_s, now, situation)
+            while self._said:
+                self._reader.take(self._said.popleft(), now - self._timeline.offset_s, now, situation)
         heard = self._reader.poll(now)
         answer = self._reasoner.poll(now)
         return Inputs(

@@ -22,6 +22,7 @@ from stucksolver.words.caution import without_call_for_care
 from stucksolver.words.fields import MOVES, Doubt, Numbers, read_fields
 from stucksolver.words.halting import halts, puts_off
 from stucksolver.words.pieces import encoded
+from stucksolver.words.restraint import restrained
 
 DATA = Path(__file__).with_name("data")
 THREADS = 1
@@ -78,6 +79,7 @@ class NetworkReader:
             # "Overtake them at 20 km/h" asks for the same as "overtake them", of which the network is surer.
             shorter = self._read(amounts.rest, situation)
             reading = shorter if shorter.intent in REQUESTS else reading
+        reading = restrained(reading, text)
         limited = reading.intent in REQUESTS or reading.intent is GuidanceIntent.WAIT
         return reading.model_copy(update={"limits": amounts.limits}) if limited else reading
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stucksolver.scene import GuidanceIntent, Reading
-from stucksolver.words.fields import INTENTS, MOVES
+from stucksolver.words.fields import INTENTS, MOVES, STAYS
 from stucksolver.words.network import NetworkReader
 from stucksolver_eval.pages import RESULTS
 
@@ -42,8 +42,11 @@ weights. The confidence thresholds were set on 1,149 held-out training sentences
 chosen after looking at these sets: it gave two more true positives and no more false positives.
 "Understood": the most likely intent is the intended one. "Acted on as meant": so is the intent after the confidence
 threshold. A reading that would move the vehicle counts only if it is confident enough
-([docs/words.md](../docs/words.md)); otherwise the passenger is asked again. "Moves wrongly" counts readings that may
-move the vehicle although the sentence asked for no motion, or forbade that one. The guard still decides after that."""
+([docs/words.md](../docs/words.md)); otherwise the passenger is asked again. The rules that take away what words deny,
+forbid or warn of are included; they were written with the misses of these sets known. "Moves wrongly" counts readings
+that may move the vehicle although the sentence asked for no motion, or forbade that one. "Holds needlessly" counts
+readings that hold it although the sentence asked for a motion, or for nothing and did not warn. The
+guard still decides after that."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,13 @@ class Read:
         return self.reading.intent.value == self.meant
 
     @property
+    def held_needlessly(self) -> bool:
+        """True if the reading holds the vehicle although the sentence neither asked for that nor warned."""
+        warned = not {"not_clear", "returning_soon"}.isdisjoint(self.said["claims"])  # type: ignore[call-overload]
+        meant = GuidanceIntent(self.meant)
+        return self.reading.intent in STAYS and meant not in STAYS | {GuidanceIntent.UNLAWFUL} and not warned
+
+    @property
     def moved_wrongly(self) -> bool:
         """True if the reading asks for a motion although the sentence asked for none or forbade this one."""
         wrong = GuidanceIntent(self.meant) not in MOVES or self.reading.intent.value in self.said["unsafe_if"]  # type: ignore[operator]
@@ -91,17 +101,21 @@ def read_set(name: str, reader: NetworkReader) -> list[Read]:
 def by_class(reads: list[Read]) -> list[str]:
     """Return the table of one set, a row per class."""
     rows = [
-        "| class | sentences | understood | acted on as meant | asked back | moves wrongly | patterns |",
-        "|---|---|---|---|---|---|---|",
+        "| class | sentences | understood | acted on as meant | asked back | moves wrongly | holds needlessly "
+        "| patterns |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for kind in [*dict.fromkeys(str(r.said["class"]) for r in reads), "all"]:
         some = [r for r in reads if kind in (r.said["class"], "all")]
         back = sum(r.reading.intent is GuidanceIntent.UNCLEAR and r.meant != "unclear" for r in some)
         fits = sum(r.pattern == r.meant or (r.pattern == "unclear" and r.meant == "none") for r in some)
         wrongly = sum(r.moved_wrongly for r in some)
+        holds = sum(r.held_needlessly for r in some)
         flags = ([r.understood for r in some], [r.acted for r in some])
         shares = " | ".join(f"{100 * sum(flag) / len(some):.1f} %" for flag in flags)
-        rows.append(f"| {kind} | {len(some)} | {shares} | {back} | {wrongly} | {100 * fits / len(some):.1f} % |")
+        rows.append(
+            f"| {kind} | {len(some)} | {shares} | {back} | {wrongly} | {holds} | {100 * fits / len(some):.1f} % |"
+        )
     return rows
 
 

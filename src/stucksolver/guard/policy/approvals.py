@@ -17,10 +17,12 @@ RANKS = ("autonomous", "passenger", "operator", "forbid")
 
 @dataclass(frozen=True)
 class Approvals:
-    """What people have approved for this plan: names of behaviours, of `RULES`, or of `CLAIMS`."""
+    """What people have approved for this plan: names of behaviours, of `RULES`, or of `CLAIMS`; and what is barred."""
 
     passenger: frozenset[str] = frozenset()
     operator: frozenset[str] = frozenset()
+    barred: frozenset[str] = frozenset()
+    """Behaviours that somebody's warning forbids, whoever approves them: `drive_over`."""
 
     def cover(self, what: str, needed: Release) -> bool:
         """True if the approvals cover `what` at the required rank. An operator may approve what a passenger may."""

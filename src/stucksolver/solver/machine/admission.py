@@ -155,7 +155,7 @@ def _needs(guard: Guard, behavior: str, to: Person) -> bool:
 
 def joined(one: Approvals, other: Approvals) -> Approvals:
     """The union of two sets of approvals."""
-    return Approvals(one.passenger | other.passenger, one.operator | other.operator)
+    return Approvals(one.passenger | other.passenger, one.operator | other.operator, one.barred | other.barred)
 
 
 def granted(has: Approvals, by: Person, what: tuple[str, ...]) -> Approvals:

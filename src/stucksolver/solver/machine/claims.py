@@ -31,14 +31,21 @@ CONFIRMS: Mapping[Claim, str] = MappingProxyType(
 """The claims that the guard uses, by its own names for them (`guard.policy.approvals.CLAIMS`)."""
 
 
+BARRED = Approvals(barred=frozenset({"drive_over"}))
+"""What a warning bars."""
+
+
 def take(turn: Turn, reading: Reading) -> bool:
     """Accept a claim as far as claims are believed.
 
-    A denied claim ("that is not a bag") has no effect, nor has a claim in words that ask for something unlawful.
+    A denied claim ("that is not a bag") takes back an earlier one, and gives nothing. Words that say that something
+    must not be driven over bar it until it is behind, whatever is claimed later. A claim in words that ask for
+    something unlawful has no effect.
 
     Returns:
         False if the words claim nothing.
     """
+    _take_back(turn, reading)
     if not reading.claims or reading.negated or reading.intent is GuidanceIntent.UNLAWFUL:
         return False
     until_s = turn.now_s + turn.setup.ladder.words.claims_s
@@ -53,6 +60,18 @@ def take(turn: Turn, reading: Reading) -> bool:
     return True
 
 
+def _take_back(turn: Turn, reading: Reading) -> None:
+    """Drop what the words deny, and bar driving over what they warn of."""
+    if not turn.state.claims.keys().isdisjoint(reading.denied):
+        kept = {claim: until for claim, until in turn.state.claims.items() if claim not in reading.denied}
+        turn.set(claims=MappingProxyType(kept))
+    if reading.danger:
+        turn.set(barred_m=turn.status.progress_m)
+        running = turn.state.activity
+        if isinstance(running, Executing) and any(b.name in BARRED.barred for b in running.execution.plan.behaviors):
+            turn.set(activity=replace(running, execution=running.execution.withdrawn(), withdrawn=True))
+
+
 def in_force(state: State, now_s: float) -> tuple[Claim, ...]:
     """The claims that are believed now."""
     return tuple(claim for claim, until_s in state.claims.items() if now_s <= until_s)
@@ -61,7 +80,8 @@ def in_force(state: State, now_s: float) -> tuple[Claim, ...]:
 def confirmed(state: State, now_s: float) -> Approvals:
     """What the passenger has confirmed, in the form that the guard reads."""
     names = frozenset(CONFIRMS[claim] for claim in in_force(state, now_s) if claim in CONFIRMS)
-    return Approvals(passenger=names) if names else NOBODY
+    barred = BARRED.barred if state.barred_m is not None else frozenset()
+    return Approvals(passenger=names, barred=barred) if names or barred else NOBODY
 
 
 def _set_patience(turn: Turn, reading: Reading) -> None:

@@ -200,6 +200,8 @@ class Execution:
         if self._leg is not None:
             # A vehicle that stands across the road should finish the turn.
             return abs(view.ego_yaw) > BEGUN_RAD
+        if self._withdrawn and self._proven is not None and self._proven.path.over:
+            return False  # whoever calls a stop may know that it is no bag
         return self._proven is not None and self._proven.committed(facing(view, self._proven).ego_s)
 
     def _stand(self, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:

@@ -7,17 +7,22 @@ from dataclasses import replace
 
 from stucksolver.decision import GuidanceIntent
 from stucksolver.ladder import Resume
-from stucksolver.scene import Guidance, Reading
+from stucksolver.scene import REQUESTS, Claim, Guidance, Reading
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.machine import claims
 from stucksolver.solver.machine.people import resumes
 from stucksolver.solver.machine.state import AwaitingGap, Executing, MinimalRisk, Monitoring, State, WordsInForce
 from stucksolver.solver.machine.turn import Turn
 from stucksolver.solver.questions import Question, QuestionKind, Reply
-from stucksolver.words.fields import STAYS
+from stucksolver.words.fields import MOVES, STAYS
+from stucksolver.words.restraint import STOPPING
 
 LEAST_WAIT_S = 5.0
 """Whoever asks to wait gets at least this long (s): "three seconds" is seldom meant so."""
+STOP_WINS_S = 2.0
+"""What would move the vehicle and is said before a call to stop, or this long after it (s), does not count: about the
+time for which two people who contradict each other talk at once. Ours.
+"""
 
 
 def to_be_answered(state: State) -> Question | None:
@@ -33,6 +38,7 @@ def hear(turn: Turn) -> None:
     if heard is not None:
         turn.tell_fault(heard.fault)
         _understand(turn, heard.words)
+    _overrule_yes(turn)
     if _expired(turn):
         turn.drop_query()
         attempts = turn.state.history.attempts
@@ -62,9 +68,20 @@ def _understand(turn: Turn, words: Guidance) -> None:
     turn.tell_words(words)
     intent = reading.intent
     believed = claims.take(turn, reading)
+    if intent in MOVES - STOPPING and _is_overruled(turn, _said_s(turn, words)):
+        _dismiss(turn, words, "somebody has just called a stop")
+        return
+    if turn.state.letting_out and intent in STOPPING:
+        _dismiss(turn, words, "the vehicle stands already")
+        return
     if intent in (GuidanceIntent.YES, GuidanceIntent.NO) and _is_answered(turn, intent, words):
         return
-    if intent is GuidanceIntent.NONE:
+    if intent in STAYS:
+        turn.set(stop_said_s=_said_s(turn, words))
+    if intent is GuidanceIntent.NONE and _warns_a_plan(turn, reading):
+        _take(turn, words)
+        _hold_back(turn, reading)
+    elif intent is GuidanceIntent.NONE:
         told = ", ".join(claim.value.replace("_", " ") for claim in reading.claims)
         _dismiss(turn, words, f"taken into account: {told}" if believed else "nothing is asked of the driving")
     elif intent is GuidanceIntent.UNLAWFUL:
@@ -78,11 +95,36 @@ def _understand(turn: Turn, words: Guidance) -> None:
             _hold_back(turn, reading)
 
 
+def _said_s(turn: Turn, words: Guidance) -> float:
+    """When the words were said (s, the solver's own time)."""
+    return words.time_s + turn.inputs.offset_s
+
+
+def _is_overruled(turn: Turn, said_s: float) -> bool:
+    """True if a call to stop was said at about the same time, or later: the stop wins, whoever says the rest."""
+    stop_s = turn.state.stop_said_s
+    return stop_s is not None and said_s - stop_s < STOP_WINS_S
+
+
+def _overrule_yes(turn: Turn) -> None:
+    """Drop a yes to a question, a passenger's or an operator's, if a stop was called at about the same time."""
+    reply = turn.reply
+    if reply is not None and reply.yes and _is_overruled(turn, turn.now_s):
+        turn.tell(EventKind.ANSWERED, f"{reply.by}: yes, but somebody has just called a stop", question=reply.question)
+        turn.reply = None
+
+
+def _warns_a_plan(turn: Turn, reading: Reading) -> bool:
+    """True if somebody says that the way is not clear while a plan runs, or waits for a gap."""
+    warns = Claim.NOT_CLEAR in reading.claims and not reading.negated
+    return warns and isinstance(turn.state.activity, Executing | AwaitingGap)
+
+
 def _is_answered(turn: Turn, intent: GuidanceIntent, words: Guidance) -> bool:
     """Take yes or no as the answer to the passenger's open question, if it is one that a yes answers."""
     question = to_be_answered(turn.state)
-    if question is None:
-        return False
+    if question is None or words.time_s < question.time_s:
+        return False  # what was said before the question was asked is no answer to it
     turn.reply = Reply(question, intent is GuidanceIntent.YES, "passenger")
     _dismiss(turn, words, f"answers question {question.id}")
     return True
@@ -91,6 +133,8 @@ def _is_answered(turn: Turn, intent: GuidanceIntent, words: Guidance) -> bool:
 def _take(turn: Turn, words: Guidance) -> None:
     """Follow these words from now on and drop everything that was about to be done for another reason."""
     state = turn.state
+    if state.letting_out and words.reading is not None and words.reading.intent in REQUESTS:
+        turn.set(letting_out=False, afresh_s=turn.now_s)  # it stood because somebody got out
     turn.set(
         words=WordsInForce(words, turn.now_s),
         words_escalation=state.words_escalation.reset(),
@@ -118,7 +162,7 @@ def _hold_back(turn: Turn, reading: Reading) -> None:
     refuses = reading.negated or reading.intent in (GuidanceIntent.NO, GuidanceIntent.FOLLOW)
     named_s = None if reading.limits is None else reading.limits.wait_s
     wait_s = turn.setup.ladder.words.expire_s if named_s is None else max(named_s, LEAST_WAIT_S)
-    until = math.inf if refuses else turn.now_s + wait_s
+    until = math.inf if refuses or turn.state.letting_out else turn.now_s + wait_s
     turn.set(escalation=replace(turn.state.escalation, quiet_until_s=until))
     end_words(turn, "the plan is given up" if isinstance(running, Executing) else "nothing is begun")
 

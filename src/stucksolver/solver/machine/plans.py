@@ -9,7 +9,7 @@ from stucksolver.decision.behaviors import Behavior
 from stucksolver.guard import NOBODY, Approvals, Reject, RejectCode, Verdict
 from stucksolver.ladder import Assist
 from stucksolver.reason import Answer
-from stucksolver.scene import AttemptEnd
+from stucksolver.scene import AttemptEnd, GuidanceIntent
 from stucksolver.solver.events import EventKind, Judgement, Tick
 from stucksolver.solver.machine import hand_back
 from stucksolver.solver.machine.admission import Admission, admit, joined
@@ -186,12 +186,21 @@ def perform(turn: Turn) -> Directive:
         turn.set(activity=replace(running, execution=execution))
         return result
     turn.set(activity=Monitoring())
+    _let_out(turn, running)
     stays = hand_back.after_plan(turn)
     kind = EventKind.FINISHED if result.finished else EventKind.ABORTED
     turn.tell(kind, result.text + (STANDS_THERE if stays else ""))
     if result.finished:
         return _finished(turn, running)
     return _given_up(turn, running, result, execution)
+
+
+def _let_out(turn: Turn, running: Executing) -> None:
+    """If the plan that ends was to let somebody out and the vehicle stands, it stays until it is told to go."""
+    reading = None if running.words is None else running.words.reading
+    lets_out = reading is not None and reading.intent is GuidanceIntent.LET_ME_OUT
+    if lets_out and turn.status.speed_mps < STOPPED_MPS:
+        turn.set(letting_out=True)
 
 
 def _ticked(turn: Turn, running: Executing) -> tuple[Execution, Step | ExecutionOutcome]:

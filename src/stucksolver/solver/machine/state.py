@@ -227,6 +227,12 @@ class State:
     """What people have claimed about the world, and until when each claim is believed (s)."""
     doubts: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     """Objects that perception is doubted about, by id, and until when (s); see `doubts`."""
+    barred_m: float | None = None
+    """Progress at which somebody last said that what lies ahead must not be driven over (m); None once it is behind."""
+    stop_said_s: float | None = None
+    """When the last call to stay or stop was said (s, the solver's own time)."""
+    letting_out: bool = False
+    """True if the vehicle has stopped for somebody to get out. It stays until it is told to go."""
     asked_back: bool = False
     """True if the passenger was already asked what the last words meant."""
     intervention: Intervention | None = None
@@ -261,6 +267,7 @@ class State:
             or self.progress.on
             or self.words is not None
             or self.question is not None
+            or self.letting_out
             or not isinstance(self.activity, Monitoring)
             or not isinstance(self.posture, Driving)
         )

@@ -11,6 +11,7 @@ from stucksolver.ladder import Ladder
 from stucksolver.solver.events import EventKind, Told
 from stucksolver.solver.machine import guidance, hand_back, plans, rungs
 from stucksolver.solver.machine.escalation import Escalation, Rungs
+from stucksolver.solver.machine.execution import STAND
 from stucksolver.solver.machine.history import History
 from stucksolver.solver.machine.inputs import Inputs, Setup
 from stucksolver.solver.machine.state import AwaitingGap, Executing, Holding, MinimalRisk, Monitoring, Querying, State
@@ -60,6 +61,8 @@ def transition(state: State, inputs: Inputs, setup: Setup) -> tuple[State, Direc
     directive = _act(turn)
     if directive == CONTINUE:
         directive = hand_back.stay(turn) if isinstance(turn.state.posture, Holding) else hand_back.watch(turn)
+    if turn.state.letting_out and directive == CONTINUE:
+        directive = STAND
     turn.tell_fault(turn.state.senses_fault or turn.state.camera_fault)
     _settle(turn)
     return turn.state, directive, tuple(turn.told)
@@ -76,6 +79,8 @@ def _act(turn: Turn) -> Directive:
     state = turn.state
     hand_back.end_stop(turn)
     state, stopped = turn.state, isinstance(turn.state.posture, MinimalRisk)
+    if state.letting_out and state.words is None:
+        return state.posture.directive
     if turn.inputs.trigger is None and state.words is None and not stopped and not plans.still_there(turn):
         rungs.cleared(turn)
         return CONTINUE
@@ -100,7 +105,10 @@ def _watch(turn: Turn) -> None:
 
 
 def _forget_refusal(turn: Turn) -> None:
-    """Forget what a passenger refused once it is behind the vehicle."""
+    """Forget what a passenger refused, or warned of, once it is behind the vehicle."""
+    barred_m = turn.state.barred_m
+    if barred_m is not None and turn.status.progress_m - barred_m > REFUSAL_M:
+        turn.set(barred_m=None)
     escalation, refused_m = turn.state.escalation, turn.state.refused_m
     if escalation.quiet_until_s != math.inf:
         turn.set(refused_m=None)
