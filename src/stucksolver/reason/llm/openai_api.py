@@ -79,7 +79,7 @@ class OpenAiChat:
             try:
                 import openai
             except ImportError as error:
-                raise GiveUp("the openai package is not installed: pip install 'stucksolver[llm]'") from error
+                raise GiveUp("the openai package is not installed: add the extra [llm] (README, Install)") from error
             if self.base_url is not None and has_deployment(self.base_url):
                 self._client = self._azure(openai)
                 return self._client
