@@ -2,6 +2,7 @@
 
 Needs a running server (carlette or CARLA), and CARLA's `agents` package on the path:
 python examples/behavior_agent.py [HOST PORT]
+The exit status is 0 if the vehicle arrived, else 1.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import sys
 try:
     import carla
 except ModuleNotFoundError:
-    sys.exit("the carla package is not installed: pip install 'stucksolver[sim]'")
+    sys.exit("the carla package is not installed: pip install 'carla>=0.9.15'")
 try:
     from agents.navigation.behavior_agent import BehaviorAgent
 except ModuleNotFoundError as error:
@@ -20,14 +21,20 @@ except ModuleNotFoundError as error:
 
 import stucksolver
 from stucksolver.solver import Event
+from stucksolver_bridge.agent_plan import AgentsError, make_agent
 
 LIMIT_TICKS = 2400
 ANSWER_S = 20.0
 REACH_S = 5.0
+WAY_M, PARKED_M, PARKED_ASIDE_M = 120.0, 40.0, 0.3
+"""Length of the drive, and where the car is parked: ahead, and to the right of the lane's center (m).
+
+BehaviorAgent does not detect a vehicle that is exactly straight ahead.
+"""
 
 
 def main(host: str = "127.0.0.1", port: int = 2000) -> bool:
-    """Drives 120 m, past a car that stands 40 m ahead. True if it arrived."""
+    """Drive along a street in which a car is parked. Return True if the vehicle arrived."""
     try:
         # Without a server, the client library would wait for its whole timeout.
         socket.create_connection((host, port), timeout=REACH_S).close()
@@ -36,38 +43,54 @@ def main(host: str = "127.0.0.1", port: int = 2000) -> bool:
         world = client.get_world()
     except (OSError, RuntimeError):
         sys.exit(f"no CARLA server at {host}:{port}; start CARLA or carlette, or give HOST PORT")
-    world.apply_settings(carla.WorldSettings(synchronous_mode=True, fixed_delta_seconds=0.05))
-    blueprint = world.get_blueprint_library().find("vehicle.lincoln.mkz_2020")
     start = straight_start(world.get_map())
-    ahead = start.next(40.0)[0].transform
-    # Slightly off the centre: BehaviorAgent does not see a vehicle that is exactly straight ahead.
-    ahead.location += 0.3 * ahead.get_right_vector() + carla.Location(z=0.3)
-    place = start.transform
-    place.location.z += 0.3
-    cars = [world.spawn_actor(blueprint, place), world.spawn_actor(blueprint, ahead)]
-    world.tick()
-    agent = BehaviorAgent(cars[0], behavior="normal")
-    agent.set_destination(start.next(120.0)[0].transform.location)
+    world.apply_settings(carla.WorldSettings(synchronous_mode=True, fixed_delta_seconds=0.05))
+    cars: list[carla.Actor] = []
+    try:
+        place_cars(world, start, cars)
+        return drive(world, cars[0], start.next(WAY_M)[0].transform.location)
+    except AgentsError as error:
+        sys.exit(str(error))
+    finally:
+        for car in cars:
+            car.destroy()
+        world.apply_settings(carla.WorldSettings(synchronous_mode=False))
+
+
+def drive(world: carla.World, vehicle: carla.Vehicle, goal: carla.Location) -> bool:
+    """Drive a vehicle to a place with BehaviorAgent and StuckSolver. Return True if it arrived."""
+    agent = make_agent(BehaviorAgent, vehicle, "normal", world.get_map())
+    began_s = world.get_snapshot().timestamp.elapsed_seconds
 
     def tell(event: Event) -> None:
-        print(f"{event.time_s:6.1f} s  {event.kind.value}: {event.text}", event.verdict or "")
+        print(f"{event.time_s - began_s:6.1f} s  {event.kind.value}: {event.text}", event.verdict or "")
 
+    agent.set_destination(goal)
     helped = stucksolver.attach(agent, ladder="evaluation", clock="lockstep", on_event=tell)
-    for _ in range(LIMIT_TICKS):
-        cars[0].apply_control(helped.run_step())
-        world.tick()
-        if helped.done():
-            break
-    came = helped.done()
-    helped.close()
-    for car in cars:
-        car.destroy()
-    world.apply_settings(carla.WorldSettings(synchronous_mode=False))
-    return came
+    try:
+        for _ in range(LIMIT_TICKS):
+            vehicle.apply_control(helped.run_step())
+            world.tick()
+            if helped.done():
+                return True
+        return False
+    finally:
+        helped.close()
+
+
+def place_cars(world: carla.World, start: carla.Waypoint, cars: list[carla.Actor]) -> None:
+    """Place the vehicle at the start and the parked car ahead of it, and append both to `cars`."""
+    blueprint = world.get_blueprint_library().find("vehicle.lincoln.mkz_2020")
+    ahead = start.next(PARKED_M)[0].transform
+    ahead.location += PARKED_ASIDE_M * ahead.get_right_vector() + carla.Location(z=0.3)
+    place = start.transform
+    place.location.z += 0.3
+    cars.extend(world.spawn_actor(blueprint, where) for where in (place, ahead))
+    world.tick()
 
 
 def straight_start(town: carla.Map) -> carla.Waypoint:
-    """A waypoint from which a lane is straight for 130 m, without a junction."""
+    """Return a waypoint from which a lane is straight for 130 m, without a junction."""
     for transform in town.get_spawn_points():
         start = town.get_waypoint(transform.location)
         way = [start, *(found[0] for found in (start.next(d) for d in (30.0, 60.0, 90.0, 130.0)) if found)]
@@ -81,4 +104,6 @@ if __name__ == "__main__":
     host, port = sys.argv[1:3] if len(sys.argv) > 2 else ("127.0.0.1", "2000")
     if not port.isdecimal():
         sys.exit(f"'{port}' is not a port; give HOST PORT, for example 127.0.0.1 2000")
-    print("arrived" if main(host, int(port)) else "did not arrive")
+    arrived = main(host, int(port))
+    print("arrived" if arrived else "did not arrive")
+    sys.exit(0 if arrived else 1)

@@ -51,10 +51,19 @@ def _decided(moment: DecisionMoment) -> str:
 
 
 def recovered_text(result: RunResult) -> str:
-    """Return the seconds from the onset of the first immobilization to the recovery, `never`, or a dash without one."""
-    if result.time_to_recover_s is not None:
-        return f"{result.time_to_recover_s:.1f}"
-    return "never" if result.immobilizations else "–"
+    """Return the seconds from onset to recovery, `never`, or a dash without an immobilization.
+
+    After several immobilizations this is the median, with the number of recoveries: `8.0 (1 of 2)`.
+    """
+    if result.time_to_recover_s is None:
+        return "never" if result.immobilizations else "–"
+    several = f" ({result.recoveries} of {result.immobilizations})" if result.immobilizations > 1 else ""
+    return f"{result.time_to_recover_s:.1f}{several}"
+
+
+def stopped_text(result: RunResult) -> str:
+    """Return the seconds at a standstill, or a dash if they were not measured."""
+    return "–" if result.stopped_s is None else f"{result.stopped_s:.1f}"
 
 
 def _row(run: RunLog) -> tuple[str, ...]:
@@ -65,7 +74,7 @@ def _row(run: RunLog) -> tuple[str, ...]:
         status_text(r.status),
         f"{r.route_completion_pct:.1f}",
         infractions or "none",
-        f"{r.stopped_s:.1f}",
+        stopped_text(r),
         recovered_text(r),
         str(r.decisions),
         str(r.plans_accepted),

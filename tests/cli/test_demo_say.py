@@ -10,7 +10,9 @@ import pytest
 from stucksolver.cli.main import main
 
 pytest.importorskip("carla")
-pytest.importorskip("onnxruntime", reason="the reader of words is not installed: pip install 'stucksolver[words]'")
+pytest.importorskip(
+    "onnxruntime", reason="the reader of words is not installed: add the extra [words] (README, Install)"
+)
 
 
 def said(tmp_path, capsys, words):

@@ -38,8 +38,8 @@ def test_what_is_not_there_is_told_with_its_remedy_and_fails_where_it_is_needed(
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
     said = " ".join(done.stdout.split())
     assert done.returncode == 1
-    assert "missing carla: the client of CARLA and carlette; pip install 'stucksolver[sim]'" in said
-    assert "absent reader of words" in said and "pip install 'stucksolver[words]'" in said
+    assert "missing carla: the client of CARLA and carlette; add the extra [sim] (README, Install)" in said
+    assert "absent reader of words" in said and "add the extra [words] (README, Install)" in said
     assert "carlette:" not in said, "without its client it is not tried"
     assert not done.stderr
 

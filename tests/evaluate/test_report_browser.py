@@ -8,6 +8,7 @@ import re
 
 import pytest
 from stores import CRASH, ROUTES, begun, keep, record
+from test_hostile_pages import PAYLOADS, all_pages
 from test_report import DECISION, run_log
 
 from stucksolver_eval.report import write_report
@@ -150,3 +151,26 @@ def test_without_frames_there_is_nothing_to_play_and_the_decisions_are_all_there
     page = look("decisions")
     assert page.locator(".transport, canvas").count() == 0
     assert page.locator(".card").count() == 7
+
+
+@pytest.mark.parametrize("bad", PAYLOADS)
+def test_pages_with_hostile_names_run_nothing_and_go_nowhere(browser, tmp_path, bad):
+    """In the browser: no script of theirs runs, no dialog opens, nothing is loaded, and the page stays."""
+    context = browser.new_context()
+    context.set_default_timeout(LIMIT_MS)
+    for path in all_pages(tmp_path, bad):
+        page, happened = context.new_page(), []
+        page.on("dialog", lambda dialog, told=happened: (told.append(dialog.message), dialog.dismiss()))
+        page.on("request", lambda request, told=happened: told.append(request.url))
+        page.goto(path.as_uri())
+        page.evaluate("for (const one of document.querySelectorAll('details')) one.open = true;")
+        for link in page.locator("a").all():
+            link.hover(force=True)
+            assert link.evaluate("one => one.protocol") == "file:"
+        page.mouse.move(300, 300)
+        assert page.evaluate("window.hit") is None
+        assert page.url == path.as_uri()
+        assert [url for url in happened if url != path.as_uri() and not url.startswith("data:image/")] == []
+        assert page.locator("iframe, base, img[onerror]").count() == 0
+        page.close()
+    context.close()

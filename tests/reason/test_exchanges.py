@@ -20,7 +20,7 @@ from stucksolver.reason.registry import ReasonerNameError
 from stucksolver.scene import CameraImage, LineKind
 
 if find_spec("openai") is None:  # importing it takes as long as collecting five hundred tests
-    pytest.skip("the openai package is not installed: pip install 'stucksolver[llm]'", allow_module_level=True)
+    pytest.skip("the openai package is not installed: add the extra [llm] (README, Install)", allow_module_level=True)
 
 IMAGE = CameraImage(width=8, height=8, jpeg=base64.b64encode(b"\xff\xd8" + bytes(500)))
 

@@ -22,7 +22,7 @@ from stucksolver.reason.llm.openai_api import OpenAiChat
 from stucksolver.scene import CameraImage, Guidance, LineKind
 
 if find_spec("openai") is None:  # importing it takes as long as collecting five hundred tests
-    pytest.skip("the openai package is not installed: pip install 'stucksolver[llm]'", allow_module_level=True)
+    pytest.skip("the openai package is not installed: add the extra [llm] (README, Install)", allow_module_level=True)
 
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
 RAW = b"\xff\xd8" + bytes(range(256)) * 8

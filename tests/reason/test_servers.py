@@ -21,7 +21,7 @@ from stucksolver.reason.registry import ReasonerNameError
 from stucksolver.scene import CameraImage, Guidance, LineKind
 
 if find_spec("openai") is None:  # importing it takes as long as collecting five hundred tests
-    pytest.skip("the openai package is not installed: pip install 'stucksolver[llm]'", allow_module_level=True)
+    pytest.skip("the openai package is not installed: add the extra [llm] (README, Install)", allow_module_level=True)
 
 MODEL = "reader"
 IMAGE = CameraImage(width=8, height=8, jpeg=b"/9j/AAAA")

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
-
 import pytest
 
 carla = pytest.importorskip("carla")
@@ -14,12 +11,10 @@ from townstage import CAR  # noqa: E402
 
 import stucksolver  # noqa: E402
 from stucksolver_bridge.agent_plan import make_agent  # noqa: E402
-from stucksolver_eval.server import carlette_server  # noqa: E402
 
 pytestmark = pytest.mark.integration
 
 STREET, STREET_END = (11, -1, 20.0), (13, -1, 100.0)
-EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "behavior_agent.py"
 CONE = "static.prop.constructioncone"
 
 
@@ -149,12 +144,3 @@ def test_a_new_destination_is_driven_to_and_done(stage):
     helped.set_destination(goal)
     assert run(stage, car, helped, 30.0, helped.done)
     assert car.get_location().distance(goal) < 8.0
-
-
-def test_the_example_arrives():
-    behavior_agent_class()
-    spec = importlib.util.spec_from_file_location("behavior_agent_example", EXAMPLE)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    with carlette_server("demo_town") as server:
-        assert module.main(server.host, server.port)

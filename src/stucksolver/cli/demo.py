@@ -63,8 +63,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_json(
         parser,
         '{"runs": [{"scenario", "arm", "seed", "result": {"status", "route_completion_pct", "infractions", '
-        '"stopped_s", "time_to_recover_s", "immobilizations", "decisions", "plans_accepted", "duration_s", '
-        '"distance_m"}}], "report": path}',
+        '"stopped_s", "time_to_recover_s", "immobilizations", "recoveries", "decisions", "plans_accepted", '
+        '"duration_s", "distance_m"}}], "report": path}',
     )
 
 

@@ -11,7 +11,7 @@ from stucksolver.cli.errors import UsageError
 from stucksolver.cli.parts import parts_of
 
 INTERRUPTED = "interrupted; what is done is kept: run the same command again to continue"
-NEEDS_TORCH = "training needs packages that are not installed: pip install 'stucksolver[train]'"
+NEEDS_TORCH = "training needs packages that are not installed: add the extra [train] (README, Install)"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -130,7 +130,9 @@ def _require_client() -> None:
     from importlib.util import find_spec
 
     if find_spec("carla") is None:
-        raise UsageError("driving needs the carla package, which is not installed: pip install 'stucksolver[sim]'")
+        raise UsageError(
+            "driving needs the carla package, which is not installed: add the extra [sim] (README, Install)"
+        )
 
 
 def _plans(options: argparse.Namespace) -> int:

@@ -85,7 +85,7 @@ def _package(name: str, use: str, extra: str, *, needed: bool = False) -> Callab
 
     def look() -> Iterator[Finding]:
         """Check whether it is installed, and in which version."""
-        remedy = f"pip install 'stucksolver[{extra}]'"
+        remedy = f"add the extra [{extra}] (README, Install)"
         if importlib.util.find_spec(name) is None:
             yield Finding(name, "missing" if needed else "absent", use, remedy, needed)
             return
@@ -109,7 +109,7 @@ def _simulator() -> Iterator[Finding]:
             town = connect(server, ANSWERS_S).get_world().get_map().name
     except Exception as error:  # noqa: BLE001 - report whatever the foreign library raises
         why = str(error).splitlines()[0] if str(error) else type(error).__name__
-        yield Finding("carlette", "broken", why, "pip install --force-reinstall 'stucksolver[sim]'", needed=True)
+        yield Finding("carlette", "broken", why, "install carlette again (README, Install)", needed=True)
         return
     yield Finding("carlette", "ok", f"the embedded simulator started and answered with {town}", needed=True)
 
@@ -119,7 +119,7 @@ def _words() -> Iterator[Finding]:
 
     reader = find_reader()
     if isinstance(reader, NoReader):
-        yield Finding("reader of words", "absent", reader.why.split(";")[0], "pip install 'stucksolver[words]'")
+        yield Finding("reader of words", "absent", reader.why.split(";")[0], "add the extra [words] (README, Install)")
         return
     try:
         reading = reader.read("please go round it", "")
@@ -134,7 +134,7 @@ def _student() -> Iterator[Finding]:
 
     what = "student"
     if importlib.util.find_spec("onnxruntime") is None:
-        yield Finding(what, "absent", "onnxruntime is not installed", "pip install 'stucksolver[distilled]'")
+        yield Finding(what, "absent", "onnxruntime is not installed", "add the extra [distilled] (README, Install)")
         return
     try:
         yield Finding(what, "ok", f"{DistilledReasoner().name} loads")
@@ -146,7 +146,9 @@ def _perception() -> Iterator[Finding]:
     what = "perception by sensors"
     missing = [name for name in PERCEPTION if importlib.util.find_spec(name) is None]
     if missing:
-        yield Finding(what, "absent", f"{', '.join(missing)} not installed", "pip install 'stucksolver[perception]'")
+        yield Finding(
+            what, "absent", f"{', '.join(missing)} not installed", "add the extra [perception] (README, Install)"
+        )
         return
     from stucksolver.perception.perceiver import why_not_here
 
@@ -158,7 +160,7 @@ def _signs() -> Iterator[Finding]:
     from stucksolver.perception.camera.sign_reader import PACKAGE, why_not_read
 
     found = why_not_read() is None
-    remedy = "" if found else "pip install 'stucksolver[signs]'"
+    remedy = "" if found else "add the extra [signs] (README, Install)"
     yield Finding(
         "words on signs", "ok" if found else "absent", f"{PACKAGE} {'' if found else 'not '}installed", remedy
     )

@@ -98,5 +98,5 @@ def _parser(filled: Collection[str] = tuple(COMMANDS)) -> argparse.ArgumentParse
 def _require_client() -> None:
     if importlib.util.find_spec("carla") is None:
         raise UsageError(
-            f"the carla package is not installed; it exists for {SUPPORTED}: pip install 'stucksolver[sim]'"
+            f"the carla package is not installed; it exists for {SUPPORTED}: add the extra [sim] (README, Install)"
         )

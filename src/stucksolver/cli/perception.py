@@ -14,7 +14,7 @@ from stucksolver.cli.words import driver_name
 
 SCORED = ("lidar", "noise", "tracking", "localisation", "lights", "attributes", "far")
 TRAINED = ("lidar", "crops", "far")
-NEEDS_CLIENT = "collecting needs the carla package, which is not installed: pip install 'stucksolver[sim]'"
+NEEDS_CLIENT = "collecting needs the carla package, which is not installed: add the extra [sim] (README, Install)"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

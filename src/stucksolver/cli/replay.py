@@ -89,7 +89,7 @@ def _picture(options: argparse.Namespace, records: Sequence[Path]) -> None:
     if len(records) > 1:
         raise UsageError("--picture draws one record; give one FILE")
     if not can_plot():
-        raise UsageError("--picture needs matplotlib: pip install 'stucksolver[report]'")
+        raise UsageError("--picture needs matplotlib: add the extra [report] (README, Install)")
     try:
         drawn = f"picture: {draw_record(records[0], options.picture, options.at)}"
         print(drawn, file=sys.stderr if options.json else sys.stdout)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from stucksolver.passenger import PassengerServer
 
 CASES = ("parked_car", "cyclists", "pedestrians", "open_door")
-MISSING = "the packages for the page are not installed: pip install 'stucksolver[passenger]'"
+MISSING = "the packages for the page are not installed: add the extra [passenger] (README, Install)"
 OPEN = "note: the traffic is not encrypted, and anyone on this network can read it; see --cert and --key"
 
 

@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
     from stucksolver.plotting import can_plot
 
     if options.plots is not None and not can_plot():
-        raise UsageError("--plots needs matplotlib: pip install 'stucksolver[report]'")
+        raise UsageError("--plots needs matplotlib: add the extra [report] (README, Install)")
     return show_scores(options.folders, alone=options.alone, plots=options.plots, as_json=options.json)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from stucksolver.cli.arguments import whole
 from stucksolver.cli.errors import UsageError
 
-MISSING = "serve-model needs packages that are not installed: pip install 'stucksolver[distilled]'"
+MISSING = "serve-model needs packages that are not installed: add the extra [distilled] (README, Install)"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -61,6 +61,12 @@ class Verdict(Model):
         """The reasons why there is no path, each once."""
         return tuple(dict.fromkeys(r.failure for r in self.rejects if r.failure is not None))
 
+    @property
+    def too_near(self) -> tuple[str, ...]:
+        """Ids of the objects to which the plan does not keep the required gap, each once."""
+        near = (r for r in self.rejects if r.code in (RejectCode.COLLISION, RejectCode.GAP))
+        return tuple(dict.fromkeys(r.object_id for r in near if r.object_id is not None))
+
     def __str__(self) -> str:
         if self.accepted:
             return "accepted"

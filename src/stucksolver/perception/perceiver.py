@@ -50,7 +50,7 @@ NEEDED = ("onnxruntime", "PIL", "scipy", "filterpy")
 def why_not_installed() -> str | None:
     """Return which libraries are missing, with the remedy; None if none is."""
     missing = [name for name in NEEDED if find_spec(name) is None]
-    return f"{', '.join(missing)} not installed; pip install 'stucksolver[perception]'" if missing else None
+    return f"{', '.join(missing)} not installed; add the extra [perception] (README, Install)" if missing else None
 
 
 def why_not_here(rig_file: Path = SHIPPED) -> str | None:

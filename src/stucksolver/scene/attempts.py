@@ -84,5 +84,7 @@ class PastAttempt(Model):
     ended: AttemptEnd = AttemptEnd.REFUSED
     codes: tuple[RejectCode, ...] = ()
     failures: tuple[PlanFailure, ...] = ()
+    too_near: tuple[str, ...] = ()
+    """Ids of the objects to which the plan did not keep the required gap."""
     outcome: str
     """The reason as text for people and language models."""

@@ -6,7 +6,7 @@ from typing import Protocol
 
 from stucksolver.scene.reading import GuidanceIntent, Reading
 
-MISSING = "the reader of words is not installed; install it with: pip install 'stucksolver[words]'"
+MISSING = "the reader of words is not installed; add the extra [words] (README, Install)"
 
 
 class WordsReader(Protocol):

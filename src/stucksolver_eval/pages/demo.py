@@ -11,7 +11,7 @@ from typing import Literal
 
 from stucksolver_eval.demo import DemoSpec, demo
 from stucksolver_eval.results.runlog import RunLog
-from stucksolver_eval.table import recovered_text
+from stucksolver_eval.table import recovered_text, stopped_text
 
 Road = Literal["one_lane", "multi_lane"]
 STREETS: tuple[tuple[str, Road, int], ...] = (
@@ -40,7 +40,7 @@ def _row(town: str, log: RunLog) -> str:
     r = log.result
     infractions = ", ".join(f"{name} {count}" for name, count in sorted(r.infractions.items())) or "none"
     cells = [town, log.scenario, log.arm, r.status, f"{r.route_completion_pct:.0f}", infractions]
-    cells += [f"{r.stopped_s:.1f}", recovered_text(r), str(r.decisions), str(r.plans_accepted)]
+    cells += [stopped_text(r), recovered_text(r), str(r.decisions), str(r.plans_accepted)]
     return "| " + " | ".join(cells) + " |"
 
 

@@ -3,7 +3,7 @@
 
     python -m stucksolver_eval.pages.words
 
-Needs `pip install 'stucksolver[words]'`. The authors of the sentences in results/words had seen neither the grammar nor
+Needs the extra [words] of the README. The authors of the sentences in results/words had seen neither the grammar nor
 the training sentences.
 """
 

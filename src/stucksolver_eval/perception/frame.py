@@ -106,7 +106,7 @@ def draw_frame(folder: Path, at_s: float, out: Path) -> Path:
         OSError: The file cannot be written.
     """
     if not can_plot():
-        raise FrameError("matplotlib is not installed; pip install 'stucksolver[report]'")
+        raise FrameError("matplotlib is not installed; add the extra [report] (README, Install)")
     why = why_not_installed()
     if why:
         raise FrameError(why)

@@ -27,7 +27,6 @@ _KINDS: dict[EventKind, Kind] = {
     EventKind.ASKED_BACK: "outcome",
     EventKind.ABORTED: "abort",
     EventKind.FINISHED: "outcome",
-    EventKind.RECOVERED: "outcome",
     EventKind.FAILED: "outcome",
     EventKind.GUIDANCE_ENDED: "outcome",
 }

@@ -9,9 +9,10 @@ from stucksolver.record import read_decisions
 from stucksolver_eval.replay.thumbnail import thumbnail
 from stucksolver_eval.report.write import write_report
 from stucksolver_eval.results.outcome import came_to
-from stucksolver_eval.results.runlog import DecisionMoment, MapView, RunLog, RunResult
+from stucksolver_eval.results.runlog import DecisionMoment, MapView, RunLog
 from stucksolver_eval.results.store import Store
 from stucksolver_eval.scores.columns import run_name
+from stucksolver_eval.scores.run_result import run_result
 from stucksolver_eval.scores.summary import RouteRow, Summary
 
 NOTE = "Times are those of the simulator. Only interventions are recorded; legitimate waits before them are not."
@@ -52,22 +53,8 @@ def moments_of(folder: Path) -> Iterator[DecisionMoment]:
 
 def _log(summary: Summary, row: RouteRow, moments: tuple[DecisionMoment, ...]) -> RunLog:
     """Return a run without frames, so that the page shows its decisions only."""
-    m, record, outcome = summary.manifest, row.record, row.outcome
+    m, record = summary.manifest, row.record
     assert record is not None
-    plans = 0 if outcome is None else len(outcome.interventions)
-    spells = () if outcome is None else outcome.spells
-    result = RunResult(
-        status=record.status,
-        route_completion_pct=record.scores.score_route,
-        infractions={k: len(v) for k, v in record.infractions.items() if v and k != "min_speed_infractions"},
-        stopped_s=round(sum(s.ended_s - s.onset_s for s in spells), 2),
-        time_to_recover_s=next((s.recovered_after_s for s in spells if s.recovered_after_s is not None), None),
-        immobilizations=len(spells),
-        decisions=len(moments),
-        plans_accepted=plans,
-        duration_s=record.meta.duration_game,
-        distance_m=round(record.scores.score_route / 100.0 * record.meta.route_length, 1),
-    )
     return RunLog(
         scenario=f"{row.scenario}, route {row.route.id}",
         arm=run_name(summary),
@@ -83,5 +70,5 @@ def _log(summary: Summary, row: RouteRow, moments: tuple[DecisionMoment, ...]) -
         stuck=(),
         decisions=moments,
         events=(),
-        result=result,
+        result=run_result(record, row.outcome, len(moments)),
     )

@@ -20,10 +20,12 @@ from stucksolver_eval.report.tables import (
 )
 from stucksolver_eval.report.write import write_report
 from stucksolver_eval.results.record import status_text
+from stucksolver_eval.results.runlog import RunLog
 from stucksolver_eval.results.store import Store
 from stucksolver_eval.scores.ability import ABILITIES
 from stucksolver_eval.scores.columns import run_name
 from stucksolver_eval.scores.recovery import RecoveryFigures
+from stucksolver_eval.scores.run_result import immobilizations, run_result
 from stucksolver_eval.scores.summary import RouteRow, Summary
 
 Links = Mapping[tuple[str, int], str]
@@ -152,6 +154,15 @@ def _has_records(store: Store, summary: Summary) -> bool:
     return any(store.interventions(row.route, row.seed).is_dir() for row in summary.rows)
 
 
+def _with_figures(log: RunLog, row: RouteRow) -> RunLog:
+    """Return a replay with the figures that the summary has: an older one stores others."""
+    if row.record is None or row.outcome is None:
+        return log
+    spans = tuple((one.onset_s, one.ended_s) for one in immobilizations(row.outcome))
+    result = run_result(row.record, row.outcome, len(log.decisions))
+    return log.model_copy(update={"result": result, "stuck": spans})
+
+
 def replay_pages(store: Store, summary: Summary) -> Links:
     """Write a page for each stored replay that has none yet. Returns the paths relative to the store's folder."""
     links = {}
@@ -161,7 +172,7 @@ def replay_pages(store: Store, summary: Summary) -> Links:
             continue
         page = packed.with_name(packed.name.removesuffix(".json.gz") + ".html")
         if not page.exists() or page.stat().st_mtime < packed.stat().st_mtime:
-            log = store.run_log(row.route, row.seed)
+            log = _with_figures(store.run_log(row.route, row.seed), row)
             write_report([log], page, f"{row.scenario}, route {row.route.id}", [summary.manifest.title])
         links[row.route.id, row.seed] = str(page.relative_to(store.folder))
     return links

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Sequence
 from importlib.resources import files
+from urllib.parse import quote
 
 from stucksolver_eval.report.page import block_digest
 
@@ -33,7 +35,8 @@ def text(words: str) -> str:
 
 def section(name: str, *parts: str) -> str:
     """Return a section with its own heading."""
-    anchor = "-".join(name.lower().split())
+    # Names hold what a run calls itself, so that anything may stand in them.
+    anchor = "-".join(re.findall(r"[a-z0-9]+", name.lower())) or "section"
     body = "\n".join(part for part in parts if part)
     return f'<section aria-labelledby="{anchor}"><h2 id="{anchor}">{text(name)}</h2>\n{body}</section>'
 
@@ -75,5 +78,5 @@ def raw_table(name: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> 
 
 
 def link(target: str, words: str) -> str:
-    """Return a link to `target`, a path relative to the page's folder."""
-    return f'<a href="{text(target)}">{text(words)}</a>'
+    """Return a link to `target`, a path relative to the page's folder. It is never an address with a scheme."""
+    return f'<a href="{text(quote(target, safe="/", errors="surrogateescape"))}">{text(words)}</a>'

@@ -14,6 +14,7 @@ import shapely
 
 from stucksolver_eval.results.record import status_text
 from stucksolver_eval.results.runlog import Frame, MapView, Polyline, RunLog
+from stucksolver_eval.table import recovered_text, stopped_text
 
 _FULL_TURN = 3600
 _PATH_TOLERANCE_M = 0.05
@@ -49,6 +50,8 @@ def _run(run: RunLog, map_index: int) -> dict[str, Any]:
     return {
         **run.model_dump(mode="json", include=shown | {"actors", "stuck", "decisions", "events", "result"}),
         "ended": status_text(run.result.status),
+        "stopped": stopped_text(run.result),
+        "recovered": recovered_text(run.result),
         "map": map_index,
         "route": _line(run.route),
         "frames": len(frames),

@@ -1,4 +1,4 @@
-"""Bar plots as PNG, for papers; needs matplotlib (`pip install 'stucksolver[report]'`)."""
+"""Bar plots as PNG, for papers; needs matplotlib (the extra [report] of the README)."""
 
 from __future__ import annotations
 

@@ -130,6 +130,8 @@ class RouteOutcome(Model):
     infractions: tuple[Noted, ...] = ()
     near_misses: tuple[Noted, ...] = ()
     spells: tuple[ImmobilizationEpisode, ...] = ()
+    stopped_s: float | None = None
+    """Time with a speed below 0.1 m/s (s); None in results from before this was measured."""
     interventions: tuple[InterventionRecord, ...] = ()
     queries: tuple[QueryRecord, ...] = ()
     reliability: tuple[Reliability, ...] = ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -119,8 +120,12 @@ def status_text(status: str) -> str:
 
 
 def save_name(route_id: str, town: str, scenario: str) -> str:
-    """Return the name of a route's files; the town may be given as a map file."""
-    return f"RouteScenario_{route_id}_rep0_{Path(town).stem}_{scenario}"
+    """Return the name of a route's files; the town may be given as a map file.
+
+    The names in it come from a route file. None of them leads to another folder: what separates folders is encoded.
+    """
+    name = f"RouteScenario_{route_id}_rep0_{Path(town).stem}_{scenario}"
+    return re.sub(r"[/\\%\x00-\x1f\x7f]", lambda found: f"%{ord(found[0]):02X}", name)
 
 
 def _status(completion_pct: float, failure: str | None, infractions: int) -> str:

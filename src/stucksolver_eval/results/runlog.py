@@ -100,11 +100,17 @@ class RunResult(Model):
     """`completed`, `blocked`, `timeout`, `collision`, ..."""
     route_completion_pct: float
     infractions: dict[str, int] = Field(default_factory=dict)
-    stopped_s: float
-    """Time with speed below 0.1 m/s."""
+    stopped_s: float | None
+    """Time with a speed below 0.1 m/s, also at the start and at lights; None in results without this measurement."""
     time_to_recover_s: float | None
-    """From the onset of immobilization to 15 m of new progress; None if never immobilized or never recovered."""
+    """From the onset of an immobilization to 15 m of new progress; the median of several, None without a recovery."""
     immobilizations: int
+    """Number of times that the ego was below 5 km/h for 10 s or more, or that a plan moved it, before 15 m of progress.
+
+    `scores.recovery` counts the same ones.
+    """
+    recoveries: int = 0
+    """How many of them were followed by 15 m of new progress."""
     decisions: int
     plans_accepted: int
     duration_s: float
@@ -129,7 +135,7 @@ class RunLog(Model):
     actors: tuple[ActorInfo, ...]
     frames: tuple[Frame, ...]
     stuck: tuple[tuple[float, float], ...]
-    """Time spans in which the detector considered the ego immobilized."""
+    """The spans of the immobilizations that count (s), each from its onset to 15 m of new progress or the end."""
     decisions: tuple[DecisionMoment, ...]
     events: tuple[LogEvent, ...]
     result: RunResult

@@ -1,4 +1,4 @@
-"""Runs route jobs on other machines with dask.distributed (`pip install 'stucksolver[cluster]'`).
+"""Runs route jobs on other machines with dask.distributed (the extra [cluster] of the README).
 
 A worker drives a route like this machine would, in its own folder, and sends the files back. Workers must be
 allowed to start processes: `dask worker ADDRESS --no-nanny --nthreads 1`, one for every one or two cores.
@@ -28,7 +28,7 @@ def run_on_cluster(tasks: Iterable[Task], address: str) -> Iterator[News]:
     try:
         from distributed import Client, as_completed
     except ImportError as error:
-        raise ClusterError("dask.distributed is not installed: pip install 'stucksolver[cluster]'") from error
+        raise ClusterError("dask.distributed is not installed: add the extra [cluster] (README, Install)") from error
     try:
         client = Client(address, timeout=CONNECT_S)
     except (OSError, ValueError) as error:

@@ -261,6 +261,7 @@ class _Drive:
             infractions=tuple(Noted(kind=i.kind, time_s=round(i.time_s, 2), text=i.text) for i in jury.infractions),
             near_misses=tuple(self._near.found),
             spells=tuple(self._spells.spells),
+            stopped_s=round(self._spells.stopped_s, 3),
             interventions=tuple(log.interventions),
             queries=tuple(log.queries),
             reliability=tuple(log.reliability),

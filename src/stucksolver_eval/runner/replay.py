@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from typing import Any
-
 from stucksolver.decision import CONTINUE, Directive
 from stucksolver_eval.arms.arm import Now
 from stucksolver_eval.arms.solver_arm import SolverArm
@@ -12,8 +9,9 @@ from stucksolver_eval.replay.logger import RunLogger
 from stucksolver_eval.replay.mapview import map_view
 from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.results.record import RouteRecord, status_text
-from stucksolver_eval.results.runlog import ActorRole, RunLog, RunResult
+from stucksolver_eval.results.runlog import ActorRole, RunLog
 from stucksolver_eval.runner.job import RouteJob
+from stucksolver_eval.scores.run_result import immobilizations, run_result
 from stucksolver_eval.setting import Setting
 
 
@@ -49,6 +47,11 @@ class ReplayKeeper:
                 logger.event(noted.time_s, "infraction", noted.text)
         for said in outcome.guidance if job.arm.recovery in ("none", "timers") else ():
             logger.event(said.time_s, "guidance", f"{said.text} (nobody is listening)")
+        met = immobilizations(outcome)
+        for one in met:
+            if one.recovered_after_s is not None:
+                text = f"recovered: 15 m of new progress, {one.recovered_after_s:.1f} s after the onset"
+                logger.event(one.ended_s, "outcome", text)
         logger.event(outcome.ticks * self._setting.dt_s, "run", status_text(record.status))
         places = [(w.transform.location.x, -w.transform.location.y) for w in self._setting.route.waypoints]
         return RunLog(
@@ -63,28 +66,8 @@ class ReplayKeeper:
             route=tuple((round(x, 2), round(y, 2)) for x, y in places[::2]),
             actors=tuple(logger.actors),
             frames=tuple(logger.frames),
-            stuck=tuple((s.onset_s, s.ended_s) for s in outcome.spells),
+            stuck=tuple((one.onset_s, one.ended_s) for one in met),
             decisions=tuple(logger.decisions),
             events=tuple(sorted(logger.events, key=lambda e: e.time_s)),
-            result=_result(record, outcome, len(logger.decisions)),
+            result=run_result(record, outcome, len(logger.decisions)),
         )
-
-
-def _result(record: RouteRecord, outcome: RouteOutcome, decisions: int) -> RunResult:
-    counts: Counter[str] = Counter(i.kind for i in outcome.infractions if i.kind != "min_speed_infractions")
-    if outcome.near_misses:
-        counts["near_miss"] = len(outcome.near_misses)
-    recovered = [s.recovered_after_s for s in outcome.spells if s.recovered_after_s is not None]
-    values: dict[str, Any] = {
-        "status": record.status,
-        "route_completion_pct": record.scores.score_route,
-        "infractions": dict(counts),
-        "stopped_s": round(sum(s.ended_s - s.onset_s for s in outcome.spells), 2),
-        "time_to_recover_s": round(recovered[0], 2) if recovered else None,
-        "immobilizations": len(outcome.spells),
-        "decisions": decisions,
-        "plans_accepted": len(outcome.interventions),
-        "duration_s": record.meta.duration_game,
-        "distance_m": round(record.scores.score_route / 100.0 * outcome.length_m, 1),
-    }
-    return RunResult(**values)

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     import carla
 
 
+STOPPED_MPS = 0.1
+"""A slower ego is stopped, as in the status of a run (m/s)."""
+
+
 class ImmobilizationWatch:
     """Finds immobilizations with the detector's default settings, whatever the arm's own settings are."""
 
@@ -22,9 +26,15 @@ class ImmobilizationWatch:
         self._watch = ProgressWatch()
         self._onset: tuple[float, float] | None = None
         self.spells: list[ImmobilizationEpisode] = []
+        self.stopped_s = 0.0
+        """Time with a speed below `STOPPED_MPS` so far (s)."""
+        self._last_s = 0.0
 
     def update(self, time_s: float, speed_mps: float, place_m: float) -> None:
         """Update with one tick: time (s), speed (m/s) and position along the route (m)."""
+        if speed_mps < STOPPED_MPS:
+            self.stopped_s += time_s - self._last_s
+        self._last_s = time_s
         status = Status(time_s=time_s, speed_mps=speed_mps, progress_m=place_m)
         trigger = self._detector.update(status)
         slow_s = self._detector.slow_since_s
@@ -43,8 +53,9 @@ class ImmobilizationWatch:
     def _close(self, time_s: float, recovered_after_s: float | None) -> None:
         assert self._onset is not None
         onset_s, place_m = self._onset
+        after_s = None if recovered_after_s is None else round(recovered_after_s, 3)
         spell = ImmobilizationEpisode(
-            onset_s=onset_s, place_m=place_m, recovered_after_s=recovered_after_s, ended_s=time_s
+            onset_s=round(onset_s, 3), place_m=place_m, recovered_after_s=after_s, ended_s=round(time_s, 3)
         )
         self.spells.append(spell)
         self._onset = None

@@ -12,7 +12,9 @@ from stucksolver.cli.main import main
 from stucksolver_eval.cases import run_cases
 from stucksolver_eval.cases.wordings import Wording, draw_wordings, outcome, passed_s, read_as, worded
 
-pytest.importorskip("onnxruntime", reason="the reader of words is not installed: pip install 'stucksolver[words]'")
+pytest.importorskip(
+    "onnxruntime", reason="the reader of words is not installed: add the extra [words] (README, Install)"
+)
 SENTENCES = Path(__file__).parents[3] / "results" / "words" / "cyclists.jsonl"
 CHOSEN = ("b1-036", "b1-199", "b1-311")
 """One who asks to pass, one who asks not to, and one who only talks."""

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "reason"))
 from chat_server import ChatServer
 
 if find_spec("openai") is None:  # importing it takes as long as collecting five hundred tests
-    pytest.skip("the openai package is not installed: pip install 'stucksolver[llm]'", allow_module_level=True)
+    pytest.skip("the openai package is not installed: add the extra [llm] (README, Install)", allow_module_level=True)
 pytestmark = [pytest.mark.integration, pytest.mark.slow]
 
 DRIVE_S = {"pedestrians": 37.0, "open_door": 25.0, "cyclists": 28.0}

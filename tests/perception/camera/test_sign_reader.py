@@ -60,7 +60,7 @@ def test_a_speed_and_an_empty_picture_are_no_words():
 
 def test_without_the_package_the_remedy_is_named(monkeypatch):
     monkeypatch.setattr(sign_reader, "PACKAGE", "no_such_package")
-    assert why_not_read() == "no_such_package not installed; pip install 'stucksolver[signs]'"
+    assert why_not_read() == "no_such_package not installed; add the extra [signs] (README, Install)"
     with pytest.raises(SignReaderError, match="no_such_package cannot be loaded"):
         SignReader().read(np.zeros((60, 60, 3), np.uint8), True)
 

@@ -123,7 +123,7 @@ def _require_python() -> None:
 def _require_packages() -> None:
     missing = [name for name in NEEDED if not _is_there(name)]
     if missing:
-        raise UsageError(f"not installed: {', '.join(missing)}; pip install carlette")
+        raise UsageError(f"not installed: {', '.join(missing)}; pip install {' '.join(missing)}")
 
 
 def _is_there(module: str) -> bool:

@@ -37,7 +37,7 @@ class ReadsWords(Protocol):
 
 def why_not_read() -> str | None:
     """Return why words on signs are not read here, with the remedy; None if they are."""
-    return f"{PACKAGE} not installed; pip install 'stucksolver[signs]'" if find_spec(PACKAGE) is None else None
+    return f"{PACKAGE} not installed; add the extra [signs] (README, Install)" if find_spec(PACKAGE) is None else None
 
 
 class SignReaderError(RuntimeError):

@@ -66,7 +66,9 @@ def load_session(file: Path, card: Path, version: int, threads: int = 1) -> tupl
     try:
         import onnxruntime
     except ImportError as error:
-        raise WeightsError(f"{file}: running it needs onnxruntime: pip install 'stucksolver[perception]'") from error
+        raise WeightsError(
+            f"{file}: running it needs onnxruntime: add the extra [perception] (README, Install)"
+        ) from error
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
     options.log_severity_level = 3

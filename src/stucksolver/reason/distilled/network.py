@@ -136,7 +136,7 @@ def _loaded(folder: Path, sha256: str, threads: int) -> Any:
     try:
         import onnxruntime
     except ImportError as error:
-        raise WeightsError("onnxruntime is not installed: pip install 'stucksolver[distilled]'") from error
+        raise WeightsError("onnxruntime is not installed: add the extra [distilled] (README, Install)") from error
     try:
         data = (folder / WEIGHTS).read_bytes()
     except OSError as error:

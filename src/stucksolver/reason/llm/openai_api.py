@@ -110,7 +110,7 @@ class OpenAiChat:
             try:
                 import openai
             except ImportError as error:
-                raise GiveUp("the openai package is not installed: pip install 'stucksolver[llm]'") from error
+                raise GiveUp("the openai package is not installed: add the extra [llm] (README, Install)") from error
             try:
                 sent = credentials_for(self.base_url, self._login)
             except ValueError as error:

@@ -24,9 +24,14 @@ def often_failed_for(scene: Scene, least: int, *why: RejectCode | PlanFailure) -
     return sum(not set(why).isdisjoint((*a.codes, *a.failures)) for a in recent(scene)) >= least
 
 
-def look_larger(scene: Scene, objects: Sequence[SceneObject]) -> bool:
-    """True if a plan came too near to something, and one of these is known by sensors, so that the guard widens it."""
-    return failed_for(scene, RejectCode.GAP) and any(o.position_sd_m for o in objects)
+def came_too_near(scene: Scene, objects: Sequence[SceneObject]) -> bool:
+    """True if a plan of the last `REMEMBERED_S` did not keep the required gap to one of these objects.
+
+    In sensor mode the gap to any object counts, because an object that is lost and found again has another id.
+    """
+    ids = {o.id for o in objects}
+    sensed = any(o.position_sd_m for o in objects)
+    return any((sensed and RejectCode.GAP in a.codes) or not ids.isdisjoint(a.too_near) for a in recent(scene))
 
 
 def recent(scene: Scene) -> Iterator[PastAttempt]:

@@ -8,7 +8,7 @@ from typing import Literal
 from stucksolver.decision import RecoveryPlan, WaitReason
 from stucksolver.decision.behaviors import AnyBehavior, BorrowOncomingLane, ChangeLane, DriveOver, KeepLane
 from stucksolver.reason.rules.analyse import red_light_within
-from stucksolver.reason.rules.attempts import failed_for, look_larger, recent, was_tried
+from stucksolver.reason.rules.attempts import came_too_near, failed_for, recent, was_tried
 from stucksolver.reason.rules.pass_speed import pass_speed, seen_enough
 from stucksolver.reason.rules.passing import (
     PassTarget,
@@ -164,7 +164,7 @@ def _by_lane_change(
     scene: Scene, lane: SceneLane, target: PassTarget, speed: float, over: tuple[SceneObject, ...] = ()
 ) -> Way:
     """Return a plan to change lanes, pass the target, drive over what may be driven over there, and return."""
-    if look_larger(scene, target.objects):
+    if came_too_near(scene, target.objects):
         speed = min(speed, CLOSE_MPS)
     way, _ = way_to_pass_m(scene, target, speed)
     side: Literal["left", "right"] = "left" if lane.relation is LaneRelation.LEFT else "right"
@@ -211,7 +211,7 @@ def _go_on_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: floa
     ahead = in_lane_beside(scene, lane, target, speed)
     if ahead:
         return from_the_lane_beside(scene) or (None, _why_not_beside(ahead))
-    if look_larger(scene, target.objects):
+    if came_too_near(scene, target.objects):
         speed = min(speed, CLOSE_MPS)
     way, _ = way_to_pass_m(scene, target, speed)
     on = KeepLane(distance_m=round(min(max(way, 5.0), 150.0), 1), speed_mps=speed)

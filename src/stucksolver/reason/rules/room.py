@@ -15,7 +15,7 @@ from stucksolver.decision.behaviors import (
     NoseOut,
     Nudge,
 )
-from stucksolver.reason.rules.attempts import failed_for, look_larger, often_failed_for, was_tried
+from stucksolver.reason.rules.attempts import came_too_near, failed_for, often_failed_for, was_tried
 from stucksolver.reason.rules.passing import PassTarget
 from stucksolver.reason.rules.past import RECOVERY_SPEED_MPS, SLOW_MPS, Way, lane_of, may_be_driven_over
 from stucksolver.scene import VULNERABLE, LaneRelation, PlanFailure, RejectCode, Scene, SceneLane, SceneObject
@@ -114,7 +114,7 @@ def to_be_seen(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryP
 def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryPlan:
     """Return the same plan, preceded by backing up if the ego stands too near to swing out."""
     gap = lead.gap_m or 0.0
-    failed = failed_for(scene, PlanFailure.NO_ROOM_TO_SWING_OUT) or look_larger(scene, (lead,))
+    failed = failed_for(scene, PlanFailure.NO_ROOM_TO_SWING_OUT) or came_too_near(scene, (lead,))
     near = gap < SWING_M or (failed and gap < ENOUGH_M)
     room = max(ROOM_M, min(gap + MORE_M, ENOUGH_M)) if failed else ROOM_M
     way = _back_m(scene, lead, min(max(room - gap, 1.0), 8.0))

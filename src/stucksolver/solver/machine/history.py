@@ -97,6 +97,7 @@ class History:
             ended=ended,
             codes=verdict.codes,
             failures=verdict.failures,
+            too_near=verdict.too_near,
             outcome=text or TEXTS.get(ended) or str(verdict),
         )
         return replace(self, attempts=(*self.attempts, attempt)[-self.remembered :] if self.remembered else ())
@@ -165,3 +166,14 @@ def passes(verdict: Verdict, moving: frozenset[str], *, sensed: bool = False) ->
     unseen = (RejectCode.UNSEEN, RejectCode.ONCOMING_SIGHT) if sensed else (RejectCode.UNSEEN,)
     hidden = [r.code in unseen for r in verdict.rejects]
     return any(traffic) and all(one or other for one, other in zip(traffic, hidden, strict=True))
+
+
+def waits_for_nothing(verdict: Verdict, moving: frozenset[str]) -> bool:
+    """True if no reason of a refusal ends by waiting: no object moves, and neither traffic nor sight lacks.
+
+    Args:
+        verdict: The refusal.
+        moving: Ids of the moving objects.
+    """
+    ends = PASSING | {RejectCode.UNSEEN, RejectCode.ONCOMING_SIGHT}
+    return not any(r.code in ends or r.object_id in moving for r in verdict.rejects)

@@ -1,4 +1,4 @@
-"""How long a plan by sensors stands for a gap before a new one is made."""
+"""Decides how long a running plan waits before it is given up and a new one is made."""
 
 from __future__ import annotations
 
@@ -8,10 +8,16 @@ from dataclasses import dataclass
 from stucksolver.guard import RejectCode, Verdict
 from stucksolver.guard.traffic import GivingWay
 from stucksolver.scene.surroundings import EgoState
+from stucksolver.scene.view import FrenetScene
+from stucksolver.solver.machine.history import moving, waits_for_nothing
 
 SENSED_WAIT_S, GETS_ON_M = 15.0, 1.0
 """By sensors, a plan that stands for a gap this long without getting on by so much ends: its path goes round what was
 seen when it began. The next one begins from there and goes round what is seen by then.
+"""
+STAYS_WAIT_S = 3.0
+"""A plan that waits for stationary objects only is given up after this time (s): they do not let it by. Ours: a person
+who has just stopped mostly walks on within this time.
 """
 SIGHT_COMES_S = 3.0
 """From a new place, or past a car that has gone by, the camera counts with three looks, half a second apart; and the
@@ -36,10 +42,17 @@ class Waiting:
             return Waiting(ego.x_m, ego.y_m, now_s)
         return before
 
-    def in_vain(self, ego: EgoState, now_s: float) -> bool:
-        """True if the ego drives by sensors and has stood too long."""
-        stands = abs(ego.speed_mps) <= STOPPED_MPS
-        return ego.position_sd_m is not None and stands and now_s - self.since_s > SENSED_WAIT_S
+    def in_vain(self, verdict: Verdict, view: FrenetScene, now_s: float) -> bool:
+        """True if the ego has stood too long: by what it waits for with ground truth, by time alone with sensors.
+
+        What sensors report of an object wavers, so that a stationary object may be traffic there.
+        """
+        if abs(view.ego.speed_mps) > STOPPED_MPS:
+            return False
+        waited_s = now_s - self.since_s
+        if view.ego.position_sd_m is not None:
+            return waited_s > SENSED_WAIT_S
+        return waited_s > STAYS_WAIT_S and waits_for_nothing(verdict, moving(view))
 
 
 def sight_may_come(verdict: Verdict, ego: EgoState, waited_s: float) -> bool:

@@ -35,6 +35,11 @@ function figure(value, digits = 1) {
   return value === null || value === undefined ? "–" : rounded(Number(value), digits);
 }
 
+// A number of seconds, which words may follow, gets its unit: `8.0 (1 of 2)` reads "8.0 s (1 of 2)".
+function withUnit(text) {
+  return text.replace(/^[\d.]+/, "$& s");
+}
+
 // `length_m: 31` reads "length 31 m".
 function labelled(key, value) {
   const unit = key.match(/^(.+)_([a-z0-9]+)$/);

@@ -153,9 +153,12 @@ function pressed(sections, event) {
   if (there && there.key(event)) event.preventDefault();
 }
 
-function summary({ result }) {
-  const recovered = result.time_to_recover_s === null ? "" : ` · recovered in ${seconds(result.time_to_recover_s)}`;
-  return `route ${figure(result.route_completion_pct, 0)} % · stopped ${seconds(result.stopped_s)}${recovered}`;
+function summary({ result, stopped, recovered }) {
+  const parts = [`route ${figure(result.route_completion_pct, 0)} %`];
+  if (stopped !== "–") parts.push(`stopped ${withUnit(stopped)}`);
+  if (recovered === "never") parts.push("never recovered");
+  else if (recovered !== "–") parts.push(`recovered in ${withUnit(recovered)}`);
+  return parts.join(" · ");
 }
 
 function legend() {
