@@ -39,8 +39,10 @@ class Connection(asyncio.Protocol):
         self._uvicorns = uvicorns
         self._http: H11Protocol | None = None
         self._place: Place | None = None
+        self._transport: asyncio.Transport | None = None
+        """None until the TLS handshake is complete."""
         self._early = bytearray()
-        """Received before uvicorn was told of the connection."""
+        """Received before that."""
         self._shaking: asyncio.Task[None] | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -57,9 +59,14 @@ class Connection(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Pass bytes on."""
-        if self._http is None:
+        if self._transport is None:
             self._early += data
             return
+        if self._http is None:
+            # Only now: connections that stay silent cost as little as possible.
+            state = {**self._uvicorns.pop("app_state"), PLACE: self._place}
+            self._http = H11Protocol(app_state=state, **self._uvicorns)
+            self._http.connection_made(self._transport)
         if self._place is not None:
             self._place.received(len(data))
         self._http.data_received(data)
@@ -97,9 +104,7 @@ class Connection(asyncio.Protocol):
         self._begin(secured)
 
     def _begin(self, transport: asyncio.Transport) -> None:
-        state = {**self._uvicorns.pop("app_state"), PLACE: self._place}
-        self._http = H11Protocol(app_state=state, **self._uvicorns)
-        self._http.connection_made(transport)
+        self._transport = transport
         if self._early:
             early, self._early = bytes(self._early), bytearray()
             self.data_received(early)
