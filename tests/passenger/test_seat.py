@@ -103,6 +103,19 @@ def test_a_stop_in_words_counts_like_the_button():
     assert not sitting.say("go round it", client="two").taken
 
 
+@pytest.mark.parametrize("words", ["STOP! You'll hit her!", "brake!", "hold on!"])
+def test_say_call_to_stop_waits_for_no_other_words(words):
+    """It is neither refused because many words wait nor because somebody else has called a stop."""
+    sitting = Sitting(parked())
+    sitting.until(lambda now: now.question is not None)
+    for _ in range(WAITING_WORDS):
+        sitting.say("please go round it on the left", client="one")
+    assert sitting.say(words, client="two").taken
+    sitting.drive(0.3)
+    assert sitting.now.question is None
+    assert not sitting.say("go on, go round it", client="one").taken
+
+
 def test_a_yes_of_another_does_not_follow_a_stop_either():
     sitting = Sitting(parked())
     sitting.until(lambda now: now.question is not None)

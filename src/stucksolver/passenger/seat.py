@@ -150,6 +150,7 @@ class Seat:
         if alarm(text) is not None:  # a call to stop waits for nobody's words, and none are too many for it
             self._stopped(command.client)
             self._speaking = command.client
+            self._drop_waiting()
             self._solver.guide(text)
             self._conversation.said(_speaker(command), text, self._time_s)
             return True, HEARD
@@ -195,8 +196,8 @@ class Seat:
             self._stopped(self._speaking)
         if self._stop:
             self._stop = False
-            while not self._words.empty():
-                self._words.get_nowait()
+            self._drop_waiting()
+            self._speaking = self._stopped_by
             self._give(STOP_WORDS)
         elif not self._reading():
             with contextlib.suppress(queue.Empty):
@@ -214,6 +215,12 @@ class Seat:
         """The next words wait until the solver has read these, so that a stop is known to be the speaker's."""
         self._given = (self._conversation.readings, self._wall_s())
         self._solver.guide(text)
+
+    def _drop_waiting(self) -> None:
+        """Drop words that wait: they were said before a stop was called."""
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self._words.get_nowait()
 
     def _reading(self) -> bool:
         if self._given is not None:
