@@ -161,8 +161,8 @@ def test_senses_any_field_wrong_count_as_not_seen(path, annotation, optional, _)
     assert senses.look(lambda: FULL, 0.0) is FULL
     for k, value in enumerate(wrong_values(path, annotation, optional), 1):
         spoilt = replaced(FULL, path, value)
-        aged = senses.look(lambda spoilt=spoilt: spoilt, 1.0 * k)
-        assert aged is not None and aged.age_s == pytest.approx(1.0 * k) and aged.objects == FULL.objects
+        aged = senses.look(lambda spoilt=spoilt: spoilt, 2.0 * k)
+        assert aged is not None and aged.age_s == pytest.approx(2.0 * k) and aged.objects == FULL.objects
         assert "are inconsistent" in senses.fault
 
 

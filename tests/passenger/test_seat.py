@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from sitting import Sitting, parked
 
@@ -154,3 +156,16 @@ def test_an_operators_words_to_the_passenger_ask_nothing_of_the_driving():
     sitting.drive(3.0)
     assert sitting.solver.state.words is None
     assert sitting.now.lines[0].speaker.value == "operator"
+
+
+@pytest.mark.parametrize("changes", [{"speed_mps": math.nan}, {"time_s": None}, {"progress_m": "far"}, {"pushes": 7}])
+def test_tick_odd_status_raises_nothing_and_words_still_arrive(changes):
+    """What a status gets wrong is the solver's to report; a ride goes on, and what people say is passed on."""
+    sitting = Sitting(parked())
+    sitting.drive(1.0)
+    sitting.say("please wait here")
+    odd = sitting.world.status().model_copy(update=changes)
+    for _ in range(30):
+        sitting.seat.tick(odd, sitting.world.scene)
+    sitting.drive(3.0)
+    assert "please wait here" in [line.text for line in sitting.now.lines]

@@ -38,6 +38,8 @@ from stucksolver.solver.workers.words_worker import WordsWorker
 from stucksolver.words import NoReader, WordsReader, find_reader, situation_of
 
 T = TypeVar("T")
+BRIEF_S = 1.0
+"""A status that cannot be used for no longer than this changes nothing (s): as long as `DetectorSettings.dwell_s`."""
 ASK_BACK = "I did not understand that. Shall I wait, drive on, go round, or take another way?"
 
 
@@ -232,8 +234,8 @@ class StuckSolver:
     def _without_status(self, last: Status | None, surroundings: Read) -> Directive:
         """Handle a tick without a usable status: the vehicle is left to its driver.
 
-        Nothing begins. What is under way goes on with the last status: a running plan is supervised with the
-        surroundings for a limited time, and then ends like one whose surroundings are missing.
+        Nothing begins. A running plan is supervised with the last status and the surroundings for a limited time, and
+        then ends like one whose surroundings are missing. Everything else rests for a moment, and then ends, too.
         """
         why = self._status.fault
         assert why is not None
@@ -243,11 +245,14 @@ class StuckSolver:
             time_s = (self._timeline.now_s or 0.0) - self._timeline.offset_s
             text = f"{why}. Until then the vehicle is left to its driver"
             self._bus.fault(Event(time_s=time_s, kind=EventKind.FAULT, text=text, intervention=number, rung=rung))
-        self._detector.forget()
-        if last is None or not (self._state.engaged or self._reader.busy):
+        bad_s, executes = self._status.bad_s, isinstance(self._state.activity, Executing)
+        if last is None or (bad_s <= BRIEF_S and not executes):
+            return self._state.posture.directive
+        if bad_s > BRIEF_S:
+            self._detector.forget()
+        if not (self._state.engaged or self._reader.busy):
             return CONTINUE
-        bad_s = self._status.bad_s
-        runs = isinstance(self._state.activity, Executing) and bad_s <= BLIND_LIMIT_S
+        runs = executes and bad_s <= BLIND_LIMIT_S
         # The fault was reported above, so the sight names none.
         look = Once(lambda: self._look(surroundings, last.time_s) if runs else Sight(None, None, bad_s))
         return self._take_step(last, None, look)
