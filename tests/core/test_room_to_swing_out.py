@@ -10,11 +10,12 @@ from worlds import LANE_M, World, drive, straight_road, strip, thing
 
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import ChangeLane
-from stucksolver.guard import Guard
+from stucksolver.guard import Guard, Reject, RejectCode, Verdict
 from stucksolver.reason import Request, RuleReasoner
 from stucksolver.scene import AttemptEnd, LaneDirection, LineKind, ObjectKind, PastAttempt, RoadGeometry
 from stucksolver.solver import EventKind
-from stucksolver.solver.machine.history import History
+from stucksolver.solver.machine.history import History, waits_for_nothing
+from stucksolver.solver.machine.waiting import STAYS_WAIT_S, Waiting
 
 NOSE_M = 2.45
 """From the middle of the ego of `World` to its front bumper (m)."""
@@ -107,3 +108,22 @@ def test_plan_stopped_by_a_stationary_object_is_given_up_soon(late_m):
     seen = drive(world, 60.0, ladder="evaluation")
     assert seen.nearest_m > 0.0
     assert world.x > 70.0, [(round(e.time_s, 1), e.kind.value, e.text, str(e.verdict or "")) for e in seen.events]
+
+
+def test_waiting_for_a_vehicle_that_stops_counts_from_its_stop():
+    """What has just stopped may go on: the time in which it moved does not count."""
+    world = World(ROADS["lane on the right"], [parked(5.2)])
+    refused = Verdict(rejects=(Reject(code=RejectCode.COLLISION, detail="", object_id="lead"),))
+    waiting = None
+    for tick in range(200):
+        moves = tick < 100
+        world.objects = [parked(5.2, speed=1.0 if moves else 0.0, stationary_s=0.0 if moves else 9.0)]
+        waiting = Waiting.after(waiting, refused, world.view(), 0.05 * tick)
+        waited_s = 0.05 * (tick - 100)
+        assert waiting.in_vain(world.ego(), 0.05 * tick) == (waited_s > STAYS_WAIT_S + 1e-9), tick
+
+
+@pytest.mark.parametrize("code", [RejectCode.LANE_ENTRY, RejectCode.ONCOMING_SIGHT, RejectCode.STALE])
+def test_waiting_for_traffic_sight_or_data_is_not_in_vain(code):
+    refused = Verdict(rejects=(Reject(code=code, detail="", object_id="lead"),))
+    assert not waits_for_nothing(refused, frozenset())

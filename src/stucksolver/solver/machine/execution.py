@@ -36,7 +36,7 @@ from stucksolver.guard import (
 )
 from stucksolver.guard.turning import unreleased_line
 from stucksolver.scene.view import FrenetScene
-from stucksolver.solver.machine.history import moving, passes, waits_for_nothing
+from stucksolver.solver.machine.history import moving, passes
 from stucksolver.solver.machine.paths import along_leg, facing, path_points
 from stucksolver.solver.machine.segments import segments_of
 from stucksolver.solver.machine.waiting import STOPPED_MPS, Waiting, sight_may_come, to_let_by
@@ -257,16 +257,16 @@ class Execution:
         """Brake for others with the plan still in force. Outside junctions this uses up none of its time."""
         since_s, last_s = self._gave_way_s if self._gives_way else (now_s, now_s)
         self._gave_way_s = (since_s, now_s)
-        self._waiting = Waiting.after(self._waiting, view.ego, now_s)
+        self._waiting = Waiting.after(self._waiting, verdict, view, now_s)
         if view.zone_at(view.ego_s) is None:
             self._until_s += now_s - last_s
-            in_vain = self._waiting.in_vain(verdict, view, now_s) and self._guard.may_stand(view)
+            in_vain = self._waiting.in_vain(view.ego, now_s) and self._guard.may_stand(view)
             late = in_vain or now_s - since_s > GAP_WAIT_S
         else:
             # The stack can get through a junction by itself; a plan does not leave it standing there.
             late = now_s > self._until_s
         if late:
-            stays = waits_for_nothing(verdict, moving(view))
+            stays = self._waiting.in_vain_s is not None
             why = "what is in its way does not move" if stays else "it gave way for longer than its time allowance"
             return ExecutionOutcome(False, f"{why}: {verdict}", verdict)
         self._gives_way = to_let_by(verdict, view.ego, self._gives_way)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from stucksolver.guard import RejectCode, Verdict
 from stucksolver.guard.traffic import GivingWay
@@ -34,25 +34,31 @@ class Waiting:
     x_m: float
     y_m: float
     since_s: float
+    in_vain_s: float | None = None
+    """Since when it waits for nothing that moves (s); None while something does."""
 
     @staticmethod
-    def after(before: Waiting | None, ego: EgoState, now_s: float) -> Waiting:
-        """Return the same wait, or a new one if the ego has got on since."""
+    def after(before: Waiting | None, verdict: Verdict, view: FrenetScene, now_s: float) -> Waiting:
+        """Return the same wait after one more tick, or a new one if the ego has got on since."""
+        ego, in_vain_s = view.ego, None if before is None else before.in_vain_s
+        if not waits_for_nothing(verdict, moving(view)):
+            in_vain_s = None
+        elif in_vain_s is None:
+            in_vain_s = now_s
         if before is None or math.hypot(ego.x_m - before.x_m, ego.y_m - before.y_m) > GETS_ON_M:
-            return Waiting(ego.x_m, ego.y_m, now_s)
-        return before
+            return Waiting(ego.x_m, ego.y_m, now_s, in_vain_s)
+        return replace(before, in_vain_s=in_vain_s)
 
-    def in_vain(self, verdict: Verdict, view: FrenetScene, now_s: float) -> bool:
-        """True if the ego has stood too long: by what it waits for with ground truth, by time alone with sensors.
+    def in_vain(self, ego: EgoState, now_s: float) -> bool:
+        """True if the ego has stood too long: with sensors by time alone, else only for what does not move.
 
         What sensors report of an object wavers, so that a stationary object may be traffic there.
         """
-        if abs(view.ego.speed_mps) > STOPPED_MPS:
+        if abs(ego.speed_mps) > STOPPED_MPS:
             return False
-        waited_s = now_s - self.since_s
-        if view.ego.position_sd_m is not None:
-            return waited_s > SENSED_WAIT_S
-        return waited_s > STAYS_WAIT_S and waits_for_nothing(verdict, moving(view))
+        if ego.position_sd_m is not None:
+            return now_s - self.since_s > SENSED_WAIT_S
+        return self.in_vain_s is not None and now_s - self.in_vain_s > STAYS_WAIT_S
 
 
 def sight_may_come(verdict: Verdict, ego: EgoState, waited_s: float) -> bool:
