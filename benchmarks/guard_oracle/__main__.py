@@ -16,7 +16,7 @@ from collections import Counter
 from pathlib import Path
 
 from benchmarks.guard_oracle.campaign import one, scene_rows
-from benchmarks.guard_oracle.scene import CLASSES
+from benchmarks.guard_oracle.scene import all_classes, number_of
 
 REPORT_S = 30.0
 
@@ -57,7 +57,7 @@ def campaign(
     plans: int,
     scenes: int | None,
     judge_only: bool = False,
-    classes: tuple[str, ...] = tuple(CLASSES),
+    classes: tuple[str, ...] | None = None,
 ) -> Counter[str]:
     """Continues until this number of accepted plans has been driven, or of scenes is done. Returns the counts."""
     out.mkdir(parents=True, exist_ok=True)
@@ -66,8 +66,9 @@ def campaign(
     reported = time.monotonic()
     with path.open("a", encoding="utf-8") as file:
         while counts["driven"] < plans and (scenes is None or number < scenes):
-            wanted = list(CLASSES)[number % len(CLASSES)] in classes
-            for row in scene_rows(seed, number, judge_only) if wanted else ():
+            k, place = divmod(number, len(all_classes()))
+            name = all_classes()[place]
+            for row in scene_rows(seed, number_of(name, k), judge_only) if name in (classes or all_classes()) else ():
                 count(row, counts)
                 file.write(json.dumps(row) + "\n")
             file.write(json.dumps({"done": number}) + "\n")
@@ -86,11 +87,11 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--plans", type=int, default=20000, help="number of accepted plans to drive")
     parser.add_argument("--scenes", type=int, help="stop after this many scenes at the latest")
-    parser.add_argument("--classes", nargs="+", choices=list(CLASSES), help="scenes of these classes (default: all)")
+    parser.add_argument("--classes", nargs="+", choices=all_classes(), help="scenes of these classes (default: all)")
     parser.add_argument("--judge-only", action="store_true", help="judge the plans, but drive none")
     parser.add_argument("--show", type=int, nargs=2, metavar=("SCENE", "K"), help="drive one proposal again")
     options = parser.parse_args()
-    classes = tuple(options.classes or CLASSES)
+    classes = tuple(options.classes or all_classes())
     if options.show:
         print(json.dumps(one(options.seed, *options.show), indent=1))
         return

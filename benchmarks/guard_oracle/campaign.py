@@ -12,7 +12,7 @@ import benchmarks.guard_oracle.scenes  # noqa: F401
 from benchmarks.guard_oracle.causes import excluded_by
 from benchmarks.guard_oracle.drive import drive, judged, manner, silence
 from benchmarks.guard_oracle.plans import at_random, from_rules, nosed
-from benchmarks.guard_oracle.scene import CLASSES, Setting
+from benchmarks.guard_oracle.scene import Setting, class_of
 from benchmarks.guard_oracle.vehicle import Manner
 from benchmarks.guard_oracle.world import World
 from stucksolver.decision import RecoveryPlan
@@ -30,10 +30,8 @@ Row = dict[str, Any]
 
 def setting_of(seed: int, number: int) -> tuple[str, Setting]:
     """The class and the scene of a number. Created anew on each call, because driving changes it."""
-    draw = random.Random(f"{seed}/{number}")
-    names = list(CLASSES)
-    name = names[number % len(names)]
-    return name, CLASSES[name](draw)
+    name, maker = class_of(number)
+    return name, maker(random.Random(f"{seed}/{number}"))
 
 
 def scene_rows(seed: int, number: int, judge_only: bool = False, only: int | None = None) -> Iterator[Row]:

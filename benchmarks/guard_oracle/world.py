@@ -125,8 +125,8 @@ class World:
         hiding = [(o.body, o.height) for o in self.others] + setting.walls
         eye = (ego.x, ego.y)
         seen = []
+        reach = max(setting.ahead_m, 60.0) if setting.reach_m is None else setting.reach_m
         for other in self.others:
-            reach = max(setting.ahead_m, 60.0)
             if in_sight(eye, other, hiding, reach):
                 if other.seen_at is None:
                     other.seen_at, other.seen_from = self.t, (self._s, self.ego.speed)
