@@ -77,10 +77,6 @@ class Other:
     hazard: bool = False
     seen_at: float | None = None
     """Time when it was first seen (s from the start of the plan)."""
-    seen_from: tuple[float, float] = (0.0, 0.0)
-    """The ego's arc length and speed when it was first seen."""
-    changed_at: float = -math.inf
-    """Time when its motion last changed (s)."""
 
     @property
     def speed(self) -> float:
@@ -146,8 +142,6 @@ class AlongLane(Other):
         if self._answers_now(world, dt):
             self.v = min(self.v, was - (HARDEST_MPS2 if self.keeps_distance else ANSWERS_MPS2) * dt)
         self.v = max(self.v, 0.0)
-        if was > 0.0 and abs(self.v - was) / dt > 0.5 and self.changed_at == -math.inf:
-            self.changed_at = world.t
         self.s += self.way * (was + self.v) / 2 * dt
         x, y, yaw = world.road.place(self.s, self.d)
         self._put(x, y, yaw if self.way > 0 else math.remainder(yaw + math.pi, math.tau), dt)
@@ -223,7 +217,6 @@ class Straight(Other):
             self.v = min(self.v + SETS_OFF_MPS2 * dt, self.cruise)
         elif world.t >= self.brakes_at:
             self.v = max(self.v - self.brakes_by * dt, 0.0)
-            self.changed_at = min(world.t, self.changed_at) if self.changed_at > 0 else world.t
         way = (was + self.v) / 2 * dt
         self._put(
             self.body.x + way * math.cos(self.heading), self.body.y + way * math.sin(self.heading), self.heading, dt
@@ -247,7 +240,7 @@ class StepsOff(Other):
     def step(self, world: Situation, dt: float) -> None:
         front = world.ego_span()[1]
         if not self.walks and front < self.s and self.s - self.body.length / 2 - front < self.trigger:
-            self.walks, self.changed_at = True, world.t
+            self.walks = True
         way = self.pace * dt if self.walks else 0.0
         yaw = self.body.yaw
         self._put(self.body.x + way * math.cos(yaw), self.body.y + way * math.sin(yaw), yaw, dt)
