@@ -108,7 +108,7 @@ def judge_and_drive(world: World, plan: RecoveryPlan, guided: bool, silent: floa
     if ended.contact is not None and ended.recording is not None:
         case = Case(ended.contact, ended.recording, lambda: _goes_well(ended.recording, plan, guided))
         row["contact"] = {k: round(v, 3) if isinstance(v, float) else v for k, v in asdict(ended.contact).items()}
-        row |= {"excluded": excused_by(case), **case.figures()}
+        row |= {"excused": excused_by(case), **case.figures()}
     return row
 
 

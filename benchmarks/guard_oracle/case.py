@@ -73,7 +73,9 @@ class Case:
         if since is None or since + round(reaction_s / DT) >= self.last:
             return math.inf
         rest = self.frames[since + round(reaction_s / DT) :]
-        way = sum(math.hypot(b.other.x - a.other.x, b.other.y - a.other.y) for a, b in zip(rest, rest[1:], strict=False))
+        way = sum(
+            math.hypot(b.other.x - a.other.x, b.other.y - a.other.y) for a, b in zip(rest, rest[1:], strict=False)
+        )
         return rest[0].other_speed ** 2 / (2 * way) if way > 0.0 else math.inf
 
     @cached_property
