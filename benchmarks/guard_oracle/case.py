@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from functools import cached_property
@@ -9,6 +10,7 @@ from functools import cached_property
 from benchmarks.guard_oracle.contact import Contact
 from benchmarks.guard_oracle.counterfactual import Stops
 from benchmarks.guard_oracle.drive import EVERY
+from benchmarks.guard_oracle.others import Other
 from benchmarks.guard_oracle.recording import Frame, Recording, other_of
 from benchmarks.guard_oracle.world import AT_REST_MPS, DT, World
 
@@ -33,7 +35,7 @@ class Case:
     @cached_property
     def stops(self) -> Stops:
         """Stops at the ticks of the drive."""
-        return Stops(self.recording)
+        return Stops(self.recording, self.contact.name)
 
     @cached_property
     def end(self) -> World:
@@ -42,7 +44,7 @@ class Case:
         return last
 
     @cached_property
-    def other(self):  # type: ignore[no-untyped-def]
+    def other(self) -> Other:
         """The other at the contact."""
         return other_of(self.end, self.contact.name)
 
@@ -57,7 +59,7 @@ class Case:
         return next((k for k, frame in enumerate(self.frames[:-1]) if frame.visible), None)
 
     def no_stop_avoids(self, since: int | None) -> bool:
-        """Does every stop that begins at this tick, or later, lead to a contact? True if there was no such moment.
+        """Does every stop that begins at this tick, or later, fail to avoid the contact? True if there was none.
 
         A stop begins when the guard looks, at every other tick.
         """
@@ -73,9 +75,8 @@ class Case:
         if since is None or since + round(reaction_s / DT) >= self.last:
             return math.inf
         rest = self.frames[since + round(reaction_s / DT) :]
-        way = sum(
-            math.hypot(b.other.x - a.other.x, b.other.y - a.other.y) for a, b in zip(rest, rest[1:], strict=False)
-        )
+        places = [(frame.other.x, frame.other.y) for frame in rest]
+        way = sum(math.dist(a, b) for a, b in itertools.pairwise(places))
         return rest[0].other_speed ** 2 / (2 * way) if way > 0.0 else math.inf
 
     @cached_property

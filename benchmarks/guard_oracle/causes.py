@@ -95,17 +95,16 @@ def leads(case: Case) -> bool:
 
 
 def swings_round(case: Case) -> bool:
-    """Does a path of the drive lead out of the other's strip again, or never into it?"""
-    orders = {id(o): o for o in case.recording.orders if isinstance(o, Execute) and o.path}
+    """Does the path in force lead out of the other's strip again, or never into it?"""
+    order = next((o for o in reversed(case.recording.orders) if isinstance(o, Execute) and o.path), None)
+    if order is None:
+        return True
     d, half = case.frames[-1].other_d, (WIDTH_M + case.frames[-1].other.width) / 2
-    for order in orders.values():
-        s, within = case.recording.start.ego_s, []
-        for point in order.path:
-            s, beside = case.end.road.find(point.x_m, point.y_m, s)
-            within.append(abs(beside - d) < half)
-        if True not in within or not all(within[within.index(True) :]):
-            return True
-    return False
+    s, within = case.recording.start.ego_s, []
+    for point in order.path:
+        s, beside = case.end.road.find(point.x_m, point.y_m, s)
+        within.append(abs(beside - d) < half)
+    return True not in within or not all(within[within.index(True) :])
 
 
 @excuse("A3: came from behind in our own lane, and left less room beside us than a tracking error may take")
@@ -145,15 +144,16 @@ def sets_off(case: Case) -> bool:
 
 @excuse("H14: the solver was silent past the commit point, and the oracle's vehicle has no braking of its own")
 def silent(case: Case) -> bool:
-    """Stands for the residual risk of H14: "past the commit point the rest is driven with only the stack's own braking".
+    """Stands for H14: "past the commit point the rest is driven with only the stack's own braking".
 
-    The solver was silent at the contact and the vehicle was finishing its path. A stop avoids the contact that begins
+    The solver was silent, its last order had expired, and the vehicle went on to finish its path, which it does past
+    the commit point only. A stop avoids the contact that begins
     since then with the other in sight: that is what the stack's own braking is there for. Driven again with a solver
     that is awake, the plan ends without a contact that counts.
     """
     frames, since = case.frames, case.recording.silent_from
     last = case.recording.orders[-1]
-    if case.contact.t <= since or not (isinstance(last, Execute) and last.path):
+    if not (isinstance(last, Execute) and last.path) or case.contact.t <= since + last.expires_ticks * DT:
         return False
     seen = next((k for k, frame in enumerate(frames[:-1]) if frame.t >= since and frame.visible), None)
     return seen is not None and not case.no_stop_avoids(seen) and case.awake()
@@ -169,7 +169,7 @@ def runs_into_us(case: Case) -> bool:
     the last, no stop avoids the contact since it is in sight: to stand in its way, seen from afar, is no excuse.
     """
     since, walks = case.stands_since, case.contact.kind == "pedestrian"
-    if since is None or case.role not in ("follows us", "crosses") and not walks:
+    if since is None or not (walks or case.role in ("follows us", "crosses")):
         return False
     reaction_s = STEPS_REACTION_S if walks else ANSWERS_AFTER_S
     if case.needs_mps2(since, reaction_s) > OTHERS_BRAKE_MPS2:
@@ -193,6 +193,17 @@ def trapped(case: Case) -> bool:
     rears = [o.s - o.body.length / 2 for o in case.end.others if isinstance(o, AlongLane) and o.role == "leads"]
     crawls = bool(rears) and min(rears) < beyond + LENGTH_M + FOLLOWS_M
     return crawls and case.no_stop_avoids(case.first_visible)
+
+
+@excuse("R5: stepped off and walked into our front, which stood")
+def into_our_front(case: Case) -> bool:
+    """Stands for R5: "our front never hits someone who steps off the kerb".
+
+    The ego stood at the contact and one tick before it, and the pedestrian, who steps off, walked.
+    """
+    if not isinstance(case.other, StepsOff) or not case.other.walks:
+        return False
+    return case.contact.part == "front" and all(abs(f.ego_speed) < AT_REST_MPS for f in case.frames[-2:])
 
 
 @excuse("R5: stepped off into our side, after our front had passed")

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from benchmarks.guard_oracle.others import AlongLane, Other
 from benchmarks.guard_oracle.recording import Recording, copied
 from benchmarks.guard_oracle.vehicle import STATED_LAG_S
 from benchmarks.guard_oracle.world import AT_REST_MPS, DT, LIMITS, World
 from stucksolver.decision import Execute
 from stucksolver.decision.behaviors import Wait
+from stucksolver.scene import ObjectKind
 
 GENTLY_MPS2, HARD_MPS2 = LIMITS.comfort_braking_mps2, LIMITS.max_braking_mps2
 """The decelerations that the vehicle states (assumption A9)."""
@@ -25,11 +27,12 @@ COARSE = 5
 """Ticks between the stops that are tried first."""
 
 
-def stop_hits_nobody(world: World, brake_mps2: float, until_s: float) -> bool:
-    """Is there no contact at all if the ego brakes from now on? The world stays as it is.
+def stop_avoids(world: World, name: str, brake_mps2: float, until_s: float) -> bool:
+    """If the ego brakes from now on, does it touch neither the other of this name nor anyone else?
 
-    The brakes act after the delay that the vehicle states, unless it is braking already. `until_s`: time up to which
-    the stop is watched at least.
+    Pedestrians and traffic from behind who run into an ego that stands do not count, unless it is that other: they keep
+    their own distance (assumption A3). The brakes act after the delay that the vehicle states, unless it is braking
+    already. `until_s`: time up to which the stop is watched at least. The world stays as it is.
     """
     world = copied(world)
     world.ego.manner = replace(world.ego.manner, lag=STATED_LAG_S)
@@ -37,25 +40,32 @@ def stop_hits_nobody(world: World, brake_mps2: float, until_s: float) -> bool:
     stood_s = 0.0
     while world.t < MOST_S and (stood_s < STANDS_S or world.t < until_s):
         world.step(order)
-        if world.touched() is not None:
+        rests = abs(world.ego.speed) < AT_REST_MPS
+        if any(other.name == name or not (rests and keeps_distance(other)) for other in world.all_touched()):
             return False
-        stood_s = stood_s + DT if abs(world.ego.speed) < AT_REST_MPS else 0.0
+        stood_s = stood_s + DT if rests else 0.0
     return True
 
 
-class Stops:
-    """Stops of the ego at the ticks of a recorded drive that ended in a contact."""
+def keeps_distance(other: Other) -> bool:
+    """Is it somebody who keeps the distance to a vehicle that stands?"""
+    return other.kind is ObjectKind.PEDESTRIAN or (isinstance(other, AlongLane) and other.way > 0)
 
-    def __init__(self, recording: Recording) -> None:
+
+class Stops:
+    """Stops of the ego at the ticks of a recorded drive that ended in a contact with the other of this name."""
+
+    def __init__(self, recording: Recording, name: str) -> None:
+        self._name = name
         self._worlds = [copied(world) for world in recording.worlds()]
         self._until_s = self._worlds[-1].t + WATCHED_S
         self._known: dict[int, bool] = {}
 
     def avoid(self, tick: int) -> bool:
-        """Does a stop that begins at this tick, gently or hard, lead to no contact at all?"""
+        """Does a stop that begins at this tick, gently or hard, avoid the contact?"""
         if tick not in self._known:
             world = self._worlds[tick]
-            self._known[tick] = any(stop_hits_nobody(world, b, self._until_s) for b in (GENTLY_MPS2, HARD_MPS2))
+            self._known[tick] = any(stop_avoids(world, self._name, b, self._until_s) for b in (GENTLY_MPS2, HARD_MPS2))
         return self._known[tick]
 
     def latest(self, first: int) -> int | None:

@@ -67,11 +67,14 @@ class Recording:
 
 def copied(world: World) -> World:
     """A copy that can be driven on without a change to the original. What never changes is shared."""
-    shared = [world.road, world.geometry, world.setting.walls, world.setting.controls, world.ego.manner]
-    order = world.ego.order
-    if order is not None:
-        shared.append(order)
-    return copy.deepcopy(world, {id(each): each for each in shared})
+    new = copy.copy(world)
+    new.ego = world.ego.copied()
+    new.others = [copy.copy(other) for other in world.others]
+    for other in new.others:
+        other.body = copy.copy(other.body)
+    new.setting = replace(world.setting, others=new.others)
+    new.through = set(world.through)
+    return new
 
 
 def other_of(world: World, name: str) -> Other:

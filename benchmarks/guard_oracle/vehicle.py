@@ -6,8 +6,9 @@ direction, as `docs/SAFETY.md` assumes of a stack, with comfortable braking only
 
 from __future__ import annotations
 
+import copy
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -140,10 +141,9 @@ class Ego:
     def body(self) -> Body:
         return Body(self.x, self.y, self.yaw, LENGTH_M, WIDTH_M)
 
-    @property
-    def order(self) -> Execute | None:
-        """The last order with a path."""
-        return self._order
+    def copied(self) -> Ego:
+        """A copy that can be driven on without a change to this one."""
+        return replace(self, _track=copy.copy(self._track))
 
     @property
     def path_is_done(self) -> bool:

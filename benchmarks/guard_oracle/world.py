@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 from benchmarks.guard_oracle.bodies import Body, distance
@@ -141,10 +142,14 @@ class World:
         )
 
     def touched(self) -> Other | None:
+        """The first of the others that the ego touches."""
+        return next(iter(self.all_touched()), None)
+
+    def all_touched(self) -> Iterator[Other]:
+        """All others that the ego touches."""
         body = self.ego_body()
-        return next(
-            (o for o in self.others if body.within(o.body, 0.0) and body.polygon().intersects(o.body.polygon())), None
-        )
+        near = (o for o in self.others if body.within(o.body, 0.0))
+        return (o for o in near if body.polygon().intersects(o.body.polygon()))
 
     def nearest(self) -> float:
         body = self.ego_body()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from benchmarks.guard_oracle.scene import Drawn, Setting, brakes, driving, scene_class
+from benchmarks.guard_oracle.scene import SIDES, Drawn, Setting, brakes, driving, scene_class
 from benchmarks.guard_oracle.scenes.oncoming import borrow
 from benchmarks.guard_oracle.scenes.own_direction import change_to
 from benchmarks.guard_oracle.scenes.usual import EGO_S, K, pose, road
@@ -48,7 +48,7 @@ def swung_round(draw: Drawn) -> Setting:
     def propose(again: Drawn) -> list[Behavior]:
         what = again.random()
         if what < 0.3:
-            side = again.choice(["left", "left", "right"])
+            side = again.choice((*SIDES, SIDES[0]))
             offset, way = again.uniform(0.3, 1.5), again.uniform(4.0, 40.0)
             return [Nudge(side=side, offset_m=offset, distance_m=way, speed_mps=again.uniform(0.8, 5.5))]
         if beside.name == "oncoming":
