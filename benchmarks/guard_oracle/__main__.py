@@ -1,82 +1,93 @@
 """Drives accepted plans in closed loop: does a contact happen that the guard promised to avoid?
 
-    python -m benchmarks.guard_oracle --out out/guard_oracle --plans 20000
+    python -m benchmarks.guard_oracle --out out/guard_oracle --plans 20000 --jobs 32
 
-Resumes after an interruption. Prints progress to standard error; `stucksolver_eval.pages.guard_oracle` makes a page of
-its output. `--show SCENE K` drives one proposal again and prints its row.
+Resumes after an interruption; the result does not depend on `--jobs`. Prints progress to standard error, and writes
+`seed-N.json`: the counts by class and by cause, and every contact. `stucksolver_eval.pages.guard_oracle` makes a page
+of it. `--show SCENE K` drives one proposal again and prints its row.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 import time
-from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
-from benchmarks.guard_oracle.campaign import one, scene_rows
-from benchmarks.guard_oracle.scene import CLASSES
+from benchmarks.guard_oracle.campaign import one
+from benchmarks.guard_oracle.scene import all_classes
+from benchmarks.guard_oracle.shares import scenes_in_order
+from benchmarks.guard_oracle.summary import Row, Summary, of_scene
 
-REPORT_S = 30.0
-
-
-def resume(path: Path) -> tuple[int, Counter[str]]:
-    """The next scene's number, and the counts so far. Rows of an unfinished scene are removed from the file."""
-    counts: Counter[str] = Counter()
-    kept, pending, following = [], [], 0
-    if path.exists():
-        for line in path.read_text(encoding="utf-8").splitlines():
-            try:
-                row = json.loads(line)
-            except ValueError:
-                break
-            pending.append(line)
-            if row.get("done") is not None:
-                kept += pending
-                for each in pending[:-1]:
-                    count(json.loads(each), counts)
-                pending, following = [], row["done"] + 1
-        path.write_text("".join(line + "\n" for line in kept), encoding="utf-8")
-    return following, counts
+REPORT_S = 15.0
 
 
-def count(row: dict[str, object], counts: Counter[str]) -> None:
-    """Adds a row to the counts."""
-    counts["proposed"] += 1
-    counts["accepted"] += bool(row["accepted"])
-    counts["driven"] += bool(row.get("driven"))
-    counts["contacts"] += "contact" in row
-    counts["not excluded"] += "contact" in row and row["excluded"] is None
-    counts["missed"] += bool(row.get("missed"))
+def resumed(path: Path, summary: Summary) -> int:
+    """Adds the finished scenes of an interrupted campaign, and returns the place of the next one.
+
+    A line that was cut off is removed from the file.
+    """
+    whole: list[str] = []
+    for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else ():
+        try:
+            scene = json.loads(line)
+        except ValueError:
+            break
+        summary.add(scene)
+        whole.append(line)
+    path.write_text("".join(line + "\n" for line in whole), encoding="utf-8")
+    return json.loads(whole[-1])["place"] + 1 if whole else 0
 
 
 def campaign(
     out: Path,
     seed: int,
     plans: int,
-    scenes: int | None,
+    scenes: int | None = None,
     judge_only: bool = False,
-    classes: tuple[str, ...] = tuple(CLASSES),
-) -> Counter[str]:
-    """Continues until this number of accepted plans has been driven, or of scenes is done. Returns the counts."""
+    classes: tuple[str, ...] | None = None,
+    jobs: int = 1,
+) -> Row:
+    """Continues until this number of accepted plans has been driven, or of scenes is done. Returns the summary.
+
+    Every class has a scene in turn. `judge_only`: drives no plan, and keeps every row. `jobs`: number of processes.
+    """
     out.mkdir(parents=True, exist_ok=True)
-    path = out / f"seed-{seed}.jsonl"
-    number, counts = resume(path)
-    reported = time.monotonic()
+    path, summary = out / f"seed-{seed}.jsonl", Summary()
+    first = resumed(path, summary)
+    places = places_of(first, scenes, classes or all_classes())
+    began = reported = time.monotonic()
+    before = summary.counts["driven"]
     with path.open("a", encoding="utf-8") as file:
-        while counts["driven"] < plans and (scenes is None or number < scenes):
-            wanted = list(CLASSES)[number % len(CLASSES)] in classes
-            for row in scene_rows(seed, number, judge_only) if wanted else ():
-                count(row, counts)
-                file.write(json.dumps(row) + "\n")
-            file.write(json.dumps({"done": number}) + "\n")
-            file.flush()
-            number += 1
-            if time.monotonic() - reported > REPORT_S:
-                reported = time.monotonic()
-                print(f"scene {number}: {dict(counts)}", file=sys.stderr, flush=True)
-    return counts
+        work = scenes_in_order(seed, places, judge_only, jobs) if summary.counts["driven"] < plans else iter(())
+        for place, name, number, rows in work:
+            scene = of_scene(place, name, number, rows, judge_only)
+            summary.add(scene)
+            file.write(json.dumps(scene) + "\n")
+            now = time.monotonic()
+            if now - reported > REPORT_S:
+                file.flush()
+                reported = now
+                speed = (summary.counts["driven"] - before) / (now - began)
+                print(f"{summary.brief()}; {speed:.1f} plans/s", file=sys.stderr, flush=True)
+            if summary.counts["driven"] >= plans:
+                break
+    data = {"seed": seed, **summary.data()}
+    path.with_suffix(".json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+    return data
+
+
+def places_of(first: int, scenes: int | None, classes: tuple[str, ...]) -> Iterator[tuple[int, str, int]]:
+    """(Place in the campaign, class, number of the scene of that class) of the scenes from a place on."""
+    place, names = first, all_classes()
+    while scenes is None or place < scenes:
+        k, which = divmod(place, len(names))
+        if names[which] in classes:
+            yield place, names[which], k
+        place += 1
 
 
 def main() -> None:
@@ -86,20 +97,17 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--plans", type=int, default=20000, help="number of accepted plans to drive")
     parser.add_argument("--scenes", type=int, help="stop after this many scenes at the latest")
-    parser.add_argument("--classes", nargs="+", choices=list(CLASSES), help="scenes of these classes (default: all)")
-    parser.add_argument("--judge-only", action="store_true", help="judge the plans, but drive none")
+    parser.add_argument("--classes", nargs="+", choices=all_classes(), help="scenes of these classes (default: all)")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="number of processes (default: cores)")
+    parser.add_argument("--judge-only", action="store_true", help="judge the plans, but drive none; keeps every row")
     parser.add_argument("--show", type=int, nargs=2, metavar=("SCENE", "K"), help="drive one proposal again")
     options = parser.parse_args()
-    classes = tuple(options.classes or CLASSES)
     if options.show:
         print(json.dumps(one(options.seed, *options.show), indent=1))
         return
-    print(
-        json.dumps(
-            dict(campaign(options.out, options.seed, options.plans, options.scenes, options.judge_only, classes))
-        ),
-        flush=True,
-    )
+    classes = tuple(options.classes) if options.classes else None
+    data = campaign(options.out, options.seed, options.plans, options.scenes, options.judge_only, classes, options.jobs)
+    print(json.dumps({key: data[key] for key in ("seed", "scenes", "driven_s", "counts", "causes")}), flush=True)
 
 
 if __name__ == "__main__":

@@ -9,10 +9,12 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import benchmarks.guard_oracle.scenes  # noqa: F401
-from benchmarks.guard_oracle.causes import excluded_by
+from benchmarks.guard_oracle.case import Case
+from benchmarks.guard_oracle.causes import excused_by
 from benchmarks.guard_oracle.drive import drive, judged, manner, silence
 from benchmarks.guard_oracle.plans import at_random, from_rules, nosed
-from benchmarks.guard_oracle.scene import CLASSES, Setting
+from benchmarks.guard_oracle.recording import Recording, copied
+from benchmarks.guard_oracle.scene import Setting, class_of
 from benchmarks.guard_oracle.vehicle import Manner
 from benchmarks.guard_oracle.world import World
 from stucksolver.decision import RecoveryPlan
@@ -30,10 +32,8 @@ Row = dict[str, Any]
 
 def setting_of(seed: int, number: int) -> tuple[str, Setting]:
     """The class and the scene of a number. Created anew on each call, because driving changes it."""
-    draw = random.Random(f"{seed}/{number}")
-    names = list(CLASSES)
-    name = names[number % len(names)]
-    return name, CLASSES[name](draw)
+    name, maker = class_of(number)
+    return name, maker(random.Random(f"{seed}/{number}"))
 
 
 def scene_rows(seed: int, number: int, judge_only: bool = False, only: int | None = None) -> Iterator[Row]:
@@ -105,7 +105,21 @@ def judge_and_drive(world: World, plan: RecoveryPlan, guided: bool, silent: floa
     row |= {"driven": True, "end": ended.how, "t": round(ended.t, 2), "missed": ended.missed}
     row["nearest"] = round(min(ended.nearest, 1.0), 3)
     row["drift"] = round(world.ego.manner.drift, 2)
-    if ended.contact is not None:
+    if ended.contact is not None and ended.recording is not None:
+        case = Case(ended.contact, ended.recording, lambda: _goes_well(ended.recording, plan, guided))
         row["contact"] = {k: round(v, 3) if isinstance(v, float) else v for k, v in asdict(ended.contact).items()}
-        row["excluded"] = excluded_by(ended.contact)
+        row |= {"excused": excused_by(case), **case.figures()}
     return row
+
+
+def _goes_well(recording: Recording | None, plan: RecoveryPlan, guided: bool) -> bool:
+    """Does a recorded plan, driven again with a solver that is never silent, end without a contact that counts?"""
+    assert recording is not None
+    world = copied(recording.start)
+    execution, verdict = judged(world, plan, guided)
+    if not verdict.accepted:
+        return False
+    ended = drive(world, execution, math.inf)
+    if ended.contact is None or ended.recording is None:
+        return True
+    return excused_by(Case(ended.contact, ended.recording)) is not None

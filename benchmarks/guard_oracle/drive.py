@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from benchmarks.guard_oracle.contact import Contact, contact_with
+from benchmarks.guard_oracle.recording import Recording
 from benchmarks.guard_oracle.scene import Drawn
 from benchmarks.guard_oracle.vehicle import Manner
 from benchmarks.guard_oracle.watch import Watch
@@ -29,9 +30,10 @@ class Ended:
     how: str
     t: float
     contact: Contact | None = None
+    recording: Recording | None = None
+    """The drive, if it ended in a contact."""
     missed: list[str] = field(default_factory=list)
     nearest: float = math.inf
-    furthest_off: float = 0.0
 
 
 def manner(draw: Drawn) -> Manner:
@@ -66,30 +68,31 @@ def drive(world: World, execution: Execution, silent_from: float) -> Ended:
     lease = _lease()
     order: Directive = CONTINUE
     watch = Watch(world)
-    nearest, off = math.inf, 0.0
+    nearest = math.inf
+    recording = Recording(world, silent_from)
     for k in range(round(MOST_S / DT)):
         if k % EVERY == 0 and world.t < silent_from:
             told = execution.tick(FrenetScene(world.surroundings()), world.t)
             if isinstance(told, ExecutionOutcome):
-                return Ended("finished" if told.finished else "given up", world.t, None, watch.missed, nearest, off)
+                return Ended("finished" if told.finished else "given up", world.t, None, None, watch.missed, nearest)
             order = told
             if lease is not None:
                 lease.renew(order)
         done, rests = world.ego.path_is_done, abs(world.ego.speed) < AT_REST_MPS
         now = order if lease is None else lease.tick(world.ego.x, world.ego.y, path_is_done=done, at_rest=rests)
         if world.t >= silent_from and (now is CONTINUE or (lease is None and done)):
-            return Ended("silent, then handed over", world.t, None, watch.missed, nearest, off)
+            return Ended("silent, then handed over", world.t, None, None, watch.missed, nearest)
+        recording.orders.append(now)
         world.step(now)
         watch.look()
         hit = world.touched()
         if hit is not None:
-            contact = contact_with(
-                world, hit, type(now).__name__ if now is order else "fallback", world.t > silent_from
-            )
-            return Ended("contact", world.t, contact, watch.missed, 0.0, off)
+            obeyed = "silent" if world.t > silent_from else type(now).__name__ if now is order else "fallback"
+            contact = contact_with(world, hit, obeyed)
+            return Ended("contact", world.t, contact, recording, watch.missed, 0.0)
         if k % EVERY == 0:
             nearest = min(nearest, world.nearest())
-    return Ended("too long", world.t, None, watch.missed, nearest, off)
+    return Ended("too long", world.t, None, None, watch.missed, nearest)
 
 
 def _lease() -> Any:

@@ -13,10 +13,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.guard_oracle.campaign import setting_of
-from benchmarks.guard_oracle.causes import excluded_by
+from benchmarks.guard_oracle.case import Case
+from benchmarks.guard_oracle.causes import excused_by
 from benchmarks.guard_oracle.contact import contact_with
 from benchmarks.guard_oracle.drive import EVERY, MOST_S
 from benchmarks.guard_oracle.others import AlongLane
+from benchmarks.guard_oracle.recording import Recording
 from benchmarks.guard_oracle.scene import Setting, driving
 from benchmarks.guard_oracle.vehicle import Manner
 from benchmarks.guard_oracle.world import DT, World
@@ -99,20 +101,22 @@ def _driven(world: World, plan: RecoveryPlan) -> Harm:
     if not execution.start(FrenetScene(world.surroundings()), 0.0).accepted:
         return harm
     order: Any = CONTINUE
+    recording = Recording(world)
     began = _out(world, DRIVING), _out(world, ("own",))
     for k in range(round(MOST_S / DT)):
         if k % EVERY == 0:
             order = execution.tick(FrenetScene(world.surroundings()), world.t)
             if isinstance(order, ExecutionOutcome):
                 return harm
+        recording.orders.append(order)
         world.step(order)
         harm.off_road_m = max(harm.off_road_m, _out(world, DRIVING) - max(began[0], 0.0))
         harm.off_lane_m = max(harm.off_lane_m, _out(world, ("own",)) - max(began[1], 0.0))
         harm.brakes_mps2 = max(harm.brakes_mps2, _must_brake(world))
         hit = world.touched()
         if hit is not None:
-            contact = contact_with(world, hit, "", False)
-            if excluded_by(contact) is None:
+            contact = contact_with(world, hit, "")
+            if excused_by(Case(contact, recording)) is None:
                 harm.contact = f"{contact.role}, at our {contact.part}"
             return harm
     return harm

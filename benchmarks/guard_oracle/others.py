@@ -34,6 +34,8 @@ ANSWERS_MPS2, ANSWERS_AFTER_S = 4.5, 1.0
 LATE_ANSWER_S = 0.5
 """Reaction time of those who react only to what is in their own path, and watch it."""
 HARDEST_MPS2 = 8.0
+SETS_OFF_MPS2 = 1.5
+"""Acceleration of one that sets off: that of ordinary traffic, below the 2 m/s² of hazard H2."""
 STOOD_LONG_S = 3.0
 """Traffic in a lane sees, and stops for, someone who has stood in it for this long."""
 KEEPS_M = 0.5
@@ -75,10 +77,6 @@ class Other:
     hazard: bool = False
     seen_at: float | None = None
     """Time when it was first seen (s from the start of the plan)."""
-    seen_from: tuple[float, float] = (0.0, 0.0)
-    """The ego's arc length and speed when it was first seen."""
-    changed_at: float = -math.inf
-    """Time when its motion last changed (s)."""
 
     @property
     def speed(self) -> float:
@@ -106,9 +104,9 @@ class Other:
 class AlongLane(Other):
     """Moves along a lane at an offset, with (+1) or against (-1) our direction.
 
-    `brakes_at`, `brakes_by`: when it brakes of its own accord, and how hard. `sets_off_at`: when one that stands drives
-    off. `answers`: "lane" – to what enters its lane, which is `lane` (right, left); "way" – to what is in its very
-    way; "never" – beyond what is assumed.
+    `brakes_at`, `brakes_by`: when it brakes of its own accord, and how hard. `sets_off_at`: when a stopped one drives
+    off; one that has braked no longer brakes then. `answers`: "lane" – to what enters its lane, which is `lane` (right,
+    left); "way" – to what is in its very way; "never" – beyond what is assumed.
     """
 
     s: float = 0.0
@@ -138,14 +136,12 @@ class AlongLane(Other):
     def step(self, world: Situation, dt: float) -> None:
         was = self.v
         if world.t >= self.sets_off_at:
-            self.v = min(self.v + 1.5 * dt, self.cruise)
-        if world.t >= self.brakes_at:
+            self.v = min(self.v + SETS_OFF_MPS2 * dt, self.cruise)
+        if self.brakes_at <= world.t and not self.brakes_at < self.sets_off_at <= world.t:
             self.v = max(self.v - self.brakes_by * dt, 0.0)
         if self._answers_now(world, dt):
             self.v = min(self.v, was - (HARDEST_MPS2 if self.keeps_distance else ANSWERS_MPS2) * dt)
         self.v = max(self.v, 0.0)
-        if was > 0.0 and abs(self.v - was) / dt > 0.5 and self.changed_at == -math.inf:
-            self.changed_at = world.t
         self.s += self.way * (was + self.v) / 2 * dt
         x, y, yaw = world.road.place(self.s, self.d)
         self._put(x, y, yaw if self.way > 0 else math.remainder(yaw + math.pi, math.tau), dt)
@@ -197,12 +193,17 @@ class AlongLane(Other):
 
 @dataclass
 class Straight(Other):
-    """Moves straight in the plane: crosses, joins, walks along or across. May brake, or stop for good."""
+    """Moves straight in the plane: crosses, joins, walks along or across. May brake, stop, and set off.
+
+    `sets_off_at`: when it drives or walks off, up to the speed `cruise`; it no longer brakes then.
+    """
 
     heading: float = 0.0
     v: float = 0.0
     brakes_at: float = math.inf
     brakes_by: float = 3.5
+    sets_off_at: float = math.inf
+    cruise: float = 6.0
 
     def start(self, world: Situation) -> None:
         self.vx, self.vy = self.v * math.cos(self.heading), self.v * math.sin(self.heading)
@@ -212,9 +213,10 @@ class Straight(Other):
 
     def step(self, world: Situation, dt: float) -> None:
         was = self.v
-        if world.t >= self.brakes_at:
+        if world.t >= self.sets_off_at:
+            self.v = min(self.v + SETS_OFF_MPS2 * dt, self.cruise)
+        elif world.t >= self.brakes_at:
             self.v = max(self.v - self.brakes_by * dt, 0.0)
-            self.changed_at = min(world.t, self.changed_at) if self.changed_at > 0 else world.t
         way = (was + self.v) / 2 * dt
         self._put(
             self.body.x + way * math.cos(self.heading), self.body.y + way * math.sin(self.heading), self.heading, dt
@@ -238,7 +240,7 @@ class StepsOff(Other):
     def step(self, world: Situation, dt: float) -> None:
         front = world.ego_span()[1]
         if not self.walks and front < self.s and self.s - self.body.length / 2 - front < self.trigger:
-            self.walks, self.changed_at = True, world.t
+            self.walks = True
         way = self.pace * dt if self.walks else 0.0
         yaw = self.body.yaw
         self._put(self.body.x + way * math.cos(yaw), self.body.y + way * math.sin(yaw), yaw, dt)

@@ -29,8 +29,8 @@ def rows_of(path: Path) -> tuple[int, dict[Key, Row]]:
     seed = re.search(r"seed-(\d+)", path.name)
     if seed is None:
         raise SystemExit(f"{path}: the file name must contain the seed, as in seed-1.jsonl")
-    rows = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
-    return int(seed[1]), {(row["scene"], row["k"]): row for row in rows if "scene" in row}
+    scenes = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
+    return int(seed[1]), {(row["scene"], row["k"]): row for scene in scenes for row in scene["rows"]}
 
 
 def has_follower(seed: int, row: Row) -> bool:

@@ -50,6 +50,8 @@ class Setting:
     ego_speed: float = 0.0
     ahead_m: float = 120.0
     behind_m: float = 60.0
+    reach_m: float | None = None
+    """Distance up to which objects are visible (m); None: the sight ahead, at least 60 m."""
     stopped_s: float = 25.0
     propose: Callable[[Drawn], list[Behavior]] | None = None
     """Proposals that suit the class, in addition to the general ones."""
@@ -59,18 +61,51 @@ Side = Literal["left", "right"]
 SIDES: tuple[Side, Side] = ("left", "right")
 Maker = Callable[[Drawn], Setting]
 CLASSES: dict[str, Maker] = {}
+"""The first classes. They share the numbers below `BLOCK` in turn."""
+LATER: dict[str, tuple[int, Maker]] = {}
+"""Classes that were added later, each with the number of its block. A new class leaves all numbers as they are."""
+BLOCK = 1_000_000
+"""The scenes of block k have the numbers from k * BLOCK on."""
 
 
-def scene_class(name: str) -> Callable[[Maker], Maker]:
-    """Registers a class of scenes. Raises `ValueError` if the name is taken."""
+def scene_class(name: str, block: int | None = None) -> Callable[[Maker], Maker]:
+    """Registers a class of scenes, with a block of numbers of its own unless it is one of the first classes.
+
+    Raises `ValueError` if the name or the block is taken.
+    """
 
     def register(maker: Maker) -> Maker:
-        if name in CLASSES:
+        if name in all_classes():
             raise ValueError(f"two classes of scenes are called {name!r}")
-        CLASSES[name] = maker
+        if block is None:
+            CLASSES[name] = maker
+        elif block < 1 or block in {taken for taken, _ in LATER.values()}:
+            raise ValueError(f"{name!r}: block {block} is taken; choose a new one, at least 1")
+        else:
+            LATER[name] = (block, maker)
         return maker
 
     return register
+
+
+def all_classes() -> tuple[str, ...]:
+    """Names of all classes, the first ones first."""
+    return (*CLASSES, *LATER)
+
+
+def number_of(name: str, k: int) -> int:
+    """Number of scene `k` of a class."""
+    if name in LATER:
+        return LATER[name][0] * BLOCK + k
+    return k * len(CLASSES) + list(CLASSES).index(name)
+
+
+def class_of(number: int) -> tuple[str, Maker]:
+    """Name and maker of the class to which a scene's number belongs."""
+    block, _ = divmod(number, BLOCK)
+    if block:
+        return next((name, maker) for name, (own, maker) in LATER.items() if own == block)
+    return list(CLASSES.items())[number % len(CLASSES)]
 
 
 def standing(

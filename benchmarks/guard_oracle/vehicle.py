@@ -6,8 +6,9 @@ direction, as `docs/SAFETY.md` assumes of a stack, with comfortable braking only
 
 from __future__ import annotations
 
+import copy
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,7 +21,8 @@ WHEELBASE_M = 2.9
 RADIUS_M = 6.0
 ACCELERATES_MPS2 = 1.5
 BRAKES_MPS2 = 3.0
-BRAKES_HARD_MPS2 = 6.0
+STATED_LAG_S = 0.3
+"""The delay of the brakes that the vehicle states (assumption A9); `Manner.lag` is at most this."""
 LOCK_RAD = math.atan(WHEELBASE_M / RADIUS_M)
 STEERS_RADPS = 0.6
 """Rate of the front wheels: about one and a half turns of a steering wheel per second."""
@@ -138,6 +140,10 @@ class Ego:
 
     def body(self) -> Body:
         return Body(self.x, self.y, self.yaw, LENGTH_M, WIDTH_M)
+
+    def copied(self) -> Ego:
+        """A copy that can be driven on without a change to this one."""
+        return replace(self, _track=copy.copy(self._track))
 
     @property
     def path_is_done(self) -> bool:

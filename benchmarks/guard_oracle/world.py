@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 from benchmarks.guard_oracle.bodies import Body, distance
@@ -36,9 +37,6 @@ class World:
         self.others: list[Other] = setting.others
         self.begun = False
         self._s, self._d = setting.ego_s, setting.ego_d
-        self._first_d = setting.ego_d
-        self._when_behind: dict[str, float] = {}
-        """By name: our lateral position when they could last stop behind us."""
         self.through: set[str] = set()
         """Names of those who have driven through another actor: the others ignore each other."""
         self._corners: list[tuple[float, float]] = []
@@ -57,23 +55,6 @@ class World:
     @property
     def ego_s(self) -> float:
         return self._s
-
-    def room_left_by(self, other: Other) -> float:
-        """Room that someone left next to the ego if it had gone straight since they could last stop behind it (m).
-
-        Counted from the start for those who were closer from the beginning, or did not approach along a lane.
-        """
-        body = other.body
-        _, d = self.road.find(body.x, body.y, self._s)
-        return abs(d - self._when_behind.get(other.name, self._first_d)) - (WIDTH_M + body.width) / 2
-
-    def _note_who_is_behind(self) -> None:
-        rear = self.ego_span()[0]
-        for other in self.others:
-            if isinstance(other, AlongLane) and other.way > 0:
-                stop_m = other.v * ANSWERS_S + other.v**2 / (2 * HARD_MPS2)
-                if other.s + other.body.length / 2 < rear - stop_m:
-                    self._when_behind[other.name] = self._d
 
     @property
     def ego_speed(self) -> float:
@@ -108,7 +89,6 @@ class World:
         self._locate()
         for other in self.others:
             other.step(self, DT)
-        self._note_who_is_behind()
         self._note_who_drives_through()
         self.ego_stood = self.ego_stood + DT if abs(self.ego.speed) < AT_REST_MPS else 0.0
         self.t = round(self.t + DT, 6)
@@ -119,17 +99,23 @@ class World:
                 if one.body.within(other.body, 0.0) and distance(one.body, other.body) <= 0.0:
                     self.through |= {each.name for each in (one, other) if math.hypot(each.vx, each.vy) > AT_REST_MPS}
 
+    def sees(self, other: Other) -> bool:
+        """Is someone in sight of the ego?"""
+        reach = max(self.setting.ahead_m, 60.0) if self.setting.reach_m is None else self.setting.reach_m
+        return in_sight((self.ego.x, self.ego.y), other, self._hiding(), reach)
+
+    def _hiding(self) -> list[tuple[Body, float]]:
+        """Bodies that may hide others, and their heights (m)."""
+        return [(o.body, o.height) for o in self.others] + self.setting.walls
+
     def surroundings(self) -> Surroundings:
         """What perception reports now."""
         setting, ego = self.setting, self.ego
-        hiding = [(o.body, o.height) for o in self.others] + setting.walls
-        eye = (ego.x, ego.y)
-        seen = []
+        eye, seen = (ego.x, ego.y), []
         for other in self.others:
-            reach = max(setting.ahead_m, 60.0)
-            if in_sight(eye, other, hiding, reach):
+            if self.sees(other):
                 if other.seen_at is None:
-                    other.seen_at, other.seen_from = self.t, (self._s, self.ego.speed)
+                    other.seen_at = self.t
                 seen.append(tracked(other, self.t))
         front = self.ego_span()[1]
         return Surroundings.model_construct(
@@ -151,15 +137,19 @@ class World:
                 for c in setting.controls
                 if c.line - front < c.seen_from
             ),
-            sight=sights(self.road, eye, self._s, hiding, setting.ahead_m, setting.behind_m),
+            sight=sights(self.road, eye, self._s, self._hiding(), setting.ahead_m, setting.behind_m),
             road=self.geometry,
         )
 
     def touched(self) -> Other | None:
+        """The first of the others that the ego touches."""
+        return next(iter(self.all_touched()), None)
+
+    def all_touched(self) -> Iterator[Other]:
+        """All others that the ego touches."""
         body = self.ego_body()
-        return next(
-            (o for o in self.others if body.within(o.body, 0.0) and body.polygon().intersects(o.body.polygon())), None
-        )
+        near = (o for o in self.others if body.within(o.body, 0.0))
+        return (o for o in near if body.polygon().intersects(o.body.polygon()))
 
     def nearest(self) -> float:
         body = self.ego_body()

@@ -1,3 +1,12 @@
 """The classes of scenes. Importing this registers them all."""
 
-from benchmarks.guard_oracle.scenes import controls, oncoming, own_direction, people, standing  # noqa: F401
+from benchmarks.guard_oracle.scenes import (  # noqa: F401
+    controls,
+    leaders,
+    oncoming,
+    own_direction,
+    people,
+    resting,
+    slow,
+    standing,
+)
