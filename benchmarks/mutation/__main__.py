@@ -4,8 +4,9 @@
     python3.12 -m benchmarks.mutation page OUT/mutants.tsv
 
 The first command changes one operator, bound, condition or early return at a time, and runs the tests that reach it
-until one fails. Run again with the same folder it goes on where it was stopped. The second one writes
-`results/mutation.md` and `results/mutation/mutants.tsv`. Both need only the core's packages, pytest and hypothesis.
+until one fails; tests marked `slow` are left out. Run again with the same folder it goes on where it was stopped. The
+second one writes `results/mutation.md` and `results/mutation/mutants.tsv`. Both need only the core's packages, pytest
+and hypothesis.
 """
 
 from __future__ import annotations

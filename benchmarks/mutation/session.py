@@ -32,6 +32,8 @@ PYTEST = (
     "-o",
     "faulthandler_timeout=0",
     "--continue-on-collection-errors",
+    "-m",
+    "not slow",
 )
 SLACK_S, SLOWER = 20.0, 20.0
 """A run counts as endless after this CPU time (s) and so many times that of the same tests without a change."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import time
 
 import numpy as np
 import pytest
@@ -109,16 +108,3 @@ def test_a_fork_shares_the_map_and_nothing_else_that_changes() -> None:
     assert fork.spectator is fork.actors[world.spectator.id]
     assert fork.spectator is not world.spectator
     assert not any(np.shares_memory(getattr(fork.bodies, name), column) for name, column in vars(world.bodies).items())
-
-
-def test_fifty_cars_fork_in_milliseconds() -> None:
-    world = town(50)
-    assert len(world.fleet) == 50
-
-    def fork_s() -> float:
-        start = time.process_time()
-        world.fork()
-        return time.process_time() - start
-
-    # About 1 ms of the processor's time; the bound leaves room for a loaded machine, the best of many for its whims.
-    assert min(fork_s() for _ in range(20)) < 0.005

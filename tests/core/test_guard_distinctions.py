@@ -143,21 +143,24 @@ def test_execution_stands_while_surroundings_are_stale_and_then_goes_on() -> Non
 # ---- a vehicle off its proven path
 
 
-@pytest.mark.parametrize("off", [{"y": 1.2}, {"speed": 7.5}], ids=["beside it", "too fast"])
-def test_recheck_off_the_proven_path_does_not_just_let_by(off: dict[str, float]) -> None:
-    """Whoever crosses is let by on the proven path; off it, the harm of each way out is computed."""
+@pytest.mark.parametrize("giving_way", [False, True])
+@pytest.mark.parametrize("aside_m", [0.95, 1.2])
+@pytest.mark.parametrize("crosser", [(-16.0, 6.0), (-24.0, 9.0), (-32.0, 12.0)])
+def test_recheck_off_the_proven_path_computes_harm(
+    crosser: tuple[float, float], aside_m: float, giving_way: bool
+) -> None:
+    """Let others by on the proven path only: off it, compute the harm of each way out, and how hard to brake."""
     world = World(straight_road(zones=(JUNCTION,)))
     proven = GUARD.accept([ON], world.view(), False)[1]
     assert proven is not None
     world.x, world.speed = 61.0, 4.0
-    world.objects = [thing("crosser", 72.0, -14.0, sideways=6.0, yaw=math.pi / 2)]
-    on = GUARD.recheck(proven, world.view())
+    world.objects = [thing("crosser", 72.0, crosser[0], sideways=crosser[1], yaw=math.pi / 2)]
+    on = GUARD.recheck(proven, world.view(), giving_way)
     assert (on.abort, on.brake_mps2) == (Abort.GIVE_WAY, None)
-    for name, value in off.items():
-        setattr(world, name, value)
-    verdict = GUARD.recheck(proven, world.view())
-    assert {C.DEVIATION, C.OVERSPEED} & set(verdict.codes)
-    assert verdict.abort is not Abort.GIVE_WAY or verdict.brake_mps2 is not None
+    world.y = -aside_m
+    off = GUARD.recheck(proven, world.view(), giving_way)
+    assert C.DEVIATION in off.codes
+    assert (off.abort, off.brake_mps2) == (Abort.GIVE_WAY, world.ego().limits.comfort_braking_mps2)
 
 
 # ---- doors, on a way so short that only the quicker of two vehicles gets fast
