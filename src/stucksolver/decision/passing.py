@@ -20,8 +20,8 @@ VULNERABLE_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M = 1.7, 1.35
 """The same beside pedestrians and cyclists."""
 QUICK_MPS = 5.6
 """Above this speed, just over 20 km/h, more is kept, where there is room (m/s)."""
-QUICK_CLEARANCE_M, QUICK_VULNERABLE_CLEARANCE_M = 1.45, 3.05
-"""Beside stationary objects (the guard asks for 1.4 m beside a door at 40 km/h), and beside cyclists who ride (m)."""
+QUICK_CLEARANCE_M, QUICK_VULNERABLE_CLEARANCE_M = 1.28, 3.05
+"""Beside stationary objects (the guard asks for 1.25 m beside a door at 8 m/s), and beside cyclists who ride (m)."""
 QUICK_SHIFT_M = 25.0
 """There is room for it if they are so far ahead: a shorter way out turns the body over the far edge of the lane (m)."""
 DOOR_M = 0.95

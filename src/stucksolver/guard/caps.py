@@ -9,13 +9,14 @@ from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import EPSILON
 from stucksolver.guard.policy import GuardPolicy
 from stucksolver.guard.predict import standing_gaps
+from stucksolver.guard.tracking import tracked
 from stucksolver.guard.verdict import Reject
 from stucksolver.scene.attempts import RejectCode
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.frenet import Array, Lane, Mask
 from stucksolver.scene.objects import VEHICLES, ObjectKind, TrackedObject
 from stucksolver.scene.road import LaneDirection, LaneKind
-from stucksolver.scene.view import MOVING_MPS
+from stucksolver.scene.view import MOVING_MPS, FrenetScene
 
 DOORED = frozenset({ObjectKind.CAR, ObjectKind.VAN, ObjectKind.TRUCK, ObjectKind.EMERGENCY})
 
@@ -60,14 +61,15 @@ def _limit_mps(lane: Lane, policy: GuardPolicy) -> float | None:
     return max(speeds.creep_mps, known)
 
 
-def within_limits(case: CheckContext) -> Manoeuvre:
-    """Return the plan's path, slowed for doors, and to the limits of its lanes where it is no quicker than a recovery.
+def within_limits(path: Manoeuvre, view: FrenetScene, policy: GuardPolicy, *, reverse: bool) -> Manoeuvre:
+    """Return a path slowed for doors, and to the limits of its lanes where it is no quicker than a recovery.
 
     Recovery speed is what behaviours ask for wherever they are. A plan that asks for more is to know the limits, and is
     refused above them (`too_quick`).
     """
-    slow = case.path.speed <= case.policy.speeds.recovery_mps + EPSILON
-    return case.path.no_quicker(np.minimum(np.where(slow, limits_mps(case), np.inf), _beside_doors_mps(case)))
+    case = CheckContext(view, tracked(path, view, policy.tracking, reverse=reverse), policy)
+    slow = path.speed <= policy.speeds.recovery_mps + EPSILON
+    return path.no_quicker(np.minimum(np.where(slow, limits_mps(case), np.inf), _beside_doors_mps(case, slow)))
 
 
 def drawn_to_doors(case: CheckContext, speed: Array) -> Array:
@@ -82,10 +84,17 @@ def drawn_to_doors(case: CheckContext, speed: Array) -> Array:
     return room_m if case.running else room_m + tracking.beside_m
 
 
-def _beside_doors_mps(case: CheckContext) -> Array:
+def brakes_for_door(case: CheckContext, rejects: list[Reject]) -> float | None:
+    """Return how hard to brake before the reach of a door (m/s²): as `drawn_to_doors` counts; None without a door."""
+    near = any(reject.code is RejectCode.DOOR for reject in rejects)
+    return case.view.ego.limits.max_braking_mps2 if near else None
+
+
+def _beside_doors_mps(case: CheckContext, slow: Mask) -> Array:
     """(stations,): the highest speed for which there is room beside the doors of parked vehicles (m/s).
 
-    Infinite away from doors, and within their reach, where a plan that is quicker than walking pace is refused.
+    Infinite away from doors, and too near to them: within their reach a plan that is quicker than walking pace is
+    refused, and within `SpeedPolicy.doors_aside_m` one that is quicker than a recovery, where not `slow` (stations,).
     """
     view, doors, tracking = case.view, case.policy.doors, case.policy.tracking
     fastest = np.full(len(case.path.s), np.inf)
@@ -98,7 +107,9 @@ def _beside_doors_mps(case: CheckContext) -> Array:
     reach = standing_gaps(case, which, aside_m=doors.reach_m, part=doors.part_of_length)
     slows_s = np.maximum((reach - tracking.beside_m) / tracking.drift_mps - case.policy.stopping.lag_s, 0.0)
     allowed = case.policy.speeds.creep_mps + view.ego.limits.max_braking_mps2 * slows_s
-    counts = (reach >= 0.0) & (reach < reach[0] - case.policy.clearance.nearer_m)
+    aside_m = case.policy.speeds.doors_aside_m + case.policy.clearance.nearer_m
+    least_m = np.where(slow, 0.0, aside_m - doors.reach_m)
+    counts = (reach >= least_m[:, None]) & (reach < reach[0] - case.policy.clearance.nearer_m)
     result: Array = np.where(counts, allowed, np.inf).min(axis=1)
     return result
 
@@ -148,7 +159,7 @@ def _somebody_beside(case: CheckContext) -> int | None:
         (people, _gaps_on_the_way(case, people, speeds.people_aside_m - used_m)),
         (doors, standing_gaps(case, doors, aside_m=aside_m, part=part)),
     ):
-        if len(which) and (gap := gaps[quick].min(axis=0)).min() < -EPSILON:
+        if len(which) and (gap := gaps[quick].min(axis=0)).min() < 0.0:
             return int(which[int(gap.argmin())])
     return None
 
@@ -172,4 +183,5 @@ def _gaps_on_the_way(case: CheckContext, which: Array, aside_m: float) -> Array:
             view.across[which] + np.abs(view.vd[which]) * half_s + aside_m,
         ),
     )
-    return np.minimum(now, swept)
+    # A path laid out at just this distance keeps it.
+    return np.minimum(now, swept) + EPSILON

@@ -11,11 +11,10 @@ import numpy as np
 from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, RequestAssistance, Start, TurnRound
 from stucksolver.decision.behaviors.registry import why_foreign
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
-from stucksolver.guard import backing, checks, marking, obstacles, oncoming, rules, traffic
+from stucksolver.guard import backing, caps, checks, marking, obstacles, oncoming, rules, traffic
 from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_beside
 from stucksolver.guard.abreast import from_behind
 from stucksolver.guard.blind import stopping_soon
-from stucksolver.guard.caps import within_limits
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.early_return import early_return
 from stucksolver.guard.hand_back import about_to_touch, clear_to_hand_back
@@ -40,7 +39,7 @@ CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
     Check.ROADSIDE: checks.roadside,
     Check.WITHIN_LANE: rules.within_lane,
     Check.CREEP_SPEED: rules.creep_speed,
-    Check.AUTHORITY: lambda case: rules.authority(case) + ([] if case.running else rules.off_rails(case)),
+    Check.AUTHORITY: lambda case: rules.authority(case) + rules.off_rails(case),
     Check.OFF_ROUTE: rules.off_route,
     Check.STOPPING_PLACE: rules.stopping_place,
     Check.BACKING_PLACE: backing.backing_place,
@@ -256,9 +255,7 @@ class Guard:
 
     def _given_up(self, case: CheckContext, rejects: list[Reject]) -> Verdict:
         way = self._before_commit(case.view)
-        hard = brakes_hard(case) if way is Abort.STOP else None
-        if way is Abort.STOP and any(reject.code is RejectCode.DOOR for reject in rejects):
-            hard = case.view.ego.limits.max_braking_mps2
+        hard = (caps.brakes_for_door(case, rejects) or brakes_hard(case)) if way is Abort.STOP else None
         return Verdict(rejects=tuple(rejects), abort=way, brake_mps2=hard)
 
     def _before_commit(self, view: FrenetScene) -> Abort:
@@ -360,8 +357,7 @@ class Guard:
         if path is None:
             raise CannotPlan(PlanFailure.EMPTY, "the plan is empty")
         path = path.stopping() if stops else path
-        way = tracked(path, view, self.policy.tracking, reverse=behaviors[0].reverse)
-        path = replace(path, speed=within_limits(CheckContext(view, way, self.policy, guided)).speed)
+        path = caps.within_limits(path, view, self.policy, reverse=behaviors[0].reverse)
         case = CheckContext(view, path, self.policy, guided)
         return Proven(
             tuple(behaviors),
