@@ -25,7 +25,7 @@ OPEN_FILES = 4096
 FILES_PER_WAITING = 4
 """With fewer open files, a fourth of them is for connections without a token."""
 SILENT_S = 1
-"""The system holds back a connection on which nothing was sent for about this long (s): whoever asks at once comes first.
+"""The system holds back a connection on which nothing was sent for about this long (s), so that requests come first.
 Longer would fill the system's queue.
 """
 UNSENT_MS = 30_000
