@@ -115,10 +115,13 @@ def test_connection_with_requests_in_time_stays():
 def test_connection_beyond_the_limit_ends_the_oldest_one():
     limits = PlaceLimits(waiting=3)
     with serving(limits) as port:
-        held = [connect(port) for _ in range(6)]
+        held = []
+        for _ in range(6):
+            held.append(connect(port))
+            held[-1].sendall(head("GET", "/", name(port))[:5])
         assert [ended(one) for one in held[:3]] == [True] * 3
         for one in held[3:]:
-            one.sendall(head("GET", "/", name(port)))
+            one.sendall(head("GET", "/", name(port))[5:])
         assert [status_of(one) for one in held[3:]] == [200] * 3
 
 
@@ -165,7 +168,10 @@ def test_connection_without_a_tls_handshake_is_counted_and_ended(certificate):
     trusting = ssl.create_default_context(cafile=str(cert))
     trusting.check_hostname = False
     with serving(PlaceLimits(waiting=3), tls_of(str(cert), str(key))) as port:
-        silent = [connect(port) for _ in range(6)]
+        silent = []
+        for _ in range(6):
+            silent.append(connect(port))
+            silent[-1].sendall(b"\x16")
         assert [ended(one) for one in silent[:3]] == [True] * 3
         with trusting.wrap_socket(connect(port)) as secured:
             secured.sendall(head("POST", "/", name(port), length=2) + b"{}")

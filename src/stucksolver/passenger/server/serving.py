@@ -24,6 +24,10 @@ OPEN_FILES = 4096
 """Soft limit of open files that the server sets for its process, if the hard limit allows it."""
 FILES_PER_WAITING = 4
 """With fewer open files, a fourth of them is for connections without a token."""
+SILENT_S = 1
+"""The system holds back a connection on which nothing was sent for about this long (s), so that requests come first.
+Longer would fill the system's queue.
+"""
 UNSENT_MS = 30_000
 """A client that takes nothing for this long is gone (RFC 5482)."""
 HEAD_BYTES = 16 * 1024
@@ -145,6 +149,7 @@ async def _queue(server: uvicorn.Server, listening: Sequence[socket.socket]) -> 
     for one in listening:
         with contextlib.suppress(OSError):
             one.listen(ACCEPT_QUEUE)
+            one.setsockopt(socket.IPPROTO_TCP, socket.TCP_DEFER_ACCEPT, SILENT_S)
 
 
 def limits_here(limits: PlaceLimits | None = None) -> PlaceLimits:
