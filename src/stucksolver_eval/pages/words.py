@@ -75,7 +75,7 @@ class Read:
     @property
     def held_needlessly(self) -> bool:
         """True if the reading holds the vehicle although the sentence neither asked for that nor warned."""
-        warned = not {"not_clear", "returning_soon"}.isdisjoint(self.said["claims"])  # type: ignore[call-overload]
+        warned = not {"not_clear", "returning_soon"}.isdisjoint(self.said["claims"])  # type: ignore[arg-type]
         meant = GuidanceIntent(self.meant)
         return self.reading.intent in STAYS and meant not in STAYS | {GuidanceIntent.UNLAWFUL} and not warned
 
