@@ -397,9 +397,8 @@ class Guard:
         return Reject(code=RejectCode.APPROVAL, detail=f"{behavior.name} needs approval from the {needed.value}")
 
     def _stale(self, view: FrenetScene) -> Reject | None:
-        age = view.surroundings.age_s
-        old = Reject(code=RejectCode.STALE, detail=f"the surroundings are {age:.1f} s old")
-        return old if age > self.policy.max_age_s else None
+        old = Reject(code=RejectCode.STALE, detail=f"the surroundings are {view.surroundings.age_s:.1f} s old")
+        return old if view.surroundings.age_s > self.policy.max_age_s else None
 
     def _too_fast(self, proven: Proven, view: FrenetScene) -> Reject | None:
         """Check that the vehicle keeps to the plan's speed. It may be faster only if it was when the plan began."""
@@ -410,9 +409,9 @@ class Guard:
         return Reject(code=RejectCode.OVERSPEED, detail=f"drives at {now:.1f} m/s; the plan allows {cap:.1f} m/s")
 
     def _off_path(self, error_m: float) -> Reject | None:
-        error = abs(error_m)
-        off = Reject(code=RejectCode.DEVIATION, detail=f"{error:.1f} m off the proven path", gap_m=error)
-        return off if error > self.policy.tracking.error_m else None
+        off_m = abs(error_m)
+        off = Reject(code=RejectCode.DEVIATION, detail=f"{off_m:.1f} m off the proven path", gap_m=off_m)
+        return off if off_m > self.policy.tracking.error_m else None
 
     @staticmethod
     def _error(path: Manoeuvre, view: FrenetScene) -> tuple[float, float]:
