@@ -45,7 +45,7 @@ def main(host: str = "127.0.0.1", port: int = 2000) -> bool:
         sys.exit(f"no CARLA server at {host}:{port}; start CARLA or carlette, or give HOST PORT")
     start = straight_start(world.get_map())
     world.apply_settings(carla.WorldSettings(synchronous_mode=True, fixed_delta_seconds=0.05))
-    cars: list[carla.Actor] = []
+    cars: list[carla.Vehicle] = []
     try:
         place_cars(world, start, cars)
         return drive(world, cars[0], start.next(WAY_M)[0].transform.location)
@@ -78,7 +78,7 @@ def drive(world: carla.World, vehicle: carla.Vehicle, goal: carla.Location) -> b
         helped.close()
 
 
-def place_cars(world: carla.World, start: carla.Waypoint, cars: list[carla.Actor]) -> None:
+def place_cars(world: carla.World, start: carla.Waypoint, cars: list[carla.Vehicle]) -> None:
     """Place the vehicle at the start and the parked car ahead of it, and append both to `cars`."""
     blueprint = world.get_blueprint_library().find("vehicle.lincoln.mkz_2020")
     ahead = start.next(PARKED_M)[0].transform

@@ -115,10 +115,13 @@ def lets_by(case: CheckContext, rejects: list[Reject], giving_way: bool) -> bool
     return _may_wait(case, float(braking_now(case)[0][-1])) and stop_is_clear(case, giving_way)
 
 
-def stop_is_clear(case: CheckContext, giving_way: bool) -> bool:
-    """True if braking now stays clear of every moving object. `giving_way`: the vehicle is already braking."""
+def stop_is_clear(case: CheckContext, giving_way: bool, braking_mps2: float | None = None) -> bool:
+    """True if braking now stays clear of every moving object.
+
+    `giving_way`: the vehicle is already braking. `braking_mps2`: how hard (m/s²); comfortable if None.
+    """
     view, policy = case.view, case.policy
-    stations, t = braking_now(case)
+    stations, t = braking_now(case, braking_mps2)
     which = relevant(case, float(t[-1]))
     which = which[view.moving[which]]
     gap = moving_gaps(case, stations[None, :], which, t)[0]

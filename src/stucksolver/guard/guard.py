@@ -24,7 +24,7 @@ from stucksolver.guard.tracking import swung, tracked
 from stucksolver.guard.turning import ProvenLeg, prove_turn, recheck_leg
 from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
 from stucksolver.guard.ways_out import WayOut, brakes_hard, least_harm
-from stucksolver.guard.yielding import stop_keeps_paths_free, yields_now
+from stucksolver.guard.yielding import stop_out_of_paths, yields_now
 from stucksolver.scene.attempts import PlanFailure, RejectCode
 from stucksolver.scene.frenet import Mask
 from stucksolver.scene.road import LaneDirection, ZoneKind
@@ -247,8 +247,10 @@ class Guard:
         wanted = {b.abort_after_commit for b in proven.behaviors}
         if rejects and Abort.RETURN_TO_LANE in wanted and self.way_back(case.view) is not None:
             return WayOut(Abort.RETURN_TO_LANE)
-        if not off and (lets_by(case, rejects, giving_way) or yields_now(case, rejects, giving_way)):
-            return WayOut(Abort.GIVE_WAY)
+        late = lets_by(case, rejects, giving_way)
+        braking = None if off else (stop_out_of_paths if late else yields_now)(case, rejects, giving_way)
+        if braking is not None:
+            return WayOut(Abort.GIVE_WAY, braking)
         if not off and (pressing or giving_way) and stops_beside(case, rejects + pressing, giving_way):
             return WayOut(Abort.GIVE_WAY)
         return least_harm(case, giving_way) if rejects else None
@@ -291,7 +293,7 @@ class Guard:
         slowly = stopping_soon(case)
         rejects = checks.collision(replace(case, path=tracked(slowly, view, self.policy.tracking, reverse=reverse)))
         ends = replace(case, path=slowly)
-        brakes = stop_keeps_paths_free(ends, rejects) or least_harm(ends, False).abort is Abort.GIVE_WAY
+        brakes = stop_out_of_paths(ends, rejects) is not None or least_harm(ends, False).abort is Abort.GIVE_WAY
         return None if rejects and brakes else slowly
 
     def is_stale(self, view: FrenetScene) -> bool:

@@ -7,95 +7,130 @@ many seconds. For it, the last safe stop is due long before the contact, where t
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from stucksolver.guard.aborts import stop_is_clear
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import way_to_stop
-from stucksolver.guard.predict import moving_gaps
+from stucksolver.guard.predict import moving_gaps, relevant
 from stucksolver.guard.verdict import Reject
-from stucksolver.scene.frenet import Array
+from stucksolver.scene.frenet import Array, Mask
 
-STATION_M = 0.25
-"""Distance between the places at which the body is compared with a path (m): less than half of any gap to keep."""
+STATION_M = 0.5
+"""Distance between the places at which the body is compared with paths (m): as for the stations of a path."""
+FURTHEST_M = 25.0
+"""A place to stop is looked for over this distance (m): the width of a large junction, a bound on the work."""
 
 
-def yields_now(case: CheckContext, rejects: list[Reject], giving_way: bool) -> bool:
-    """True if the ego must brake now so that it does not come to lie in the path of traffic that it would meet.
+@dataclass(frozen=True)
+class Stop:
+    """A stop that begins now: how hard (m/s²), over which distance (m), and the least gap to a path at its end (m)."""
 
-    It brakes as late as that allows, since traffic may turn off before. It stops wherever that path is free of it, also
-    in a junction or on a crossing, but no further into an oncoming lane than a stopped ego may reach. False if the ego
-    is in that path already: a stop there helps nobody, and `ways_out.least_harm` decides.
+    braking_mps2: float
+    way_m: float
+    least_m: float
+
+
+def yields_now(case: CheckContext, rejects: list[Reject], giving_way: bool) -> float | None:
+    """Return how hard the ego must brake now (m/s²) so that it does not come to lie in a predicted path, or None.
+
+    It would meet a road user, and brakes as late as possible, since traffic may turn off before: when no later stop
+    before that road user's path ends at a place that is free of all predicted paths. Such a place may be in a junction
+    or on a crossing, but reaches no further into an oncoming lane than a stopped ego may. None also if the ego is in a
+    path already: a stop there helps nobody, and `ways_out.least_harm` decides.
 
     Args:
         case: The rest of the running plan.
         rejects: The predicted contacts.
-        giving_way: The ego is already braking, or has stopped, for others. It then continues only if that path begins
+        giving_way: The ego is already braking, or has stopped, for others. It then continues only to a place that is
             further ahead than `StoppingPolicy.yields_ahead_m`.
     """
     stopping, entry, ego = case.policy.stopping, case.policy.entry, case.view.ego
     gained_mps = ego.limits.comfort_acceleration_mps2 * entry.next_look_s
     next_mps, lag_s = max(ego.speed_mps, 0.0) + gained_mps, stopping.lag_s + entry.next_look_s
-    last_m = way_to_stop(next_mps, ego.limits.comfort_braking_mps2, lag_s)
+    next_m = way_to_stop(next_mps, ego.limits.comfort_braking_mps2, lag_s)
     if giving_way:
-        last_m = max(last_m, _stopping_m(case, giving_way) + stopping.yields_ahead_m)
-    # The last stop is also due before the body reaches into an oncoming lane, wherever in it the other is met.
-    may_stop_later = _may_stop_beside_oncoming_lanes(case, float(case.path.s[0]) + last_m)
-    return stop_keeps_paths_free(case, rejects, giving_way, last_m if may_stop_later else math.inf)
+        next_m = max(next_m, stops_from_now(case, giving_way)[0].way_m + stopping.yields_ahead_m)
+    return stop_out_of_paths(case, rejects, giving_way, next_m)
 
 
-def stop_keeps_paths_free(
-    case: CheckContext, rejects: list[Reject], giving_way: bool = False, within_m: float = math.inf
-) -> bool:
-    """True if a stop that begins now keeps the body out of the paths of those whom the ego would meet.
+def stop_out_of_paths(
+    case: CheckContext, rejects: list[Reject], giving_way: bool = False, later_m: float = math.inf
+) -> float | None:
+    """Return how hard to brake for a stop that begins now and ends out of all predicted paths (m/s²).
+
+    None if there is no such stop, if the ego would meet no road user that moves, or if a later stop does as well.
 
     Args:
         case: The rest of the running plan.
         rejects: The predicted contacts.
         giving_way: The ego is already braking, or has stopped, for others.
-        within_m: Only paths that begin within this distance count (m).
+        later_m: A later stop ends at this distance or further (m).
     """
-    view = case.view
+    view, clearance = case.view, case.policy.clearance
     times_s = {reject.object_id: reject.time_s for reject in rejects if reject.time_s is not None}
-    met = np.array([i for i, thing in enumerate(view.objects) if thing.id in times_s and view.moving[i]], dtype=int)
-    here = float(case.path.s[0])
-    stop_s, last_s = here + _stopping_m(case, giving_way), min(here + within_m, case.path.end_s)
-    if not len(met) or not _may_stop_beside_oncoming_lanes(case, stop_s):
-        return False
-    stations = np.array([stop_s, *np.arange(here, last_s + STATION_M, STATION_M)])
-    gap = _gaps_to_paths(case, stations, met, max(times_s[view.objects[int(i)].id] for i in met))
-    kept = np.where(view.vulnerable[met], case.policy.clearance.vulnerable_gap_m, case.policy.clearance.moving_gap_m)
-    enters = (gap[1:] < kept) & (gap[1:] < gap[1] - case.policy.clearance.nearer_m)
-    at_stop = gap[0, enters.any(axis=0)]
-    return bool(len(at_stop) and at_stop.min() >= case.policy.harm.touch_m) and stop_is_clear(case, giving_way)
+    met = np.array([bool(view.moving[i]) and o.id in times_s for i, o in enumerate(view.objects)], dtype=bool)
+    if not met.any():
+        return None
+    until_s = _passed_s(case, max(times_s[view.objects[i].id] for i in np.flatnonzero(met)))
+    which = relevant(case, until_s)
+    which = which[view.moving[which]]
+    here, stops = float(case.path.s[0]), stops_from_now(case, giving_way)
+    ahead = np.arange(here, min(here + FURTHEST_M, case.path.end_s) + STATION_M, STATION_M)
+    places = np.concatenate([ahead, [here + stop.way_m for stop in stops]])
+    gap = _gaps_to_paths(case, places, which, until_s)
+    kept = np.where(view.vulnerable[which], clearance.vulnerable_gap_m, clearance.moving_gap_m)
+    # By how much the body is nearer to a path than it should be (m), unless it was that near already.
+    lacks = np.where(gap < gap[0] - clearance.nearer_m, kept - gap, -math.inf)
+    meets = np.flatnonzero((lacks[: len(ahead), met[which]] > 0.0).any(axis=1))
+    if not len(meets):
+        return None
+    beside, lack = _beside_oncoming_lanes(case, places), lacks.max(axis=1, initial=-math.inf)
+    later = lack[: len(ahead)][beside[: len(ahead)] & (ahead < ahead[meets[0]]) & (ahead >= here + later_m)]
+    at_stop = lack[len(ahead) :]
+    tightest_m = clearance.moving_gap_m - case.policy.harm.touch_m
+    # Where no later place has all the room, one that is no tighter than the present stop and is not touched will do.
+    if later.min(initial=math.inf) <= max(0.0, min(float(at_stop[0]), tightest_m)):
+        return None
+    for k, stop in enumerate(stops):
+        if at_stop[k] <= clearance.moving_gap_m - stop.least_m and beside[len(ahead) + k]:
+            return stop.braking_mps2 if stop_is_clear(case, giving_way, stop.braking_mps2) else None
+    return None
 
 
-def _stopping_m(case: CheckContext, giving_way: bool) -> float:
-    """Return the distance of a comfortable stop that begins now (m)."""
-    ego = case.view.ego
-    lag_s = 0.0 if giving_way else case.policy.stopping.lag_s
-    return way_to_stop(max(ego.speed_mps, 0.0), ego.limits.comfort_braking_mps2, lag_s)
+def stops_from_now(case: CheckContext, giving_way: bool) -> list[Stop]:
+    """Return the stops that can begin now: gentle and hard, the best first.
 
-
-def _may_stop_beside_oncoming_lanes(case: CheckContext, stop_s: float) -> bool:
-    """True if the body, stopped at `stop_s` (m), reaches no further into an oncoming lane than a stopped ego may."""
-    d, reach = (float(np.interp(stop_s, case.path.s, row)) for row in (case.path.d, case.reach))
-    for lane in case.oncoming_lanes(stop_s):
-        right, left = (float(np.interp(stop_s, lane.s, row)) for row in (lane.right, lane.left))
-        if min(d + reach - right, left - d + reach) > case.policy.lanes.standing_edge_m:
-            return False
-    return True
-
-
-def _gaps_to_paths(case: CheckContext, stations: Array, met: Array, until_s: float) -> Array:
-    """(stations, objects): smallest gap between the ego's body at rest there and an object's whole predicted path (m).
-
-    The path reaches from the object's present place to where it is `StoppingPolicy.stands_s` after the predicted
-    contact at `until_s` (s).
+    If the ego already gives way, its brakes may act already or not yet: the longer way counts first.
     """
+    limits, speed = case.view.ego.limits, max(case.view.ego.speed_mps, 0.0)
+    levels = ((limits.comfort_braking_mps2, case.policy.harm.touch_m), (limits.max_braking_mps2, 0.0))
+    lags_s = (case.policy.stopping.lag_s, 0.0) if giving_way else (case.policy.stopping.lag_s,)
+    return [Stop(level, way_to_stop(speed, level, lag_s), least_m) for lag_s in lags_s for level, least_m in levels]
+
+
+def _passed_s(case: CheckContext, contact_s: float) -> float:
+    """Return when the ego has waited for a contact to pass and has driven the rest of its path (s from now)."""
+    end_s = contact_s + case.policy.stopping.stands_s + case.slow.duration_s
+    return min(end_s, case.policy.prediction.horizon_s)
+
+
+def _beside_oncoming_lanes(case: CheckContext, stations: Array) -> Mask:
+    """(stations,): True where the body reaches no further into an oncoming lane than a stopped ego may."""
+    d, reach = (np.interp(stations, case.path.s, row) for row in (case.path.d, case.reach))
+    result: Mask = np.ones(len(stations), dtype=bool)
+    for lane in case.oncoming_lanes(float(stations.max())):
+        right, left = (np.interp(stations, lane.s, row) for row in (lane.right, lane.left))
+        result &= np.minimum(d + reach - right, left - d + reach) <= case.policy.lanes.standing_edge_m
+    return result
+
+
+def _gaps_to_paths(case: CheckContext, stations: Array, which: Array, until_s: float) -> Array:
+    """(stations, objects): smallest gap between the ego's body at rest there and an object's predicted path (m)."""
     step_s = case.policy.prediction.step_s
-    t = np.arange(0.0, until_s + case.policy.stopping.stands_s + step_s, step_s)
+    t = np.arange(0.0, until_s + step_s, step_s)
     rests = np.repeat(stations[:, None], len(t), axis=1)
-    result: Array = moving_gaps(case, rests, met, t).min(axis=1)
+    result: Array = moving_gaps(case, rests, which, t).min(axis=1)
     return result
