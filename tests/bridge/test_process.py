@@ -72,7 +72,7 @@ def test_a_solver_that_is_killed_is_noticed_on_the_next_tick(solver, number):
         ("speed_mps", math.inf),
         ("speed_mps", -9.0),
         ("speed_mps", "fast"),
-        ("speed_mps", object()),
+        pytest.param("speed_mps", object(), id="speed_mps-object"),
         ("progress_m", [1.0]),
         ("progress_m", 10**400),
         ("at_destination", "no"),

@@ -166,7 +166,15 @@ def _gaps_straight_on(
     braking = np.minimum(t[:, None], speed / policy.braking_mps2)
     stopping_m = speed * braking - policy.braking_mps2 * braking**2 / 2
     early_m = speed * (policy.sure_running_s if case.running else policy.sure_s)
-    return np.minimum(gaps(speed * t[:, None], early_m), gaps(stopping_m, np.zeros(len(speed))))
+    nearest = np.minimum(gaps(speed * t[:, None], early_m), gaps(stopping_m, np.zeros(len(speed))))
+    sets_off = (speed < policy.sets_off_mps) & ~view.on_foot[which[straight.member]]
+    if not sets_off.any():
+        return nearest
+    # A vehicle that has just set off becomes faster; at its present speed it would seem to come too late to be met.
+    faster = np.minimum(t[:, None], (policy.crosses_mps - speed) / policy.sets_off_mps2)
+    driven_m = speed * t[:, None] + policy.sets_off_mps2 * (faster * t[:, None] - faster**2 / 2)
+    result: Array = np.where(sets_off, np.minimum(nearest, gaps(driven_m, np.zeros(len(speed)))), nearest)
+    return result
 
 
 def predictions(case: CheckContext, which: Array, t: Array, everyone: Array) -> Iterator[tuple[Array, Array, Array]]:

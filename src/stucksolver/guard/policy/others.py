@@ -37,6 +37,12 @@ class PredictionPolicy(Model):
     """Before a plan begins, traffic on other roads is assumed to be up to this much earlier than predicted."""
     sure_running_s: NonNegativeFloat = 0.3
     """The same while it runs. Smaller, so that a plan is not given up right after it begins."""
+    sets_off_mps: NonNegativeFloat = 3.0
+    """A vehicle on another road that is slower than this may be setting off. Ours: reached within two seconds of it."""
+    sets_off_mps2: PositiveFloat = 2.0
+    """It then accelerates by this much, as `EntryPolicy.accelerates_mps2`, ..."""
+    crosses_mps: PositiveFloat = 30 / 3.6
+    """... up to this speed. Ours: few are faster across a junction from rest."""
     turns_rad: NonNegativeFloat = 0.2
     """If the route turns by more than this in a junction, oncoming traffic does not follow it."""
     far_m: NonNegativeFloat = 2.0
