@@ -16,7 +16,8 @@ from stucksolver.decision import Directive, RecoveryPlan
 from stucksolver.decision.directive import CONTINUE
 from stucksolver.guard import Guard
 from stucksolver.scene.view import FrenetScene
-from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
+from stucksolver.solver.machine.execution import Execution
+from stucksolver.solver.machine.steps import ExecutionOutcome
 
 EVERY = 2
 """Ticks between two rechecks of the guard."""

@@ -27,7 +27,8 @@ from stucksolver.decision.behaviors import ChangeLane
 from stucksolver.decision.directive import CONTINUE
 from stucksolver.guard import NOBODY, Guard, RejectCode, Verdict
 from stucksolver.scene.view import FrenetScene
-from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
+from stucksolver.solver.machine.execution import Execution
+from stucksolver.solver.machine.steps import ExecutionOutcome
 
 OFF = frozenset({RejectCode.OFF_LANES, RejectCode.OFF_ROAD})
 BRAKES_MPS2 = 3.5

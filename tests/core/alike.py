@@ -15,7 +15,7 @@ import pytest
 from worlds import thing
 
 from stucksolver.guard import NOBODY, Guard, RejectCode, Verdict
-from stucksolver.guard.guard import Proven
+from stucksolver.guard.proven import Proven
 from stucksolver.scene import ObjectKind, RoadGeometry, Surroundings, TrackedObject
 from stucksolver.scene.view import FrenetScene
 

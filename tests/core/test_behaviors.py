@@ -26,8 +26,9 @@ from stucksolver.decision.behaviors import (
 )
 from stucksolver.guard import Guard
 from stucksolver.scene import LineKind, ObjectKind, PlanFailure, Zone, ZoneKind
-from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
+from stucksolver.solver.machine.execution import Execution
 from stucksolver.solver.machine.minimal_risk import minimal_risk
+from stucksolver.solver.machine.steps import ExecutionOutcome
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN)

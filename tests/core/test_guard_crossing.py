@@ -13,7 +13,8 @@ from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, KeepLane, 
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.scene import LaneDirection, LineKind, ObjectKind, Zone, ZoneKind
 from stucksolver.scene.view import FrenetScene
-from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
+from stucksolver.solver.machine.execution import Execution
+from stucksolver.solver.machine.steps import ExecutionOutcome
 
 pytestmark = pytest.mark.usefixtures("alike")
 GUARD = Guard()

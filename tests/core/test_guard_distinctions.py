@@ -19,7 +19,8 @@ from stucksolver.guard.unseen import who_may_come
 from stucksolver.guard.ways_out import least_harm
 from stucksolver.scene import LaneDirection, LaneSight, LineKind, ObjectKind, Zone, ZoneKind
 from stucksolver.scene.view import FrenetScene
-from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
+from stucksolver.solver.machine.execution import Execution
+from stucksolver.solver.machine.steps import ExecutionOutcome
 
 C, K = RejectCode, ObjectKind
 ON = KeepLane(distance_m=60.0, speed_mps=5.0)

@@ -21,7 +21,8 @@ from stucksolver.guard.verdict import OK, Reject, Verdict
 from stucksolver.guard.ways_out import FINISH, _drawn_against
 from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl
 from stucksolver.scene.view import FrenetScene
-from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
+from stucksolver.solver.machine.execution import Execution
+from stucksolver.solver.machine.steps import ExecutionOutcome
 
 TWO_WAY = straight_road()
 MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)

@@ -14,7 +14,8 @@ from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, KeepLane
 from stucksolver.guard import Guard, ways_out
 from stucksolver.guard.ways_out import Contact
 from stucksolver.scene import LineKind, ObjectKind, Zone, ZoneKind
-from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
+from stucksolver.solver.machine.execution import Execution
+from stucksolver.solver.machine.steps import ExecutionOutcome
 
 K = ObjectKind
 GUARD = Guard()

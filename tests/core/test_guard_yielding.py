@@ -12,7 +12,8 @@ from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, Creep, Kee
 from stucksolver.guard import Guard
 from stucksolver.scene import ObjectKind, Zone, ZoneKind
 from stucksolver.scene.view import FrenetScene
-from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
+from stucksolver.solver.machine.execution import Execution
+from stucksolver.solver.machine.steps import ExecutionOutcome
 
 GUARD = Guard()
 START_M = 60.0

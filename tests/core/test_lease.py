@@ -9,7 +9,8 @@ from stucksolver.decision import CONTINUE, Continue, Execute, Lease, PathPoint, 
 from stucksolver.decision.behaviors import BorrowOncomingLane, KeepLane, Wait
 from stucksolver.decision.directive import EXPIRES_TICKS, directive_adapter
 from stucksolver.guard import Guard
-from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
+from stucksolver.solver.machine.execution import Execution
+from stucksolver.solver.machine.steps import ExecutionOutcome
 
 GUARD = Guard()
 ON = KeepLane(distance_m=60.0, speed_mps=5.0)

@@ -22,7 +22,6 @@ from stucksolver.record import Recorder, replay
 from stucksolver.record.forms import told_data
 from stucksolver.scene import GuidanceIntent, LineKind, ObjectKind, Reading, Side, Zone, ZoneKind
 from stucksolver.solver import Judgement, QuestionError, QuestionKind, StepTaken, StuckSolver, Tick
-from stucksolver.solver.machine.execution import STAND
 from stucksolver.solver.machine.inputs import Setup
 from stucksolver.solver.machine.state import (
     AwaitingApproval,
@@ -34,6 +33,7 @@ from stucksolver.solver.machine.state import (
     Monitoring,
     StateName,
 )
+from stucksolver.solver.machine.steps import STAND
 from stucksolver.solver.machine.table import ACTIVITIES, POSTURES, page
 from stucksolver.solver.machine.transition import transition
 from stucksolver.words import ScriptedReader

@@ -19,7 +19,8 @@ from stucksolver.decision.manoeuvre import STEP_M, turned_shift
 from stucksolver.guard import NOBODY, Guard, RejectCode, begun_waiting
 from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine import execution
-from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
+from stucksolver.solver.machine.execution import Execution
+from stucksolver.solver.machine.steps import ExecutionOutcome
 from stucksolver.solver.machine.waiting import SENSED_WAIT_S
 
 GUARD = Guard()

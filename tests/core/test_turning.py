@@ -16,7 +16,8 @@ from stucksolver.decision.behaviors import TurnRound
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.reason import Request, RuleReasoner
 from stucksolver.scene import CandidateWaypoint, ObjectKind, PastAttempt, PlanFailure
-from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
+from stucksolver.solver.machine.execution import Execution
+from stucksolver.solver.machine.steps import ExecutionOutcome
 
 K = ObjectKind
 GUARD = Guard()

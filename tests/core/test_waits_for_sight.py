@@ -9,7 +9,8 @@ from stucksolver.decision import Execute, RecoveryPlan
 from stucksolver.decision.behaviors import BackUp, BorrowOncomingLane
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.scene.view import FrenetScene
-from stucksolver.solver.machine.execution import Execution, ExecutionOutcome
+from stucksolver.solver.machine.execution import Execution
+from stucksolver.solver.machine.steps import ExecutionOutcome
 from stucksolver.solver.machine.waiting import SIGHT_COMES_S
 
 PLAN = RecoveryPlan(

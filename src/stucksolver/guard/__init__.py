@@ -1,8 +1,9 @@
 """The guard: the independent safety check of every plan."""
 
-from stucksolver.guard.guard import Guard, Proven
+from stucksolver.guard.guard import Guard
 from stucksolver.guard.nose_out import begun_waiting
 from stucksolver.guard.policy import NOBODY, RULES, Approvals, GuardPolicy
+from stucksolver.guard.proven import Proven
 from stucksolver.guard.traffic import GivingWay
 from stucksolver.guard.turning import ProvenLeg
 from stucksolver.guard.unseen import Unseen

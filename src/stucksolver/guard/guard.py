@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan, Check, RequestAssistance, Start, TurnRound
 from stucksolver.decision.behaviors.registry import why_foreign
 from stucksolver.decision.manoeuvre import Manoeuvre, lateral, shortest_shift
-from stucksolver.guard import backing, caps, checks, marking, obstacles, oncoming, rules, traffic
+from stucksolver.guard import backing, caps, checks, oncoming, rules, traffic
 from stucksolver.guard.aborts import committed, lets_by, stops_are_safe, stops_beside
 from stucksolver.guard.abreast import from_behind
 from stucksolver.guard.blind import stopping_soon
@@ -19,100 +18,19 @@ from stucksolver.guard.context import CheckContext
 from stucksolver.guard.early_return import early_return
 from stucksolver.guard.hand_back import about_to_touch, clear_to_hand_back
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
-from stucksolver.guard.sight import seen
+from stucksolver.guard.proven import CHECKS, Proven
 from stucksolver.guard.tracking import swung, tracked
 from stucksolver.guard.turning import ProvenLeg, prove_turn, recheck_leg
 from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
 from stucksolver.guard.ways_out import WayOut, brakes_hard, least_harm
 from stucksolver.guard.yielding import stop_out_of_paths, yields_now
 from stucksolver.scene.attempts import PlanFailure, RejectCode
-from stucksolver.scene.frenet import Mask
 from stucksolver.scene.road import LaneDirection, ZoneKind
 from stucksolver.scene.sound import why_unsound
 from stucksolver.scene.view import FrenetScene
 
-CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
-    Check.COLLISION: lambda case: checks.collision(case) + from_behind(case) + seen(case),
-    Check.DRIVABLE_AREA: checks.drivable_area,
-    Check.SPEED: checks.speed,
-    Check.STOP_LINE: checks.stop_line,
-    Check.ROADSIDE: checks.roadside,
-    Check.WITHIN_LANE: rules.within_lane,
-    Check.CREEP_SPEED: rules.creep_speed,
-    Check.AUTHORITY: lambda case: rules.authority(case) + rules.off_rails(case),
-    Check.OFF_ROUTE: rules.off_route,
-    Check.STOPPING_PLACE: rules.stopping_place,
-    Check.BACKING_PLACE: backing.backing_place,
-    Check.SEEN_FREE: rules.seen_free,
-    Check.PASSABLE: obstacles.passable,
-    Check.PATIENCE: obstacles.patience,
-    Check.MARKING: marking.marking,
-    Check.ONCOMING: oncoming.oncoming,
-    Check.LANE_ENTRY: traffic.lane_entry,
-}
-
 MOST = 6
 """Largest number of behaviours checked in a plan: a bound on the work of one check."""
-SETTLED = frozenset({Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITHIN_LANE})
-"""Checks of the path alone: decided once, at acceptance."""
-
-
-@dataclass(frozen=True)
-class Proven:
-    """Behaviours laid out as one path; `Guard.accept` returns them only if it accepts them.
-
-    Attributes:
-        behaviors: The behaviours, in order.
-        path: The path. A reverse path is in the frame of `FrenetScene.backwards`.
-        ends_s: Arc length at which each behaviour ends (m).
-        no_stop: (stations,) True where the ego is committed: a stop would end where no vehicle should stop, and the
-            safe option is to finish, which was proven.
-        expected_s: Expected duration (s).
-        guided: The passenger's words ask for the plan.
-        approvals: What people have approved.
-        start_mps: Speed at the start (m/s).
-        stopped_at_s: Arc lengths of the stop lines at which the ego had stopped at the start (m).
-    """
-
-    behaviors: tuple[Behavior, ...]
-    path: Manoeuvre
-    ends_s: tuple[float, ...]
-    no_stop: Mask
-    expected_s: float
-    guided: bool
-    approvals: Approvals = NOBODY
-    start_mps: float = 0.0
-    stopped_at_s: tuple[float, ...] = ()
-
-    @property
-    def reverse(self) -> bool:
-        """True if it backs up."""
-        return self.behaviors[0].reverse
-
-    @cached_property
-    def checks(self) -> tuple[Check, ...]:
-        """The checks that its behaviours name, in the guard's order."""
-        return tuple(check for check in CHECKS if any(check in b.checks for b in self.behaviors))
-
-    @cached_property
-    def checks_on_tick(self) -> tuple[Check, ...]:
-        """The checks whose result can change while the plan runs."""
-        return tuple(check for check in self.checks if check not in SETTLED)
-
-    def commit_s(self, s: float) -> float:
-        """Return the arc length of the next commit point at or after `s` (m), rounded to the safe side.
-
-        Returns `s` if the ego is committed there, and the path's end if no commit point is left.
-        """
-        ahead = np.flatnonzero(self.no_stop & (self.path.s >= s))
-        if self.committed(s):
-            return s
-        return max(float(self.path.s[max(int(ahead[0]) - 1, 0)]), s) if len(ahead) else self.path.end_s
-
-    def committed(self, s: float) -> bool:
-        """True if the ego is committed at the station before or after an arc length (m)."""
-        after = int(np.searchsorted(self.path.s, s, side="right"))
-        return bool(self.no_stop[max(after - 1, 0) : after + 1].any())
 
 
 class Guard:

@@ -13,8 +13,9 @@ from dataclasses import replace
 import numpy as np
 
 from stucksolver.decision.behaviors import Abort, Behavior, CannotPlan
-from stucksolver.guard.guard import Guard, Proven
+from stucksolver.guard.guard import Guard
 from stucksolver.guard.policy import Approvals
+from stucksolver.guard.proven import Proven
 from stucksolver.guard.verdict import Verdict
 from stucksolver.scene.road import LaneDirection
 from stucksolver.scene.view import MOVING_MPS, FrenetScene

@@ -16,9 +16,9 @@ from stucksolver.reason import Answer, Trace
 from stucksolver.scene import Claim, Guidance, Scene, Status, Surroundings
 from stucksolver.solver.events import Event, Judgement, Told
 from stucksolver.solver.machine.escalation import Escalation
-from stucksolver.solver.machine.execution import ExecutionOutcome
 from stucksolver.solver.machine.inputs import Heard, Inputs, Sight, Snapshot
 from stucksolver.solver.machine.state import Querying, State, WordsInForce
+from stucksolver.solver.machine.steps import ExecutionOutcome
 from stucksolver.solver.machine.transition import first_state
 from stucksolver.solver.query import NoAnswer
 from stucksolver.solver.questions import Question, Reply

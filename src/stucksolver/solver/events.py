@@ -11,7 +11,7 @@ from stucksolver.guard import Approvals, Verdict
 from stucksolver.reason import Trace
 from stucksolver.scene import Reading, Scene, Surroundings
 from stucksolver.scene.model import Model
-from stucksolver.solver.machine.execution import ExecutionOutcome
+from stucksolver.solver.machine.steps import ExecutionOutcome
 from stucksolver.solver.questions import Question
 
 

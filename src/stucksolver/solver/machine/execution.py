@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass, field
-from functools import lru_cache
 
 import numpy as np
 
@@ -39,6 +37,7 @@ from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine.history import moving, passes
 from stucksolver.solver.machine.paths import along_leg, facing, path_points
 from stucksolver.solver.machine.segments import segments_of
+from stucksolver.solver.machine.steps import ExecutionOutcome, Step, stand
 from stucksolver.solver.machine.waiting import STOPPED_MPS, Waiting, sight_may_come, to_let_by
 
 ARRIVED_M = 1.5
@@ -64,31 +63,6 @@ RETURN_WAIT_S = 30.0
 """A vehicle at the roadside waits this long for a proven return; then the stack merges by itself. Ours: a stream that
 never ends would hold the vehicle there for good.
 """
-
-
-@dataclass(frozen=True)
-class ExecutionOutcome:
-    """How a plan ended."""
-
-    finished: bool
-    text: str
-    verdict: Verdict = field(default=OK, compare=False)
-    """The verdict if the guard ended the plan. A record keeps it in the tick's own verdict."""
-
-    def recorded(self) -> dict[str, object]:
-        """What a record keeps of the outcome."""
-        return {"finished": self.finished, "text": self.text}
-
-
-Step = Execute | Replan | SafeStop
-STAND = Execute(behavior=Wait(duration_s=1.0))
-"""Brake and stand until crossing traffic has passed or the stack can drive on by itself."""
-
-
-@lru_cache(maxsize=8)
-def stand(brake_mps2: float | None) -> Execute:
-    """The same with a given deceleration (m/s²), if there is one."""
-    return STAND if brake_mps2 is None else STAND.model_copy(update={"brake_mps2": brake_mps2})
 
 
 class Execution:
@@ -245,11 +219,10 @@ class Execution:
         """Lead the vehicle slowly to a stop. It is computed once: what is known does not change until sight returns."""
         if self._blind is None:
             way = self._guard.stopping_soon(path, view, reverse)
-            shown = view.backwards if reverse else view
             self._blind = stand(None)
             if way is not None:
                 behavior = KeepLane(distance_m=5.0, speed_mps=3.0) if self._way_back is not None else self._behavior
-                points = path_points(way, shown, no_stop=True)
+                points = path_points(way, view.backwards if reverse else view, no_stop=True)
                 self._blind = Execute(behavior=behavior, path=points, reverse=reverse)  # type: ignore[arg-type]
         return self._blind
 

@@ -14,8 +14,8 @@ from stucksolver.ladder import Resume
 from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.machine import blockage, people
-from stucksolver.solver.machine.execution import stand
 from stucksolver.solver.machine.state import Driving, Executing, Holding, MinimalRisk
+from stucksolver.solver.machine.steps import stand
 from stucksolver.solver.machine.turn import BLIND_LIMIT_S, Turn
 
 HOLD_S = 60.0

@@ -14,12 +14,13 @@ from stucksolver.solver.events import EventKind, Judgement, Tick
 from stucksolver.solver.machine import hand_back
 from stucksolver.solver.machine.admission import Admission, admit, joined
 from stucksolver.solver.machine.claims import confirmed
-from stucksolver.solver.machine.execution import Execution, ExecutionOutcome, Step
+from stucksolver.solver.machine.execution import Execution
 from stucksolver.solver.machine.guidance import end_words
 from stucksolver.solver.machine.history import passes, signature
 from stucksolver.solver.machine.minimal_risk import minimal_risk, stops_where_one_may_stand
 from stucksolver.solver.machine.people import ask_for_yes, halt, release
 from stucksolver.solver.machine.state import AwaitingGap, Driving, Executing, MinimalRisk, Monitoring
+from stucksolver.solver.machine.steps import ExecutionOutcome, Step
 from stucksolver.solver.machine.turn import BLIND_LIMIT_S, Turn
 from stucksolver.solver.machine.waiting import STOPPED_MPS
 

@@ -11,10 +11,10 @@ from stucksolver.ladder import Ladder
 from stucksolver.solver.events import EventKind, Told
 from stucksolver.solver.machine import guidance, hand_back, plans, rungs
 from stucksolver.solver.machine.escalation import Escalation, Rungs
-from stucksolver.solver.machine.execution import STAND
 from stucksolver.solver.machine.history import History
 from stucksolver.solver.machine.inputs import Inputs, Setup
 from stucksolver.solver.machine.state import AwaitingGap, Executing, Holding, MinimalRisk, Monitoring, Querying, State
+from stucksolver.solver.machine.steps import STAND
 from stucksolver.solver.machine.turn import Turn
 from stucksolver.solver.progress import ProgressWatch
 
