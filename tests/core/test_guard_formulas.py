@@ -160,14 +160,6 @@ def test_behind_is_seen_as_far_as_who_comes_needs(comes_mps, more_m):
     assert all(r.gap_m == pytest.approx(more_m) for r in found)
 
 
-@pytest.mark.parametrize("more_m", [-0.01, 0.01])
-def test_behind_no_further_than_50_m(more_m):
-    change = ChangeLane(side="left", distance_m=40.0, speed_mps=3.0)
-    case = case_of(World(MULTI, speed=3.0, behind_m=LENGTH_M / 2 + 50.0 + more_m), change)
-    lane = next(lane for lane in case.view.frame.lanes if lane.strip.id == "left")
-    assert bool(sight._behind(case, lane, 10, 20.0)) is (more_m < 0)
-
-
 @pytest.mark.parametrize("way", [-1, 1])
 def test_a_sight_ends_at_the_near_end_of_who_is_in_the_lane(way):
     """A lorry of 16 m; what is told of a sight is good to 4 m."""

@@ -76,6 +76,11 @@ def places(case, i, t):
         early = speed * (0.3 if case.running else 1.0)
         found.append((x + vx * t, y + vy * t, heading, early))
         found.append((x + ux * braked(speed, t), y + uy * braked(speed, t), heading, 0.0))
+        if speed < 3.0 and not view.on_foot[i]:
+            # It has just set off: 2 m/s² up to 30 km/h.
+            faster = min(t, (30 / 3.6 - speed) / 2.0)
+            on = speed * t + 2.0 * (faster * t - faster**2 / 2)
+            found.append((x + ux * on, y + uy * on, heading, 0.0))
     if not view.elsewhere[i] or view.on_lane[i]:
         found.append((x + vx * t, y, yaw, 0.0))
         overtakes = vx > case.view.ego.speed_mps + 1.0 and abs(vy) < 0.3 and (x <= case.view.ego_s or beside(case, i))

@@ -72,8 +72,8 @@ LADDERS = {
     "help soon": lambda: ladder(rungs={"rules": {"tries": 1, "cooldown_s": 0.2}, "model": None, "passenger": None}),
 }
 MORE_DRIVES = int(os.environ.get("MACHINE_DRIVES", "8"))
-SEEDS = (12, 14, 19, 33, 41, 214, *range(1000, 1000 + MORE_DRIVES))
-"""The first six take every way of the table that chance has been seen to take."""
+SEEDS = tuple(dict.fromkeys((12, 14, 19, 33, 41, 214, 1004, *range(1000, 1000 + MORE_DRIVES))))
+"""The first seven take every way of the table that chance has been seen to take."""
 
 
 def people_first():

@@ -21,7 +21,7 @@ from stucksolver.decision.behaviors import (
 from stucksolver.reason import RuleReasoner
 from stucksolver.reason.distilled import DistilledReasoner
 from stucksolver.record import Recorder, replay
-from stucksolver.scene import GuidanceIntent, Limits, LineKind, ObjectKind, Reading, Side
+from stucksolver.scene import GuidanceIntent, Limits, LineKind, Reading, Side
 from stucksolver.solver import EventKind
 
 TWO_WAY = straight_road()
@@ -99,7 +99,7 @@ def test_it_backs_up_as_far_as_it_was_told(words, far_m, reasoner, tmp_path):
 @pytest.mark.parametrize("reasoner", [RuleReasoner(), DistilledReasoner()], ids=["rules", "student"])
 def test_a_speed_that_was_said_is_the_fastest_of_the_plan(reasoner):
     def fastest_mps(words):
-        riders = [thing(name, x, kind=ObjectKind.BICYCLE, speed=1.0) for name, x in (("near", 75.0), ("far", 81.0))]
+        riders = [thing(name, x, speed=1.0) for name, x in (("near", 75.0), ("far", 81.0))]
         road = straight_road(left=LineKind.BROKEN)
         seen = drive(World(road, riders, x=40.0, sight_m=400.0), 15.0, words={5.0: words}, reasoner=reasoner)
         return max((b.speed_mps for b in begun(seen)), default=None)

@@ -7,15 +7,14 @@ from worlds import LANE_M, World, drive, ladder, red_light, straight_road, thing
 
 from stucksolver.decision import CONTINUE, Execute
 from stucksolver.ladder.ladder import Words
-from stucksolver.scene import ObjectKind
 from stucksolver.solver import EventKind
 
 TWO_WAY = straight_road()
 
 
-def cyclists(**more):
-    riders = [thing(name, x, kind=ObjectKind.BICYCLE, speed=4.0) for name, x in (("near", 75.0), ("far", 81.0))]
-    return World(TWO_WAY, riders, x=40.0, **more)
+def slow_cars(**more):
+    cars = [thing(name, x, speed=4.0) for name, x in (("near", 75.0), ("far", 83.0))]
+    return World(TWO_WAY, cars, x=40.0, **more)
 
 
 def endings(seen):
@@ -23,7 +22,7 @@ def endings(seen):
 
 
 def test_words_expire_after_30_s_with_the_last_reason_told():
-    world = cyclists(sight_m=60.0)
+    world = slow_cars(sight_m=60.0)
     seen = drive(world, 40.0, words={5.0: "overtake"})
     ended = next(e for e in seen.events if e.kind is EventKind.GUIDANCE_ENDED)
     assert ended.time_s == pytest.approx(35.05, abs=0.06)
@@ -33,23 +32,23 @@ def test_words_expire_after_30_s_with_the_last_reason_told():
 
 
 def test_after_they_expired_nothing_more_is_asked():
-    seen = drive(cyclists(sight_m=60.0), 50.0, words={5.0: "overtake"})
+    seen = drive(slow_cars(sight_m=60.0), 50.0, words={5.0: "overtake"})
     assert max(e.time_s for e in seen.events) < 35.2
 
 
 def test_words_expire_even_while_the_reasoner_thinks_about_them():
-    seen = drive(cyclists(sight_m=400.0), 60.0, words={5.0: "overtake"}, clock="latency:33")
+    seen = drive(slow_cars(sight_m=400.0), 60.0, words={5.0: "overtake"}, clock="latency:33")
     assert endings(seen) == ['"overtake": expired (no occasion)']
     assert not any(isinstance(d, Execute) for d in seen.directives)
 
 
 def test_words_that_ask_for_nothing_end_at_once():
-    seen = drive(cyclists(), 10.0, words={5.0: "what a lovely day"})
+    seen = drive(slow_cars(), 10.0, words={5.0: "what a lovely day"})
     assert endings(seen) == ['"what a lovely day": nothing is asked of the driving']
 
 
 def test_new_words_replace_the_old_ones():
-    seen = drive(cyclists(sight_m=60.0), 20.0, words={5.0: "overtake", 8.0: "no, wait"})
+    seen = drive(slow_cars(sight_m=60.0), 20.0, words={5.0: "overtake", 8.0: "no, wait"})
     assert endings(seen) == ['"no, wait": nothing is begun']
     assert not any(isinstance(d, Execute) for d in seen.directives)
 
@@ -62,7 +61,7 @@ def test_small_talk_while_a_plan_runs_changes_nothing():
 
 
 def test_refused_words_are_tried_again_while_they_last():
-    world = cyclists(sight_m=60.0)
+    world = slow_cars(sight_m=60.0)
 
     def clears_up(world):
         if world.time_s > 15.0:
@@ -84,14 +83,14 @@ def test_no_words_move_the_vehicle_past_a_red_light(words):
 
 def test_words_may_make_an_oncoming_car_no_smaller():
     oncoming = thing("oncoming", 190.0, LANE_M, speed=-9.0)
-    world = cyclists(sight_m=400.0)
+    world = slow_cars(sight_m=400.0)
     world.objects.append(oncoming)
     seen = drive(world, 40.0, words={5.0: "overtake"})
     assert seen.nearest_m > 0.5
 
 
 def test_how_long_words_last_is_a_setting():
-    seen = drive(cyclists(sight_m=60.0), 20.0, words={5.0: "overtake"}, ladder=ladder(words=Words(expire_s=4.0)))
+    seen = drive(slow_cars(sight_m=60.0), 20.0, words={5.0: "overtake"}, ladder=ladder(words=Words(expire_s=4.0)))
     assert next(e.time_s for e in seen.events if e.kind is EventKind.GUIDANCE_ENDED) == pytest.approx(9.05, abs=0.06)
 
 

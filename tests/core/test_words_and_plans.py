@@ -130,7 +130,7 @@ def test_unclear_words_are_asked_back_once_and_move_nothing():
 
 def test_without_the_reader_nothing_is_guessed_and_what_is_missing_is_said():
     seen = drive(cyclists(), 15.0, words={5.0: "please overtake them"}, reader=NoReader())
-    assert "stucksolver[words]" in seen.texts(EventKind.ASKED_BACK)[0]
+    assert "[words]" in seen.texts(EventKind.ASKED_BACK)[0]
     assert not [d for d in seen.directives if isinstance(d, Execute)]
 
 

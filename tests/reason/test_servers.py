@@ -221,7 +221,7 @@ def test_a_server_that_refuses_everything_is_not_asked_for_ever(server):
 
 
 def test_azures_older_addresses_carry_the_key_in_a_header_of_their_own(server, monkeypatch):
-    monkeypatch.setenv("AZURE_OPENAI_API_KEY", "azure-key")
+    monkeypatch.setenv("STUCKSOLVER_KEYS", "127.0.0.1=azure-key")
     server.key = "azure-key"
     base = server.url.replace("/v1", "/openai/deployments/my-gpt?api-version=2024-10-21")
     reasoner = make_reasoner(f"openai:my-gpt@{base}")

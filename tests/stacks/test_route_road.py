@@ -16,7 +16,7 @@ from stucksolver.scene import LaneDirection, LaneKind, LineKind, ZoneKind  # noq
 from stucksolver.scene.frenet import RoadFrame  # noqa: E402
 from stucksolver.stacks.carla_stack.frames import to_local, to_world  # noqa: E402
 from stucksolver.stacks.carla_stack.lane_walk import line_kind  # noqa: E402
-from stucksolver.stacks.carla_stack.route_road import RouteRoad  # noqa: E402
+from stucksolver.stacks.carla_stack.route_road import BEHIND_M, RouteRoad  # noqa: E402
 
 STREET = ((11, -1, 5.0), (13, -1, 200.0))
 AVENUE_INNER = ((3, -1, 20.0), (3, -1, 400.0))
@@ -77,7 +77,7 @@ def test_arc_lengths_grow_and_the_reference_follows_the_waypoints_within_5_cm(na
         steps = np.diff(road.arc)
         assert (steps > 1.0).all() and (steps < 2.01).all()
         assert 0.0 <= road.start_arc < road.destination_arc <= road.arc[-1]
-        reference = road.slice(road.start_arc + 60.0, None).reference[3:60]
+        reference = road.slice(road.start_arc + BEHIND_M, None).reference[3:60]
         waypoints = shapely.MultiPoint([to_local(p.waypoint.transform.location) for p in way])
         line = shapely.LineString(waypoints.geoms)
         assert max(line.distance(shapely.Point(*place)) for place in reference) < 0.05

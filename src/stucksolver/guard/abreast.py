@@ -61,10 +61,11 @@ def _is_before_us(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
 
 
 def _stays_behind(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
-    """(profiles,): True if the ego remains in the object's path to the end, or never reaches the object.
+    """(profiles,): True if the ego remains in the object's path to the end, never reaches the object, or joins it.
 
     A stack falls back behind what its body would run into. It does not behind what the path swings round, or passes at
-    a small distance.
+    a small distance. To join means to move in behind it, in line with it, and to leave its path before it is reached:
+    should it brake meanwhile, the stack falls back, and `traffic.lane_entry` has kept the distance for that.
     """
     view, path, braking = case.view, case.path, case.policy.prediction.braking_mps2
     d = np.interp(station, path.s, path.d)
@@ -79,8 +80,14 @@ def _stays_behind(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
     stays = meets | (np.cumsum(meets, axis=1) == 0)
     until = np.minimum(t, view.vs[i] / braking)
     rear = view.s[i] - view.along[i] + view.vs[i] * until - braking * until**2 / 2
-    never_reached = (station + view.ego.length_m / 2 < rear).all(axis=1)
-    result: Mask = stays.all(axis=1) & meets.any(axis=1) | never_reached
+    front, steady = station + view.ego.length_m / 2, view.s[i] - view.along[i] + view.vs[i] * t
+    never_reached = (front < rear).all(axis=1)
+    heading = np.interp(station, path.s, case.heading)
+    in_line = (np.abs(d - view.d[i]) < case.policy.entry.in_line_m) & (
+        np.abs(heading) < case.policy.tracking.parallel_rad
+    )
+    joins = (~meets[:, 0] | case.running) & in_line.any(axis=1) & ((front < steady) | ~meets).all(axis=1)
+    result: Mask = (stays.all(axis=1) & meets.any(axis=1)) | never_reached | joins
     return result
 
 

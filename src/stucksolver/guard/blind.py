@@ -14,7 +14,7 @@ from stucksolver.guard.context import CheckContext
 def stopping_soon(case: CheckContext) -> Manoeuvre:
     """Return the path up to the first place where the ego can stop and a vehicle may stop, or to its end.
 
-    The ego is nowhere faster than now, and ends at rest with comfortable braking. It stays on the path that the last
+    The ego becomes nowhere faster, and ends at rest with comfortable braking. It stays on the path that the last
     look has proven free.
 
     Args:
@@ -31,6 +31,6 @@ def stopping_soon(case: CheckContext) -> Manoeuvre:
     left_m = path.s[count - 1] - path.s[:count]
     # A controller that slows down exactly to zero would stop short of the end.
     braked = np.maximum(np.sqrt(2 * braking_mps2 * left_m), LEAST_MPS)
-    speed = np.minimum(np.minimum(path.speed[:count], now_mps), braked)
+    speed = np.minimum.accumulate(np.minimum(np.minimum(path.speed[:count], now_mps), braked))
     speed[-1] = 0.0
     return replace(path, s=path.s[:count], d=path.d[:count], speed=speed, yaw=None, stops=True)

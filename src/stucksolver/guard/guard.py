@@ -168,7 +168,8 @@ class Guard:
         late = lets_by(case, rejects, giving_way)
         braking = None if off else (stop_out_of_paths if late else yields_now)(case, rejects, giving_way)
         if braking is not None:
-            return WayOut(Abort.GIVE_WAY, braking)
+            gentle = braking == case.view.ego.limits.comfort_braking_mps2
+            return WayOut(Abort.GIVE_WAY, None if gentle else braking)
         if not off and (pressing or giving_way) and stops_beside(case, rejects + pressing, giving_way):
             return WayOut(Abort.GIVE_WAY)
         return least_harm(case, giving_way) if rejects else None

@@ -18,11 +18,6 @@ from stucksolver.guard.predict import moving_gaps, relevant
 from stucksolver.guard.verdict import Reject
 from stucksolver.scene.frenet import Array, Mask
 
-STATION_M = 0.5
-"""Distance between the places at which the body is compared with paths (m): as for the stations of a path."""
-FURTHEST_M = 25.0
-"""A place to stop is looked for over this distance (m): the width of a large junction, a bound on the work."""
-
 
 @dataclass(frozen=True)
 class Stop:
@@ -71,14 +66,16 @@ def stop_out_of_paths(
     """
     view, clearance = case.view, case.policy.clearance
     times_s = {reject.object_id: reject.time_s for reject in rejects if reject.time_s is not None}
-    met = np.array([bool(view.moving[i]) and o.id in times_s for i, o in enumerate(view.objects)], dtype=bool)
+    crosses = view.moving & ~_drives_our_way(case)
+    met = crosses & np.array([o.id in times_s for o in view.objects], dtype=bool)
     if not met.any():
         return None
     until_s = _passed_s(case, max(times_s[view.objects[i].id] for i in np.flatnonzero(met)))
     which = relevant(case, until_s)
-    which = which[view.moving[which]]
+    which = which[crosses[which]]
     here, stops = float(case.path.s[0]), stops_from_now(case, giving_way)
-    ahead = np.arange(here, min(here + FURTHEST_M, case.path.end_s) + STATION_M, STATION_M)
+    every_m, last_s = case.policy.stopping.place_every_m, here + case.policy.stopping.places_ahead_m
+    ahead = np.arange(here, min(last_s, case.path.end_s) + every_m, every_m)
     places = np.concatenate([ahead, [here + stop.way_m for stop in stops]])
     gap = _gaps_to_paths(case, places, which, until_s)
     kept = np.where(view.vulnerable[which], clearance.vulnerable_gap_m, clearance.moving_gap_m)
@@ -109,6 +106,17 @@ def stops_from_now(case: CheckContext, giving_way: bool) -> list[Stop]:
     levels = ((limits.comfort_braking_mps2, case.policy.harm.touch_m), (limits.max_braking_mps2, 0.0))
     lags_s = (case.policy.stopping.lag_s, 0.0) if giving_way else (case.policy.stopping.lag_s,)
     return [Stop(level, way_to_stop(speed, level, lag_s), least_m) for lag_s in lags_s for level, least_m in levels]
+
+
+def _drives_our_way(case: CheckContext) -> Mask:
+    """(objects,): True for vehicles that drive along a lane in the ego's direction.
+
+    They fall back behind the ego, or it behind them: `traffic` and `abreast` judge them, not the paths that they cover.
+    """
+    view, policy = case.view, case.policy.prediction
+    steady = (view.vs > policy.along_mps) & (np.abs(view.vd) < policy.steady_mps)
+    result: Mask = steady & view.on_lane & ~view.elsewhere & ~view.on_foot
+    return result
 
 
 def _passed_s(case: CheckContext, contact_s: float) -> float:

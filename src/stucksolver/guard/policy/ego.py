@@ -77,6 +77,10 @@ class StoppingPolicy(Model):
     """An ego that gives way goes on only if the path of traffic that it would meet begins further ahead than this: less
     than half a car's length, so that it does not set off and stop again on the way to that path.
     """
+    place_every_m: PositiveFloat = 0.5
+    """Distance between the places to yield at that are compared with the paths of others: a station of the path."""
+    places_ahead_m: PositiveFloat = 25.0
+    """Places to yield at are looked for over this distance: the width of a large junction, a bound on the work."""
     stands_s: NonNegativeFloat = 3.0
     """Time after the stop for which it is checked: later checks cover what follows."""
     past_end_m: NonNegativeFloat = 0.5

@@ -105,6 +105,8 @@ class EntryPolicy(Model):
     """The reaction time of traffic that is watching the ego enter: half of rho."""
     own_reaction_s: NonNegativeFloat = 0.5
     """The ego's own rho behind traffic that it joins: two ticks of a loop at 10 Hz, and `StoppingPolicy.lag_s`."""
+    in_line_m: NonNegativeFloat = 0.5
+    """The ego is in line behind a vehicle within this lateral distance of its centre. Ours: the slack within a lane."""
     headway_s: NonNegativeFloat = 0.5
     """Headway to traffic that the ego joins, besides the distance to brake to its speed. Ours: the stack follows it."""
     headway_m: NonNegativeFloat = 0.5

@@ -74,7 +74,8 @@ def speed_for(scene: Scene, target: PassTarget) -> float:
 
     The guard allows more only within known limits, and with room beside people and doors.
     """
-    if failed_for(scene, RejectCode.CLEARANCE, RejectCode.DOOR):
+    # At walking pace nothing that moves is passed.
+    if target.speed_mps < 0.5 and failed_for(scene, RejectCode.CLEARANCE, RejectCode.DOOR):
         return SLOW_MPS
     reading = asked(scene)
     if reading is None or reading.intent is not GuidanceIntent.OVERTAKE:
