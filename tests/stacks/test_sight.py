@@ -56,8 +56,8 @@ def test_on_a_straight_road_every_lane_and_the_shoulder_are_seen_to_the_range():
     assert set(seen) == {"own", "left1-oncoming", "left2-oncoming", "right1-driving", "right2-shoulder"}
     for ahead, behind in seen.values():
         assert ahead == pytest.approx(150.0, abs=STEP_M)
-        # The slice of an episode ends 60 m behind.
-        assert behind == pytest.approx(60.0, abs=STEP_M)
+        # The slice of an episode ends 150 m behind.
+        assert behind == pytest.approx(150.0, abs=STEP_M)
 
 
 def test_a_bend_cuts_the_sight():
