@@ -18,6 +18,7 @@ from worlds import READER, World, straight_road
 from stucksolver.passenger.frames import LENGTH_BYTES, Frame, Topic, unpacked
 from stucksolver.passenger.server import limits
 from stucksolver.passenger.told import Command
+from stucksolver.words.halting import halts
 
 BLIND = Path(__file__).parents[2] / "results" / "words"
 EVERY = int(os.environ.get("STUCKSOLVER_BLIND_EVERY", "15"))
@@ -79,11 +80,13 @@ def test_the_blind_sentences_are_understood_through_the_api_as_by_the_reader_alo
         lines = riding.get("/api/vehicles/car-1").json()["lines"]
         line = next(line for line in reversed(lines) if line["text"] == one["text"].strip())
         reading = alone_read(one["text"], one["situation"])
-        assert line["understood"] == reading.told, one["text"]
+        # A plain call to stop acts at once, without the network.
+        expected = line["understood"] if halts(one["text"]) else reading.told
+        assert line["understood"] == expected and (expected == reading.told or expected == "wait (100 %)"), one["text"]
         alone += reading.likely.value == one["intent"]
         right += _likely(line["understood"]) == one["intent"]
     print(f"{len(said)} sentences: {right} understood through the API, {alone} by the reader alone")
-    assert right == alone
+    assert right >= alone
     assert right / len(said) > 0.85
 
 
