@@ -165,9 +165,8 @@ class Guard:
         wanted = {b.abort_after_commit for b in proven.behaviors}
         if rejects and Abort.RETURN_TO_LANE in wanted and self.way_back(case.view) is not None:
             return WayOut(Abort.RETURN_TO_LANE)
-        late = lets_by(case, rejects, giving_way)
-        braking = None if off else (stop_out_of_paths if late else yields_now)(case, rejects, giving_way)
-        if braking is not None:
+        yields = stop_out_of_paths if not off and lets_by(case, rejects, giving_way) else yields_now
+        if not off and (braking := yields(case, rejects, giving_way)) is not None:
             gentle = braking == case.view.ego.limits.comfort_braking_mps2
             return WayOut(Abort.GIVE_WAY, None if gentle else braking)
         if not off and (pressing or giving_way) and stops_beside(case, rejects + pressing, giving_way):
@@ -211,9 +210,11 @@ class Guard:
             case = case if back is None else replace(case, path=back)
         slowly = stopping_soon(case)
         rejects = checks.collision(replace(case, path=tracked(slowly, view, self.policy.tracking, reverse=reverse)))
+        if not rejects:
+            return slowly
         ends = replace(case, path=slowly)
         brakes = stop_out_of_paths(ends, rejects) is not None or least_harm(ends, False).abort is Abort.GIVE_WAY
-        return None if rejects and brakes else slowly
+        return None if brakes else slowly
 
     def is_stale(self, view: FrenetScene) -> bool:
         """True if the surroundings are too old to judge anything by."""
