@@ -6,6 +6,7 @@ import math
 import random
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any
 
 import benchmarks.guard_oracle.scenes  # noqa: F401
@@ -106,16 +107,19 @@ def judge_and_drive(world: World, plan: RecoveryPlan, guided: bool, silent: floa
     row["nearest"] = round(min(ended.nearest, 1.0), 3)
     row["drift"] = round(world.ego.manner.drift, 2)
     if ended.contact is not None and ended.recording is not None:
-        case = Case(ended.contact, ended.recording, lambda: _goes_well(ended.recording, plan, guided))
+        case = Case(ended.contact, ended.recording, partial(_goes_well, ended.recording, plan, guided))
         row["contact"] = {k: round(v, 3) if isinstance(v, float) else v for k, v in asdict(ended.contact).items()}
         row |= {"excused": excused_by(case), **case.figures()}
     return row
 
 
-def _goes_well(recording: Recording | None, plan: RecoveryPlan, guided: bool) -> bool:
-    """Does a recorded plan, driven again with a solver that is never silent, end without a contact that counts?"""
-    assert recording is not None
+def _goes_well(recording: Recording, plan: RecoveryPlan, guided: bool, without: frozenset[str]) -> bool:
+    """Does a recorded plan, driven again with a solver that is never silent, end without a contact that counts?
+
+    `without`: names of others who are not there.
+    """
     world = copied(recording.start)
+    world.others[:] = [other for other in world.others if other.name not in without]
     execution, verdict = judged(world, plan, guided)
     if not verdict.accepted:
         return False

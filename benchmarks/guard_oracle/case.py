@@ -14,17 +14,18 @@ from benchmarks.guard_oracle.others import Other
 from benchmarks.guard_oracle.recording import Frame, Recording, other_of
 from benchmarks.guard_oracle.world import AT_REST_MPS, DT, World
 
-Awake = Callable[[], bool]
+Again = Callable[[frozenset[str]], bool]
 
 
 class Case:
     """A contact and its drive. Ticks count from the start of the plan.
 
-    `awake`: drives the plan again with a solver that is never silent, and returns whether all went well then.
+    `again`: drives the plan again, without the others of these names and with a solver that is never silent, and
+    returns whether all went well then.
     """
 
-    def __init__(self, contact: Contact, recording: Recording, awake: Awake = lambda: True) -> None:
-        self.contact, self.recording, self.awake = contact, recording, awake
+    def __init__(self, contact: Contact, recording: Recording, again: Again = lambda _: True) -> None:
+        self.contact, self.recording, self.again = contact, recording, again
         self.role = contact.role
 
     @cached_property
@@ -47,6 +48,16 @@ class Case:
     def other(self) -> Other:
         """The other at the contact."""
         return other_of(self.end, self.contact.name)
+
+    @cached_property
+    def came_into_sight(self) -> dict[str, int]:
+        """Who came into sight after the start, but for the other, and at which tick."""
+        first: dict[str, int] = {}
+        for tick, world in enumerate(self.recording.worlds()):
+            for other in world.others:
+                if other.name not in first and world.sees(other):
+                    first[other.name] = tick
+        return {name: tick for name, tick in first.items() if tick > 0 and name != self.contact.name}
 
     @property
     def last(self) -> int:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from benchmarks.guard_oracle.others import AlongLane, Other
+from benchmarks.guard_oracle.bodies import distance
+from benchmarks.guard_oracle.others import AlongLane, Other, Straight
 from benchmarks.guard_oracle.recording import Recording, copied
 from benchmarks.guard_oracle.vehicle import STATED_LAG_S
 from benchmarks.guard_oracle.world import AT_REST_MPS, DT, LIMITS, World
@@ -23,6 +24,10 @@ WATCHED_S = 3.0
 STANDS_S = 5.0
 """... and for this long after the ego has stopped."""
 MOST_S = 60.0
+SPARE_M = 0.1
+"""A stop that leaves less room to somebody who crosses does not count as one that avoids a contact. Ours: places are
+known no better, and assumption A3 grants a tracking error 0.15 m.
+"""
 COARSE = 5
 """Ticks between the stops that are tried first."""
 
@@ -31,11 +36,17 @@ def stop_avoids(world: World, name: str, brake_mps2: float, until_s: float) -> b
     """If the ego brakes from now on, does it touch neither the other of this name nor anyone else?
 
     Pedestrians and traffic from behind who run into an ego that stands do not count, unless it is that other: they keep
-    their own distance (assumption A3). The brakes act after the delay that the vehicle states, unless it is braking
-    already. `until_s`: time up to which the stop is watched at least. The world stays as it is.
+    their own distance (assumption A3). The brakes act after any delay up to the one that the vehicle states, so the
+    stop must avoid the contact both with that delay and without one, by `SPARE_M`. `until_s`: time up to which the stop is watched at
+    least. The world stays as it is.
     """
+    return all(_stop_avoids(world, name, brake_mps2, until_s, lag_s) for lag_s in (STATED_LAG_S, 0.0))
+
+
+def _stop_avoids(world: World, name: str, brake_mps2: float, until_s: float, lag_s: float) -> bool:
+    """The same for one delay of the brakes. It has none if the ego is braking already."""
     world = copied(world)
-    world.ego.manner = replace(world.ego.manner, lag=STATED_LAG_S)
+    world.ego.manner = replace(world.ego.manner, lag=lag_s)
     order = Execute(behavior=Wait(duration_s=1.0), brake_mps2=brake_mps2)
     stood_s = 0.0
     while world.t < MOST_S and (stood_s < STANDS_S or world.t < until_s):
@@ -43,8 +54,15 @@ def stop_avoids(world: World, name: str, brake_mps2: float, until_s: float) -> b
         rests = abs(world.ego.speed) < AT_REST_MPS
         if any(other.name == name or not (rests and keeps_distance(other)) for other in world.all_touched()):
             return False
+        if any(distance(world.ego_body(), other.body, SPARE_M) < SPARE_M for other in world.others if crosses(other)):
+            return False
         stood_s = stood_s + DT if rests else 0.0
     return True
+
+
+def crosses(other: Other) -> bool:
+    """Is it somebody who moves, and not along a lane?"""
+    return isinstance(other, Straight) and other.speed > AT_REST_MPS
 
 
 def keeps_distance(other: Other) -> bool:

@@ -115,17 +115,28 @@ def lets_by(case: CheckContext, rejects: list[Reject], giving_way: bool) -> bool
     return _may_wait(case, float(braking_now(case)[0][-1])) and stop_is_clear(case, giving_way)
 
 
-def stop_is_clear(case: CheckContext, giving_way: bool, braking_mps2: float | None = None) -> bool:
+def stop_is_clear(
+    case: CheckContext,
+    giving_way: bool,
+    braking_mps2: float | None = None,
+    least_m: float | None = None,
+    lag_s: float | None = None,
+) -> bool:
     """True if braking now stays clear of every moving object.
 
-    `giving_way`: the vehicle is already braking. `braking_mps2`: how hard (m/s²); comfortable if None.
+    Args:
+        case: The rest of the running plan.
+        giving_way: The ego is already braking.
+        braking_mps2: How hard (m/s²); comfortable if None.
+        least_m: The gap to keep (m); `ClearancePolicy.moving_gap_m` if None.
+        lag_s: Time until the brakes act (s); the policy's if None.
     """
     view, policy = case.view, case.policy
-    stations, t = braking_now(case, braking_mps2)
+    stations, t = braking_now(case, braking_mps2, lag_s)
     which = relevant(case, float(t[-1]))
     which = which[view.moving[which]]
     gap = moving_gaps(case, stations[None, :], which, t)[0]
-    kept = _kept(case, giving_way, policy.clearance.moving_gap_m)
+    kept = _kept(case, giving_way, policy.clearance.moving_gap_m if least_m is None else least_m)
     return not ((gap < kept) & (gap < gap[:1] - policy.clearance.nearer_m)).any()
 
 
@@ -161,21 +172,22 @@ def _kept(case: CheckContext, giving_way: bool, gap_m: float) -> float:
 
 
 def braking_now(
-    case: CheckContext, braking_mps2: float | None = None, lag_s: float | None = None
+    case: CheckContext, braking_mps2: float | None = None, lag_s: float | None = None, until_s: float = 0.0
 ) -> tuple[Array, Array]:
     """Return the ego's arc lengths (m) and the instants (s from now), both (instants,), if it brakes now.
 
-    They run until the ego has been stationary for `StoppingPolicy.stands_s`.
+    They run until the ego has been stationary for `StoppingPolicy.stands_s`, and until `until_s` at least.
 
     Args:
         case: The plan being checked.
         braking_mps2: Deceleration (m/s²); comfortable braking if None.
         lag_s: Time until the brakes act (s); the policy's if None.
+        until_s: Time from now (s).
     """
     braking, speed = braking_mps2 or case.view.ego.limits.comfort_braking_mps2, max(case.view.ego.speed_mps, 0.0)
     stopping = case.policy.stopping
     lag_s = stopping.lag_s if lag_s is None else lag_s
-    t = _instants(case, lag_s + speed / braking + stopping.stands_s)
+    t = _instants(case, max(lag_s + speed / braking + stopping.stands_s, until_s))
     since = np.clip(t - lag_s, 0.0, speed / braking)
     return case.path.s[0] + speed * np.minimum(t, lag_s) + speed * since - braking * since**2 / 2, t
 

@@ -22,7 +22,7 @@ from stucksolver.guard.proven import CHECKS, Proven
 from stucksolver.guard.tracking import swung, tracked
 from stucksolver.guard.turning import ProvenLeg, prove_turn, recheck_leg
 from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
-from stucksolver.guard.ways_out import WayOut, brakes_hard, least_harm
+from stucksolver.guard.ways_out import FINISH, WayOut, brakes_hard, least_harm
 from stucksolver.guard.yielding import stop_out_of_paths, yields_now
 from stucksolver.scene.attempts import PlanFailure, RejectCode
 from stucksolver.scene.road import LaneDirection, ZoneKind
@@ -128,14 +128,8 @@ class Guard:
             The verdict. If it has reasons, it names the abort.
         """
         view = self._facing(view, proven)
-        error_m, error_rad = self._error(proven.path, view)
-        off = self._off_path(error_m) or self._too_fast(proven, view)
-        rest = tracked(proven.path.from_station(view.ego_s), view, self.policy.tracking, reverse=proven.reverse)
-        # The stack's window of the road moves with the ego, so entered lanes are looked up in the present one.
-        rest = replace(rest, enters=tuple(view.frame.same_lane(lane) for lane in rest.enters))
-        case = CheckContext(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
-        case = replace(case, stopped_at_s=proven.stopped_at_s, error_m=error_m, error_rad=error_rad)
-        case = replace(case, commit_s=proven.commit_s(view.ego_s))
+        case = self._running(proven, view)
+        off = self._off_path(case.error_m) or self._too_fast(proven, view)
         old = self._stale(view)
         if not proven.committed(view.ego_s):
             known = [reject for reject in (old, off) if reject]
@@ -154,6 +148,25 @@ class Guard:
             return OK
         return Verdict(rejects=tuple(rejects + pressing), abort=way.abort, brake_mps2=way.brake_mps2)
 
+    def harder_stop(self, proven: Proven, view: FrenetScene) -> float | None:
+        """Return how hard to brake for the rest of a stop that has begun (m/s²); None if gentle braking hits nobody.
+
+        Args:
+            proven: The plan that the stop ended.
+            view: The surroundings in road coordinates.
+        """
+        return None if self._stale(view) else brakes_hard(self._running(proven, self._facing(view, proven)))
+
+    def _running(self, proven: Proven, view: FrenetScene) -> CheckContext:
+        """Return the rest of a running plan, from where the ego is."""
+        error_m, error_rad = self._error(proven.path, view)
+        rest = tracked(proven.path.from_station(view.ego_s), view, self.policy.tracking, reverse=proven.reverse)
+        # The stack's window of the road moves with the ego, so entered lanes are looked up in the present one.
+        rest = replace(rest, enters=tuple(view.frame.same_lane(lane) for lane in rest.enters))
+        case = CheckContext(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
+        case = replace(case, stopped_at_s=proven.stopped_at_s, error_m=error_m, error_rad=error_rad)
+        return replace(case, commit_s=proven.commit_s(view.ego_s))
+
     def _after_commit(
         self, case: CheckContext, proven: Proven, rejects: list[Reject], pressing: list[Reject], giving_way: bool
     ) -> WayOut | None:
@@ -166,7 +179,9 @@ class Guard:
         if rejects and Abort.RETURN_TO_LANE in wanted and self.way_back(case.view) is not None:
             return WayOut(Abort.RETURN_TO_LANE)
         yields = stop_out_of_paths if not off and lets_by(case, rejects, giving_way) else yields_now
-        if not off and (braking := yields(case, rejects, giving_way)) is not None:
+        if (braking := yields(case, rejects, giving_way)) is not None:
+            if not braking:
+                return FINISH
             gentle = braking == case.view.ego.limits.comfort_braking_mps2
             return WayOut(Abort.GIVE_WAY, None if gentle else braking)
         if not off and (pressing or giving_way) and stops_beside(case, rejects + pressing, giving_way):

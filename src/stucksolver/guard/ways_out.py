@@ -1,7 +1,7 @@
 """Chooses the least harmful option if, after the commit point, going on would hit someone.
 
 The order of preference is: no predicted contact; none with a person or two-wheeler; no stop on rails; the lowest impact
-speed. Among equals: finish, brake gently, brake hard.
+speed. Among equals: finish; brake gently, or hard where a contact is predicted for both.
 """
 
 from __future__ import annotations
@@ -30,10 +30,14 @@ from stucksolver.scene.view import MOVING_MPS
 
 @dataclass(frozen=True)
 class Contact:
-    """A predicted contact: whether it is with a person or two-wheeler, and its relative speed (m/s)."""
+    """A predicted contact: whether it is with a person or two-wheeler, its relative speed (m/s), and when it is (s).
+
+    `time_s` is 0 for something stationary.
+    """
 
     person: bool
     speed_mps: float
+    time_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -53,18 +57,24 @@ def least_harm(case: CheckContext, giving_way: bool) -> WayOut:
     on = _finishing(case, giving_way)
     if on is None:
         return FINISH
-    rests = abs(case.view.ego.speed_mps) < case.policy.stopping.rests_mps
-    if rests and not case.on_rails(case.view.ego_s):
+    speed = abs(case.view.ego.speed_mps)
+    # What is left of a stop that has begun is too short to matter.
+    stops = giving_way and way_to_stop(speed, limits.comfort_braking_mps2, 0.0) < case.policy.harm.touch_m
+    if (stops or speed < case.policy.stopping.rests_mps) and not case.on_rails(case.view.ego_s):
         # Whoever runs into a stopped vehicle could have stopped; a stopped ego hits nobody.
         return WayOut(Abort.GIVE_WAY, limits.comfort_braking_mps2)
-    found = [(_rank(on, on_rails=False), FINISH)]
+    # Whoever the ego stops for is let by, and meanwhile nobody else should come.
+    until_s = on.time_s + case.policy.stopping.stands_s
+    found = [(_rank(on, on_rails=False), 0.0, FINISH)]
     # An ego that is already braking has no lag left, and should not release the brakes for a moment.
     lag_s = 0.0 if giving_way else case.policy.stopping.lag_s
     gentler_mps = 0.0 if giving_way else case.policy.harm.gentler_mps
     for braking in (limits.comfort_braking_mps2, limits.max_braking_mps2):
-        met, end_s = _stopping(case, braking, lag_s)
-        found.append((_rank(met, case.on_rails(end_s), gentler_mps), WayOut(Abort.GIVE_WAY, braking)))
-    return min(found, key=lambda one: one[0])[1]
+        met, end_s = _stopping(case, braking, lag_s, until_s)
+        # Of two stops that both end in a contact, the shorter one leaves the other more room.
+        harder = 0.0 if met is None else -braking
+        found.append((_rank(met, case.on_rails(end_s), gentler_mps), harder, WayOut(Abort.GIVE_WAY, braking)))
+    return min(found, key=lambda way: way[:2])[2]
 
 
 def brakes_hard(case: CheckContext) -> float | None:
@@ -122,22 +132,27 @@ def _finishing(case: CheckContext, giving_way: bool) -> Contact | None:
     return _worse(standing, _with_moving(case, profiles(case, t), t))
 
 
-def _stopping(case: CheckContext, braking_mps2: float, lag_s: float) -> tuple[Contact | None, float]:
+def _stopping(
+    case: CheckContext, braking_mps2: float, lag_s: float, until_s: float = 0.0
+) -> tuple[Contact | None, float]:
     """Return the contact to which braking now would lead, and the arc length at which the ego would stop (m).
 
-    `lag_s`: time until the brakes act (s).
+    `lag_s`: the longest time until the brakes act (s). They may act at once, which counts for those who move.
+    `until_s`: the ego stands until then at least (s from now).
     """
-    stations, t = braking_now(case, braking_mps2, lag_s)
+    stations, t = braking_now(case, braking_mps2, lag_s, until_s)
+    at_once, soonest = braking_now(case, braking_mps2, 0.0, until_s)
     speed = np.interp(case.path.s, stations, np.gradient(stations, t), right=np.nan)
     speed[case.path.s > stations[-1]] = np.nan
     standing = _worse(_with_standing(case, speed), _drawn_against(case, float(np.ptp(stations)), braking_mps2, lag_s))
-    return _worse(standing, _with_moving(case, stations[None, :], t)), float(stations[-1])
+    both = np.stack([stations, np.interp(t, soonest, at_once)])
+    return _worse(standing, _with_moving(case, both, t)), float(stations[-1])
 
 
 def _worse(one: Contact | None, other: Contact | None) -> Contact | None:
     if one is None or other is None:
         return one or other
-    return Contact(one.person or other.person, max(one.speed_mps, other.speed_mps))
+    return Contact(one.person or other.person, max(one.speed_mps, other.speed_mps), max(one.time_s, other.time_s))
 
 
 def _standing(case: CheckContext) -> Array:
@@ -226,7 +241,7 @@ def _with_moving(case: CheckContext, stations: Array, t: Array) -> Contact | Non
     heading = np.interp(stations[ways, first], case.path.s, case.heading)
     along, across = own[ways, first] * np.cos(heading), own[ways, first] * np.sin(heading)
     speed = np.hypot(along - view.vs[which[who]], across - view.vd[which[who]])
-    return Contact(_living(case, which[who]), float(speed.max()))
+    return Contact(_living(case, which[who]), float(speed.max()), float(t[first].max()))
 
 
 def _living(case: CheckContext, who: Array) -> bool:

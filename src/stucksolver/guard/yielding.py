@@ -14,22 +14,30 @@ import numpy as np
 from stucksolver.guard.aborts import stop_is_clear
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import way_to_stop
-from stucksolver.guard.predict import moving_gaps, relevant
+from stucksolver.guard.predict import moving_gaps, profiles, relevant
 from stucksolver.guard.verdict import Reject
 from stucksolver.scene.frenet import Array, Mask
+from stucksolver.scene.road import ZoneKind
 
 
 @dataclass(frozen=True)
 class Stop:
-    """A stop that begins now: how hard (m/s²), over which distance (m), and the least gap to a path at its end (m)."""
+    """A stop that begins now.
+
+    How hard (m/s²), after which delay at most (s), over which distance (m), and the least gap to a path at its end (m).
+    `soonest_m`: the distance if the brakes act at once.
+    """
 
     braking_mps2: float
+    lag_s: float
     way_m: float
     least_m: float
+    soonest_m: float
 
 
 def yields_now(case: CheckContext, rejects: list[Reject], giving_way: bool) -> float | None:
-    """Return how hard the ego must brake now (m/s²) so that it does not come to lie in a predicted path, or None.
+    """Return how hard the ego must brake now (m/s²) so that it does not come to lie in a predicted path, or None; 0 if
+    it must not brake yet.
 
     It would meet a road user, and brakes as late as possible, since traffic may turn off before: when no later stop
     before that road user's path ends at a place that is free of all predicted paths. Such a place may be in a junction
@@ -56,7 +64,8 @@ def stop_out_of_paths(
 ) -> float | None:
     """Return how hard to brake for a stop that begins now and ends out of all predicted paths (m/s²).
 
-    None if there is no such stop, if the ego would meet no road user that moves, or if a later stop does as well.
+    None if there is no such stop, if the ego would meet no road user that moves, or if a later stop does as well; 0 if
+    it must drive on to a place between two paths.
 
     Args:
         case: The rest of the running plan.
@@ -76,25 +85,70 @@ def stop_out_of_paths(
     here, stops = float(case.path.s[0]), stops_from_now(case, giving_way)
     every_m, last_s = case.policy.stopping.place_every_m, here + case.policy.stopping.places_ahead_m
     ahead = np.arange(here, min(last_s, case.path.end_s) + every_m, every_m)
-    places = np.concatenate([ahead, [here + stop.way_m for stop in stops]])
+    ends = [here + way_m for stop in stops for way_m in (stop.way_m, stop.soonest_m)]
+    places = np.concatenate([ahead, ends])
     gap = _gaps_to_paths(case, places, which, until_s)
     kept = np.where(view.vulnerable[which], clearance.vulnerable_gap_m, clearance.moving_gap_m)
-    # By how much the body is nearer to a path than it should be (m), unless it was that near already.
-    lacks = np.where(gap < gap[0] - clearance.nearer_m, kept - gap, -math.inf)
+    # By how much the body is nearer to a path than it should be (m), unless it is beside it and was that near already.
+    lacks = np.where((gap < gap[0] - clearance.nearer_m) | (gap < 0.0), kept - gap, -math.inf)
     meets = np.flatnonzero((lacks[: len(ahead), met[which]] > 0.0).any(axis=1))
     if not len(meets):
         return None
     beside, lack = _beside_oncoming_lanes(case, places), lacks.max(axis=1, initial=-math.inf)
-    later = lack[: len(ahead)][beside[: len(ahead)] & (ahead < ahead[meets[0]]) & (ahead >= here + later_m)]
-    at_stop = lack[len(ahead) :]
+    fits = beside[: len(ahead)] & (ahead < ahead[meets[0]]) & (ahead >= here + later_m)
+    later = lack[: len(ahead)][fits & ~_enters_junction(case, ahead, here + stops[0].way_m)]
+    # The brakes may act at any time up to the stated one, and the rear may then still be in a path.
+    at_stop = lack[len(ahead) :].reshape(-1, 2).max(axis=1)
+    left_m: Array = np.where(np.isinf(lacks), math.inf, gap)[len(ahead) :].min(axis=1).reshape(-1, 2).min(axis=1)
+    ends_beside = beside[len(ahead) :].reshape(-1, 2)
     tightest_m = clearance.moving_gap_m - case.policy.harm.touch_m
     # Where no later place has all the room, one that is no tighter than the present stop and is not touched will do.
     if later.min(initial=math.inf) <= max(0.0, min(float(at_stop[0]), tightest_m)):
         return None
     for k, stop in enumerate(stops):
-        if at_stop[k] <= clearance.moving_gap_m - stop.least_m and beside[len(ahead) + k]:
-            return stop.braking_mps2 if stop_is_clear(case, giving_way, stop.braking_mps2) else None
+        # The way to the stop keeps no more room than its end.
+        free = left_m[k] >= stop.least_m and bool(ends_beside[k].all())
+        if free and stop_is_clear(case, giving_way, stop.braking_mps2, stop.least_m, stop.lag_s):
+            return stop.braking_mps2
+    # Where nothing lasts, whoever is met first is let by first.
+    lets_by_s = min(times_s[view.objects[i].id] for i in np.flatnonzero(met)) + case.policy.stopping.stands_s
+    on = ahead[(ahead >= here + later_m) & beside[: len(ahead)]]
+    found = (_between_paths(case, on, which, span_s, stops) for span_s in (until_s, min(lets_by_s, until_s)))
+    return next((braking for braking in found if braking is not None), None)
+
+
+def _between_paths(case: CheckContext, places: Array, which: Array, until_s: float, stops: list[Stop]) -> float | None:
+    """Return how hard to brake for a stop in the path of somebody who is not there then (m/s²).
+
+    No place is free of all paths. Some are while the ego stands there: between two vehicles that cross one after the
+    other. 0 if the ego can still drive on to such a place; None if neither that nor a stop now avoids a contact.
+
+    Args:
+        case: The rest of the running plan.
+        places: Arc lengths that the ego may drive on to (m).
+        which: The road users that cross.
+        until_s: How long it stands there (s from now).
+        stops: The stops that can begin now.
+    """
+    step_s, here = case.policy.prediction.step_s, float(case.path.s[0])
+    t = np.arange(0.0, until_s + step_s, step_s)
+    on = profiles(case, t)
+    waits = np.minimum(on, places[:, None, None]) if len(places) else np.zeros((0, *on.shape))
+    if _untouched(case, waits, which, t).any():
+        return 0.0
+    for stop in stops:
+        ends = here + np.array([stop.soonest_m, stop.way_m])
+        if _untouched(case, np.minimum(on[-1:], ends[:, None, None]), which, t).all():
+            return stop.braking_mps2
     return None
+
+
+def _untouched(case: CheckContext, stations: Array, which: Array, t: Array) -> Mask:
+    """(places,): True if nobody touches the ego at `stations` (places, profiles, instants) at the instants `t` (s)."""
+    gap = moving_gaps(case, stations.reshape(-1, len(t)), which, t)
+    hit = (gap < case.policy.harm.touch_m) & (gap < gap[:, :1] - case.policy.clearance.nearer_m)
+    touched: Mask = hit.any(axis=(1, 2)).reshape(stations.shape[:2])
+    return np.asarray(~touched.any(axis=1))
 
 
 def stops_from_now(case: CheckContext, giving_way: bool) -> list[Stop]:
@@ -105,7 +159,11 @@ def stops_from_now(case: CheckContext, giving_way: bool) -> list[Stop]:
     limits, speed = case.view.ego.limits, max(case.view.ego.speed_mps, 0.0)
     levels = ((limits.comfort_braking_mps2, case.policy.harm.touch_m), (limits.max_braking_mps2, 0.0))
     lags_s = (case.policy.stopping.lag_s, 0.0) if giving_way else (case.policy.stopping.lag_s,)
-    return [Stop(level, way_to_stop(speed, level, lag_s), least_m) for lag_s in lags_s for level, least_m in levels]
+    return [
+        Stop(level, lag_s, way_to_stop(speed, level, lag_s), least_m, way_to_stop(speed, level, 0.0))
+        for lag_s in lags_s
+        for level, least_m in levels
+    ]
 
 
 def _drives_our_way(case: CheckContext) -> Mask:
@@ -132,6 +190,19 @@ def _beside_oncoming_lanes(case: CheckContext, stations: Array) -> Mask:
     for lane in case.oncoming_lanes(float(stations.max())):
         right, left = (np.interp(stations, lane.s, row) for row in (lane.right, lane.left))
         result &= np.minimum(d + reach - right, left - d + reach) <= case.policy.lanes.standing_edge_m
+    return result
+
+
+def _enters_junction(case: CheckContext, stations: Array, stop_m: float) -> Mask:
+    """(stations,): True where the body is in a junction that it does not enter yet if it stops at `stop_m` (m).
+
+    Traffic that is not in sight yet may come along any lane there.
+    """
+    half, nose_m = case.view.ego.length_m / 2, case.policy.stopping.nose_in_junction_m
+    result: Mask = np.zeros(len(stations), dtype=bool)
+    for zone in case.view.surroundings.road.zones:
+        if zone.kind is ZoneKind.JUNCTION and stop_m + half <= zone.start_m + nose_m:
+            result |= (stations + half > zone.start_m + nose_m) & (stations - half < zone.end_m)
     return result
 
 

@@ -346,14 +346,13 @@ class Execution:
     def _end(self, view: FrenetScene) -> Step | ExecutionOutcome:
         """Continue the abort until the ego stands, or is back in its lane."""
         assert self._ending is not None and self._directive is not None
-        if self._way_back is None:
-            done = abs(view.ego.speed_mps) < STOPPED_MPS
-        else:
+        if self._way_back is not None:
             landed_s = self._way_back.end_s - landing_m(view.ego.speed_mps)
             done = abs(view.ego_d) < BACK_IN_LANE_M or view.ego_s >= landed_s
-            if not done:
-                return self._go_back(self._way_back, view)
-        return self._ending if done else self._directive
+            return self._ending if done else self._go_back(self._way_back, view)
+        hard = None if self._proven is None else self._guard.harder_stop(self._proven, view)
+        self._directive = self._directive if hard is None else stand(hard)
+        return self._ending if abs(view.ego.speed_mps) < STOPPED_MPS else self._directive
 
     def _go_back(self, path: Manoeuvre, view: FrenetScene) -> Step | ExecutionOutcome:
         """Continue on the way back, or stop for someone who would be touched. Hand over if the ego stands."""
