@@ -37,8 +37,8 @@ def stop_avoids(world: World, name: str, brake_mps2: float, until_s: float) -> b
 
     Pedestrians and traffic from behind who run into an ego that stands do not count, unless it is that other: they keep
     their own distance (assumption A3). The brakes act after any delay up to the one that the vehicle states, so the
-    stop must avoid the contact both with that delay and without one, by `SPARE_M`. `until_s`: time up to which the stop is watched at
-    least. The world stays as it is.
+    stop must avoid the contact both with that delay and without one, by `SPARE_M`. `until_s`: time up to which the stop
+    is watched at least. The world stays as it is.
     """
     return all(_stop_avoids(world, name, brake_mps2, until_s, lag_s) for lag_s in (STATED_LAG_S, 0.0))
 
