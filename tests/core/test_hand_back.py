@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -70,6 +71,51 @@ def test_watched_driver_that_keeps_on_never_touches(speed, gap_m, aside_m, lead_
         if world.speed == 0.0 or world.x > world.objects[0].x_m:
             break
         assert world.clearance() > 0.0
+
+
+LEVER_M = 1.45
+"""Half a wheelbase: a car's rear axle moves along its heading, its centre does not."""
+
+
+def beside_a_corner(gap_m: float) -> World:
+    """The ego, askew, with the rear corner of a parked car this far from its left side."""
+    world = World(MULTI, [thing("lead", 53.4)], y=-1.8, yaw=-0.35)
+    while abs(world.clearance() - gap_m) > 0.005:
+        aside = 0.005 if world.clearance() < gap_m else -0.005
+        world.objects = [o.model_copy(update={"y_m": o.y_m + aside}) for o in world.objects]
+    return world
+
+
+def turn_on(world: World, curvature: float, acceleration: float) -> None:
+    """Drive one tick on an arc of the centre, as a car does: the rear axle follows the heading."""
+    world.speed = max(world.speed + acceleration * world.dt, 0.0)
+    way = world.speed * world.dt
+    x = world.x - LEVER_M * math.cos(world.yaw)
+    y = world.y - LEVER_M * math.sin(world.yaw)
+    rear = way * math.cos(math.asin(curvature * LEVER_M))
+    middle = world.yaw + curvature * way / 2
+    world.yaw += curvature * way
+    world.x = x + rear * math.cos(middle) + LEVER_M * math.cos(world.yaw)
+    world.y = y + rear * math.sin(middle) + LEVER_M * math.sin(world.yaw)
+    world.time_s += world.dt
+
+
+@pytest.mark.parametrize("curvature", [0.1, 0.13, 1 / 6])
+@pytest.mark.parametrize("gap_m", [0.12, 0.17, 0.3])
+def test_watched_driver_that_turns_in_beside_a_corner_never_touches(curvature, gap_m):
+    """As CARLA's BehaviorAgent did; it is let go five times, and steers the same way each time."""
+    world, guard, releases = beside_a_corner(gap_m), Guard(), 0
+    held = False
+    for _ in range(400):
+        brakes = held
+        held = held or guard.about_to_touch(world.view(), curvature) is not None
+        turn_on(world, curvature, -6.0 if brakes else 4.0)
+        assert world.clearance() > 0.0
+        if held and world.speed == 0.0:
+            held, releases = False, releases + 1
+        if releases == 5:
+            break
+    assert releases
 
 
 @pytest.mark.parametrize("curvature", [0.0, 0.1])

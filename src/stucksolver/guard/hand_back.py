@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from stucksolver.decision.manoeuvre import STEP_M, Manoeuvre, lateral, shortest_shift
@@ -95,12 +97,14 @@ def _touches(view: FrenetScene, policy: GuardPolicy, driven_m: Array, t: Array, 
     ego = view.ego
     way = driven_m if ego.speed_mps >= 0.0 else -driven_m
     half_turn = curvature_per_m * way / 2
-    chord, bearing = way * np.sinc(half_turn / np.pi), ego.yaw_rad + half_turn
+    # The rear axle moves along the heading: in a curve the centre moves towards its inside, and the body cuts in.
+    slip = math.asin(max(-1.0, min(curvature_per_m * ego.limits.wheelbase_m / 2, 1.0)))
+    chord, bearing = way * np.sinc(half_turn / np.pi), ego.yaw_rad + slip + half_turn
     x, y = ego.x_m + chord * np.cos(bearing), ego.y_m + chord * np.sin(bearing)
     others = view.objects
     vx, vy = (np.array([getattr(o, name) for o in others]) for name in ("vx_mps", "vy_mps"))
     gap = separation(
-        (x[:, None], y[:, None], (bearing + half_turn)[:, None]),
+        (x[:, None], y[:, None], (ego.yaw_rad + 2 * half_turn)[:, None]),
         (ego.length_m / 2, ego.width_m / 2),
         (
             view.places[:, 0] + t[:, None] * vx,
@@ -110,7 +114,9 @@ def _touches(view: FrenetScene, policy: GuardPolicy, driven_m: Array, t: Array, 
         (np.array([o.length_m / 2 for o in others]), np.array([o.width_m / 2 for o in others])),
     )
     soft = np.array([_is_soft(view, i, policy) for i in range(len(view.objects))], dtype=bool)
-    result: Mask = (gap < policy.harm.touch_m) & (gap < gap[:1] - policy.clearance.nearer_m) & ~soft
+    # What is a few centimetres away can come no nearer than those, so there every overlap counts.
+    nearer = (gap < gap[:1] - policy.clearance.nearer_m) | ((gap < 0.0) & (gap[:1] >= 0.0))
+    result: Mask = (gap < policy.harm.touch_m) & nearer & ~soft
     return result
 
 
