@@ -130,6 +130,22 @@ def test_a_parked_fire_engine_hides_the_road_and_a_parked_car_does_not(stage):
     assert free[own] > 150.0 and hidden[own] < 30.0
 
 
+def test_sight_is_of_the_same_tick_as_the_objects(stage):
+    """The guard asks whether a sight ends at an object: both must be where they are now."""
+    _, stack = stage.ego(STREET, STREET_END)
+    stage.ticks(12)
+    stack.status()
+    free = {one.lane_id: one.ahead_m for one in stack.surroundings().sight}
+    engine = stage.add("vehicle.carlamotors.firetruck", (11, -1, 65.0))
+    stage.ticks(2)
+    stack.status()
+    around = stack.surroundings()
+    assert any(one.id == str(engine.id) for one in around.objects)
+    hidden = {one.lane_id: one.ahead_m for one in around.sight}
+    own = next(name for name in free if name.startswith("own"))
+    assert free[own] > 150.0 and hidden[own] < 30.0
+
+
 def test_a_light_ahead_is_told_from_the_front_bumper(stage):
     light = stage.light(11)
     light.set_state(carla.TrafficLightState.Red)

@@ -19,7 +19,6 @@ from stucksolver.scene import (
     Scene,
     Status,
     Surroundings,
-    TrackedObject,
     VehicleLimits,
 )
 from stucksolver.scene.build import build_scene
@@ -38,7 +37,6 @@ from stucksolver.stacks.carla_stack.way_back import way_back
 from stucksolver.stacks.driver import HasRoute
 
 TRACK_EVERY_S = 0.5
-SIGHT_EVERY_S = 0.5
 EPISODE_REACH_M = 60.0
 """After this much progress the road is read again: a new episode begins."""
 CANDIDATES_M = (20.0, 40.0, 70.0, 110.0)
@@ -74,7 +72,6 @@ class CarlaSenses:
             Tracker(self._world, vehicle.id, range_m) if self._eyes is None else self._eyes.tracker()
         )
         self._tracked_s = -math.inf
-        self._sight_s = -math.inf
         self._asked = False
         """True if anything was asked since the last tick."""
         self._behaviors: tuple[AvailableBehavior, ...] = describe(tuple(REGISTRY))
@@ -153,7 +150,7 @@ class CarlaSenses:
             ego=ego,
             objects=objects,
             controls=self._controls.ahead(front),
-            sight=self._sight(ego, objects, now),
+            sight=self._lines.of_lanes(ego, self._arc, objects),
             road=road,
         )
 
@@ -216,14 +213,7 @@ class CarlaSenses:
             self._lines: SeesLanes = (
                 SightLines(frame, self._range_m) if self._eyes is None else self._eyes.sight_lines(frame)
             )
-            self._sight_s = -math.inf
         return self._geometry
-
-    def _sight(self, ego: EgoState, objects: tuple[TrackedObject, ...], now: float) -> Any:
-        if now - self._sight_s >= SIGHT_EVERY_S:
-            self._sight_s = now
-            self._seen = self._lines.of_lanes(ego, self._arc, objects)
-        return self._seen
 
     def _waypoints(self, view: FrenetScene) -> tuple[CandidateWaypoint, ...]:
         """Return places ahead, in each lane of our direction, from which the route could be planned again."""
