@@ -116,14 +116,15 @@ def judge_and_drive(world: World, plan: RecoveryPlan, guided: bool, silent: floa
 def _goes_well(recording: Recording, plan: RecoveryPlan, guided: bool, without: frozenset[str]) -> bool:
     """Does a recorded plan, driven again with a solver that is never silent, end without a contact that counts?
 
-    `without`: names of others who are not there.
+    `without`: names of others who are not there; the solver then falls silent as in the record.
     """
+    silent_from = recording.silent_from if without else math.inf
     world = copied(recording.start)
     world.others[:] = [other for other in world.others if other.name not in without]
     execution, verdict = judged(world, plan, guided)
     if not verdict.accepted:
         return False
-    ended = drive(world, execution, math.inf)
+    ended = drive(world, execution, silent_from)
     if ended.contact is None or ended.recording is None:
         return True
-    return excused_by(Case(ended.contact, ended.recording)) is not None
+    return excused_by(Case(ended.contact, ended.recording, lambda _: False)) is not None

@@ -69,14 +69,16 @@ class Case:
         """The first tick at which the other was in sight; None if it never was before the contact."""
         return next((k for k, frame in enumerate(self.frames[:-1]) if frame.visible), None)
 
-    def no_stop_avoids(self, since: int | None) -> bool:
+    def no_stop_avoids(self, since: int | None, or_going_on: bool = True) -> bool:
         """Does every stop that begins at this tick, or later, fail to avoid the contact? True if there was none.
 
-        A stop begins when the guard looks, at every other tick.
+        A stop begins when the guard looks, at every other tick. If the guard has stopped the ego since then, going on
+        must fail as well.
         """
         if since is None:
             return True
-        return self.stops.latest(-(-since // EVERY) * EVERY) is None
+        first = -(-since // EVERY) * EVERY
+        return not (or_going_on and self.stops.going_on_avoids(first)) and self.stops.latest(first) is None
 
     def needs_mps2(self, since: int | None, reaction_s: float) -> float:
         """The deceleration that the other needed to stop before the contact, from a tick on and after a reaction time.

@@ -16,6 +16,7 @@ from benchmarks.guard_oracle.bodies import Body
 from benchmarks.guard_oracle.case import Case
 from benchmarks.guard_oracle.counterfactual import following_avoids
 from benchmarks.guard_oracle.others import ANSWERS_AFTER_S, STOOD_LONG_S, AlongLane, StepsOff, Straight
+from benchmarks.guard_oracle.recording import other_of
 from benchmarks.guard_oracle.vehicle import LENGTH_M, WIDTH_M
 from benchmarks.guard_oracle.world import AT_REST_MPS, DT
 from stucksolver.decision import Execute
@@ -144,18 +145,21 @@ def filters(case: Case) -> bool:
 def sets_off(case: Case) -> bool:
     """Stands for "not covered: a stationary vehicle that sets off just as we are alongside and does not brake for us".
 
-    The other stood until it set off, and no stop of ours avoids the contact that begins since it is seen to move. It
-    was not our front that ran into its rear.
+    The other, a vehicle, had stood for a driver's reaction time until it set off, and no stop of ours avoids the
+    contact that begins since it is seen to move. It was not our front that ran into its rear.
     """
     other, contact = case.other, case.contact
-    if not isinstance(other, AlongLane | Straight) or other.sets_off_at > contact.t:
+    if not isinstance(other, AlongLane | Straight) or contact.kind == "pedestrian" or other.sets_off_at > contact.t:
         return False
-    began, frames = round(other.sets_off_at / DT), case.frames
-    if frames[min(began, case.last)].other_speed > AT_REST_MPS or contact.their_part == "rear":
+    began, frames = min(round(other.sets_off_at / DT), case.last), case.frames
+    moved = max((k for k in range(began) if frames[k].other_speed > AT_REST_MPS), default=-math.inf)
+    stood_s = (began - max(moved, 0)) * DT + (other_of(case.recording.start, other.name).stood if moved < 0 else 0.0)
+    if frames[began].other_speed > AT_REST_MPS or stood_s < ANSWERS_AFTER_S or contact.their_part == "rear":
         return False
     moves = range(began, case.last)
     seen = next((k for k in moves if frames[k].visible and frames[k].other_speed > AT_REST_MPS), None)
-    return case.no_stop_avoids(seen)
+    # Whether going on is safe depends on how quickly it sets off, which nobody knows then.
+    return case.no_stop_avoids(seen, or_going_on=False)
 
 
 @excuse("H14: the solver was silent past the commit point, and the oracle's vehicle has no braking of its own")

@@ -40,7 +40,7 @@ def along(mps, offset=lambda s: 0.0):
     return Execute(behavior=KeepLane(distance_m=100.0, speed_mps=max(mps, 1.0)), path=points)
 
 
-def case_of(setting, orders, manner=None, silent_from=math.inf, awake=lambda: True):
+def case_of(setting, orders, manner=None, silent_from=math.inf, again=lambda _: True):
     """Drives until a contact. `orders`: (order, its duration in s), in turn."""
     world = World(setting, manner or Manner(keen=1.0, eager=1.0))
     recording = Recording(world, silent_from)
@@ -50,7 +50,7 @@ def case_of(setting, orders, manner=None, silent_from=math.inf, awake=lambda: Tr
             world.step(order)
             hit = world.touched()
             if hit is not None:
-                return Case(contact_with(world, hit, "Execute"), recording, awake)
+                return Case(contact_with(world, hit, "Execute"), recording, again)
     raise AssertionError("no contact")
 
 
@@ -212,7 +212,7 @@ def test_vehicle_that_sets_off_is_not_excused_if_it_could_not_brake():
 def silent_case(orders, silent_from, awake=True, reach_m=200.0):
     """A slow ego is hit by a crossing vehicle, with a solver that falls silent."""
     case = crosses_slowly(reach_m)
-    return case_of(copied(case.recording.start).setting, orders, None, silent_from, lambda: awake)
+    return case_of(copied(case.recording.start).setting, orders, None, silent_from, lambda _: awake)
 
 
 def test_silence_is_an_excuse_only_past_the_commit_point_and_if_the_plan_is_good():

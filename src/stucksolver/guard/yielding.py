@@ -111,9 +111,10 @@ def stop_out_of_paths(
         if free and stop_is_clear(case, giving_way, stop.braking_mps2, stop.least_m, stop.lag_s):
             return stop.braking_mps2
     # Where nothing lasts, whoever is met first is let by first.
-    lets_by_s = min(times_s[view.objects[i].id] for i in np.flatnonzero(met)) + case.policy.stopping.stands_s
+    meets_s = min(times_s[view.objects[i].id] for i in np.flatnonzero(met))
+    spans_s = (until_s, meets_s + case.policy.stopping.stands_s, meets_s + case.policy.rss.reaction_s)
     on = ahead[(ahead >= here + later_m) & beside[: len(ahead)]]
-    found = (_between_paths(case, on, which, span_s, stops) for span_s in (until_s, min(lets_by_s, until_s)))
+    found = (_between_paths(case, on, which, min(span_s, until_s), stops) for span_s in spans_s)
     return next((braking for braking in found if braking is not None), None)
 
 
