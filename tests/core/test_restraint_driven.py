@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import pytest
+from grids import each_value
 from test_claims import at_red, bag
 from worlds import World, drive, straight_road, thing
 
@@ -45,8 +46,7 @@ DENIALS = [
 ]
 
 
-@pytest.mark.parametrize("confidence", [0.6, 0.9])
-@pytest.mark.parametrize("words", DENIALS)
+@pytest.mark.parametrize(("words", "confidence"), each_value(DENIALS, [0.6, 0.9]))
 def test_denied_bag_is_not_driven_over(words, confidence):
     """Neither as a permission at 0.6 nor where perception alone would allow it."""
     assert reached_m(confidence, {0.05: words}) < BAG_M
@@ -123,6 +123,12 @@ def test_harmless_words_let_a_plan_run_to_its_end(words):
     assert EventKind.FINISHED in seen.kinds()
 
 
+@cache
+def unforbidden():
+    """Return when it begins to move in silence, and when somebody waves."""
+    return stand_off({}), stand_off({1.5: "he waves us through"})
+
+
 def stand_off(words):
     """Return when the vehicle begins to move before a car that stands across its lane; None if it does not."""
     world = World(ONE_LANE, [thing("other", 72.0, 0.0, yaw=1.57, stationary_s=5.0)], x=62.0, cruise_mps=0.0)
@@ -142,7 +148,7 @@ FORBIDS = [
 
 @pytest.mark.parametrize("words", FORBIDS)
 def test_prohibition_ends_no_stand_off_sooner(words):
-    waved, silent, forbidden = stand_off({1.5: "he waves us through"}), stand_off({}), stand_off({1.5: words})
+    (silent, waved), forbidden = unforbidden(), stand_off({1.5: words})
     assert waved is not None and (silent is None or silent > waved)
     assert forbidden is None or (silent is not None and forbidden >= silent)
 
@@ -150,7 +156,7 @@ def test_prohibition_ends_no_stand_off_sooner(words):
 @pytest.mark.parametrize("words", FORBIDS[:3])
 def test_prohibition_takes_an_earlier_permission_back(words):
     both = stand_off({0.05: "he waves us through", 0.1: words})
-    silent = stand_off({})
+    silent, _ = unforbidden()
     assert both is None or (silent is not None and both >= silent)
 
 
@@ -191,26 +197,25 @@ def test_let_out_vehicle_stays_until_told_to_go():
     assert all(stood)
 
 
-@pytest.mark.parametrize(
-    "words",
-    ["wait", "what a lovely day", "thank you, bye", "yes", "pull over", "let me out", "stop!", "hold the door", "uh"],
-)
-def test_let_out_other_words_do_not_send_it_off(words):
-    _, stood = let_out({60.0: words}, seconds=110.0)
-    assert all(stood)
+OTHER_WORDS = (
+    "wait", "what a lovely day", "thank you, bye", "yes", "pull over", "let me out", "hold the door", "uh",
+    "wait a moment", "hold on, she is not out yet", "stop!",
+)  # fmt: skip
+
+
+def test_let_out_other_words_do_not_send_it_off():
+    """Each is said 6 s after the one before, and the last 40 s before the end of the drive."""
+    said = {20.0 + 6.0 * k: words for k, words in enumerate(OTHER_WORDS)}
+    _, stood = let_out(said, seconds=120.0)
+    left_s = next((15.0 + 0.05 * k for k, stands in enumerate(stood) if not stands), None)
+    assert left_s is None, [words for when_s, words in said.items() if when_s <= left_s][-1:]
 
 
 @pytest.mark.parametrize("words", ["you can drive on now", "go", "off you go", "fahr los"])
 def test_let_out_vehicle_drives_on_when_told(words):
-    _, stood = let_out({60.0: words})
-    assert all(stood[: 44 * 20])
+    _, stood = let_out({25.0: words}, seconds=45.0)
+    assert all(stood[: 9 * 20])
     assert not all(stood)
-
-
-@pytest.mark.parametrize("words", ["stop!", "wait a moment", "hold on, she is not out yet"])
-def test_let_out_stop_in_the_meantime_still_stays(words):
-    _, stood = let_out({20.0: words}, seconds=100.0)
-    assert all(stood)
 
 
 def test_let_out_holds_by_a_standing_directive():
