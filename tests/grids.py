@@ -28,7 +28,7 @@ def each_value(*axes: Iterable[Any]) -> list[tuple[Any, ...]]:
     longest, draw, columns = max(map(len, values)), random.Random(1), []
     for axis in values:
         column = [axis[k % len(axis)] for k in range(longest)]
-        if len(axis) < longest:
+        if columns:
             draw.shuffle(column)
         columns.append(column)
     return list(zip(*columns, strict=True))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from worlds import LANE_M, World, straight_road, thing
 
+from grids import each_value
 from stucksolver.decision import Execute, RecoveryPlan, Replan, SafeStop
 from stucksolver.decision.behaviors import (
     REGISTRY,
@@ -110,8 +111,7 @@ def test_it_is_done_within_its_time_and_touches_nothing(name):
     assert name == "drive_over" or min(nearest, default=1.0) > 0.25
 
 
-@pytest.mark.parametrize("name", CASES)
-@pytest.mark.parametrize("when_s", [0.3, 2.0, 5.0])
+@pytest.mark.parametrize(("name", "when_s"), each_value(CASES, [0.3, 2.0, 5.0]))
 def test_given_up_it_leaves_the_vehicle_where_it_may_be(name, when_s):
     """At rest where one may stand, or, once committed, with the behaviour finished."""
     behavior, world = fresh(name)

@@ -22,6 +22,7 @@ from benchmarks.guard_oracle.scene import Setting, at_the_kerb, crossing, drivin
 from benchmarks.guard_oracle.vehicle import LENGTH_M, Manner
 from benchmarks.guard_oracle.world import DT, World
 
+from grids import each_value
 from stucksolver.decision import Execute
 from stucksolver.decision.behaviors import KeepLane, Wait
 from stucksolver.decision.directive import PathPoint
@@ -61,9 +62,9 @@ def crosses_slowly(reach_m, mps=8.0, pace=1.2, kind=K.CAR, meets_s=12.0):
     return case_of(setting, [(along(pace), 25.0)])
 
 
-@pytest.mark.parametrize("mps", [5.0, 8.0, 13.0])
-@pytest.mark.parametrize("pace", [0.9, 1.2])
-@pytest.mark.parametrize("kind", [K.CAR, K.TRUCK, K.MOTORCYCLE])
+@pytest.mark.parametrize(
+    ("mps", "kind", "pace"), each_value([5.0, 8.0, 13.0], [K.CAR, K.TRUCK, K.MOTORCYCLE], [0.9, 1.2])
+)
 def test_crosser_is_excused_only_if_first_visible_too_late(mps, pace, kind):
     """The nose is in its lane a few seconds before the contact: seen later, no stop avoids it."""
     late = crosses_slowly(mps * 1.5, mps, pace, kind)
@@ -95,6 +96,7 @@ def test_figures_say_how_long_it_was_visible_and_the_latest_stop():
     assert crosses_slowly(9.0, mps=6.0).figures()["stop_s"] is None
 
 
+@pytest.mark.integration
 def test_stop_in_the_way_of_another_vehicle_does_not_count():
     """A second vehicle, on the other lane, hits the ego wherever it stops since the first is in sight."""
     case = crosses_slowly(60.0, mps=6.0)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import cache
 
 import pytest
-from grids import each_value
 from test_claims import at_red, bag
 from worlds import World, drive, straight_road, thing
 
+from grids import each_value
 from stucksolver.decision import Execute
 from stucksolver.scene import LineKind, ObjectKind
 from stucksolver.solver import EventKind

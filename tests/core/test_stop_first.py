@@ -8,9 +8,9 @@ from typing import ClassVar
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from grids import each_value
 from worlds import READER, World, ladder, red_light, straight_road, thing
 
+from grids import each_value
 from stucksolver import StuckSolver
 from stucksolver.decision import Execute, SafeStop
 from stucksolver.scene import GuidanceIntent, LineKind
@@ -115,9 +115,7 @@ def test_stop_is_acted_on_in_the_same_tick(stop, clock):
     assert not ride.begun_since(said_s)
 
 
-@pytest.mark.parametrize(
-    ("ticks", "other"), each_value([1, 2, 10, 30], ["go", "please overtake", "yes, overtake it"])
-)
+@pytest.mark.parametrize(("ticks", "other"), each_value([1, 2, 10, 30], ["go", "please overtake", "yes, overtake it"]))
 def test_stop_words_of_another_soon_after_do_not_undo_it(other, ticks):
     ride = Ride().until_begun()
     ride.solver.guide("stop!")

@@ -34,24 +34,24 @@ def driven(request, tmp_path_factory):
         return {row["route_id"]: (row["success"], row["infractions"]) for row in csv.DictReader(file)}
 
 
-@pytest.mark.parametrize("route", [*(pytest.param(one, marks=pytest.mark.slow) for one in ("1000", "1042")), "1242"])
+@pytest.mark.parametrize("route", [*(pytest.param(one, marks=pytest.mark.release) for one in ("1000", "1042")), "1242"])
 def test_it_goes_round_what_blocks_its_lane_without_touching_anything(route, driven) -> None:
     assert driven[route] == ("1", "")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("route", ["1400", "1431"])
+@pytest.mark.parametrize("route", ["1400", pytest.param("1431", marks=pytest.mark.release)])
 def test_it_gives_doors_room_and_lets_an_emergency_vehicle_past(route, driven) -> None:
     assert driven[route] == ("1", "")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("route", ["1084", "1132", "1184"])
+@pytest.mark.parametrize("route", ["1084", *(pytest.param(one, marks=pytest.mark.release) for one in ("1132", "1184"))])
 def test_it_joins_and_crosses_streams_that_brake_for_nobody(route, driven) -> None:
     assert driven[route] == ("1", "")
 
 
-@pytest.mark.slow
+@pytest.mark.release
 @pytest.mark.parametrize("route", ["1064", "1083", "1191", "1332"])
 def test_it_waits_for_the_shortest_gap_in_a_stream_that_has_no_others(route, driven) -> None:
     assert driven[route] == ("1", "")
