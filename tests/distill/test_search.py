@@ -81,7 +81,7 @@ def test_a_search_finds_the_same_plans_again_and_a_way_past_among_the_first() ->
     assert any("change_lane" in kinds(one.plan.behaviors) for one in first)
 
 
-@pytest.mark.slow
+@pytest.mark.release
 @pytest.mark.integration
 def test_a_campaign_ends_with_complete_standstills_and_goes_on_where_it_was(tmp_path: Path) -> None:
     pytest.importorskip("carla")

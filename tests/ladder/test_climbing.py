@@ -9,6 +9,7 @@ import pytest
 from climbing import QUICK, STANDING_STILL, TWO_WAY, Says, helpless, planning, stuck, waits
 from worlds import LANE_M, World, drive, ladder, red_light, straight_road, stubborn, thing
 
+from grids import sample
 from stucksolver import CONTINUE, SafeStop, StuckSolver
 from stucksolver.decision import Execute, RecoveryPlan
 from stucksolver.decision.behaviors import BackUp, BorrowOncomingLane, ChangeLane, KeepLane, Wait
@@ -154,7 +155,7 @@ def test_traffic_that_will_go_on_uses_up_no_tries():
     assert seen.nearest_m > 0.3
 
 
-@pytest.mark.parametrize("spacing_m", [18.0, 24.0])
+@pytest.mark.parametrize("spacing_m", sample([18.0, 24.0], 1))
 def test_in_a_stream_of_cars_beside_us_a_plan_begins_in_the_first_gap_and_meets_nobody(spacing_m):
     """The cars are of the kind that never brakes; they are as quick as the plan."""
     stream = [thing(f"car{k}", 62.0 - spacing_m * k, LANE_M, speed=5.0) for k in range(-2, 14) if k != 3]

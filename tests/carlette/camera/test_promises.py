@@ -107,7 +107,7 @@ def test_a_crowd_of_cameras_leaves_the_world_alone(town) -> None:
     assert one.bodies.record.tobytes() == other.bodies.record.tobytes()
 
 
-@pytest.mark.slow
+@pytest.mark.release
 @pytest.mark.integration
 def test_memory_is_flat_over_a_thousand_frames(world) -> None:
     for number in range(6):
