@@ -78,6 +78,7 @@ def test_a_batch_of_as_many_as_there_may_be_is_carried_out(raw: Raw) -> None:
     assert error is None and len(answers) == MOST_COMMANDS
 
 
+@pytest.mark.integration
 def test_a_world_takes_no_more_than_a_bounded_number_of_actors() -> None:
     world = straight_world()
     for number in range(MOST_ACTORS - len(world.actors)):
@@ -197,6 +198,7 @@ def test_a_damaged_log_is_refused_or_ends_its_replay_and_never_the_server(tmp_pa
     assert np.isfinite(simulator.world.bodies.position).all()
 
 
+@pytest.mark.integration
 def test_a_sound_log_is_played_as_before(tmp_path) -> None:
     world = straight_world()
     car = add(world)

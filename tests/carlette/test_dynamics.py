@@ -242,6 +242,7 @@ BODY = st.tuples(
 )  # fmt: skip
 
 
+@pytest.mark.integration
 @given(st.lists(BODY, min_size=2, max_size=5))
 @settings(max_examples=60)
 def test_no_contact_creates_energy_or_nan(crowd: list[tuple[str, float, float, float, float, float, float]]) -> None:
@@ -261,6 +262,7 @@ def test_no_contact_creates_energy_or_nan(crowd: list[tuple[str, float, float, f
         assert np.isfinite(column).all()
 
 
+@pytest.mark.integration
 @given(st.floats(0.5, 20.0), st.floats(0.5, 20.0), st.floats(-1.0, 1.0), st.sampled_from([CAR, TRUCK, BIKE]))
 @settings(max_examples=25)
 def test_two_vehicles_never_pass_through_each_other(v1: float, v2: float, aside_m: float, other_id: str) -> None:

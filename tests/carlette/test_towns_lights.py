@@ -88,6 +88,7 @@ def leads_to(waypoint, metres: int = 25) -> set[tuple[int, int]]:
     return found
 
 
+@pytest.mark.integration
 def test_there_are_as_many_lights_and_governed_lanes_as_in_the_real_simulator(town: str) -> None:
     _, signals, lanes = loaded(town)
     lights = [one for one in signals if one.type == LIGHT_TYPE]

@@ -155,6 +155,7 @@ def test_a_client_that_is_silent_between_requests_stays() -> None:
     assert not line.overstays()
 
 
+@pytest.mark.integration
 def test_a_client_that_asks_and_does_not_read_is_asked_to_wait_and_loses_nothing() -> None:
     line = Line(answer="x" * 1_000_000)
     line.far.sendall(b"".join(msgpack.packb([0, i, "get_map_data", [[False]]]) for i in range(200)))

@@ -93,6 +93,7 @@ def test_a_soft_touch_kills_nobody() -> None:
     assert not world.walkers.dead[walker.index]
 
 
+@pytest.mark.integration
 @given(st.floats(1.0, 40.0), st.floats(-0.9, 0.9))
 @settings(max_examples=20)
 def test_no_car_passes_through_a_walker(mps: float, aside_m: float) -> None:

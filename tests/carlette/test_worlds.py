@@ -14,6 +14,7 @@ from carlette.worlds import Traffic, open_world, populate
 PAGE = Path(__file__).parents[2] / "docs" / "carlette.md"
 
 
+@pytest.mark.integration
 def test_the_example_of_the_page_runs_and_a_fork_goes_on_as_the_original_would():
     (example,) = [e for e in re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL) if "worlds" in e]
     told: dict[str, object] = {}

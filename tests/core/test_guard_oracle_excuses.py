@@ -121,6 +121,7 @@ def test_pedestrian_is_excused_only_if_hidden_within_a_stopping_distance():
     assert causes.excused_by(steps_out(100.0)) is None
 
 
+@pytest.mark.integration
 def test_who_comes_through_a_body_is_void_only_if_no_stop_avoids_it():
     def case(reach_m):
         late = crosses_slowly(reach_m)
@@ -268,6 +269,7 @@ def train_hits(leader_gap, leader_mps):
     return case_of(setting, [(along(0.3), 20.0)], Manner(follows=True))
 
 
+@pytest.mark.integration
 def test_train_is_excused_only_behind_a_leader_that_leaves_no_room():
     assert causes.trapped(train_hits(1.5, 0.3))
     assert not causes.trapped(train_hits(3.0, 4.0)) and causes.excused_by(train_hits(3.0, 4.0)) is None

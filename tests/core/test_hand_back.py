@@ -45,6 +45,7 @@ def test_stopped_driver_next_second_must_touch_nothing(gap_m, clear, yaw):
     assert Guard().clear_to_hand_back(world.view()) is clear
 
 
+@pytest.mark.integration
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     speed=st.floats(0.2, 13.0),
@@ -110,6 +111,7 @@ def test_where_nobody_may_stand_the_stack_goes_on():
     assert Guard().clear_to_hand_back(world.view())
 
 
+@pytest.mark.integration
 def test_given_up_askew_the_vehicle_is_held_until_the_way_back_is_free():
     world = World(MULTI, [thing("lead", 60.0)])
     stood = []
@@ -149,6 +151,7 @@ class ThenAsks:
         return replace(answer, decision=answer.decision.model_copy(update={"plan": call}))
 
 
+@pytest.mark.integration
 def test_a_call_for_help_that_ends_does_not_let_the_stack_drive_from_where_a_plan_was_given_up():
     guard = GivesUp(askew)
     world = World(MULTI, [thing("lead", 60.0)])
@@ -171,6 +174,7 @@ def test_given_up_for_the_traffic_right_after_its_start_it_waits_for_the_next_ga
     assert EventKind.RECOVERED in seen.kinds()
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("lead_s", [0.0, 0.2, 0.5])
 def test_what_words_have_taken_back_waits_as_long_as_words_last(lead_s):
     """Also where the traffic made the guard give it up at that moment: then it would have begun in the next gap."""

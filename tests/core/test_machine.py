@@ -299,6 +299,7 @@ def drives():
     return [*map(random_drive, SEEDS), *map(staged, STAGED)]
 
 
+@pytest.mark.integration
 def test_no_way_is_taken_that_the_table_does_not_name(drives):
     for run in drives:
         for step in run.steps:
@@ -385,6 +386,7 @@ def test_every_way_of_the_table_is_taken_by_some_drive(drives):
     assert not missing
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("seed", range(6))
 def test_every_record_is_derived_again_step_by_step(seed, tmp_path):
     run = random_drive(1000 + seed, Recorder(tmp_path), seconds=16.0)

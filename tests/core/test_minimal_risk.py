@@ -34,6 +34,7 @@ def test_a_vehicle_is_never_held_where_nobody_may_stand(kind):
     assert EventKind.ASKED in seen.kinds(), "help is called all the same"
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("kind", list(ZoneKind))
 @pytest.mark.parametrize("way", ["ahead", "back"])
 def test_it_is_left_for_a_place_in_reach(kind, way):
@@ -62,6 +63,7 @@ def test_a_stop_that_would_roll_into_a_junction_is_not_one_where_one_may_stand()
     assert stops_where_one_may_stand(GUARD, before.view())
 
 
+@pytest.mark.integration
 def test_where_one_may_stand_nothing_has_changed():
     seen = drive(World(straight_road(oncoming=LineKind.SOLID), [wall(60.0)]), 60.0, ladder=ONLY_HELP)
     assert isinstance(seen.directives[-1], SafeStop) and CONTINUE in seen.directives

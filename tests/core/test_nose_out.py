@@ -84,6 +84,7 @@ def test_by_sensors_the_nose_stops_inside_the_border_by_more_than_its_place_is_u
     assert RejectCode.STOPPING_PLACE not in [reject.code for reject in verdict.rejects], str(verdict)
 
 
+@pytest.mark.integration
 def test_the_wait_outlasts_the_time_of_the_plan_and_ends_when_the_stream_does():
     world = beside_a_stream(spacing_m=15.0, ends_s=35.0).fill(3.0)
     outcome, nearest, _ = carry_out(world, 80.0)
@@ -91,6 +92,7 @@ def test_the_wait_outlasts_the_time_of_the_plan_and_ends_when_the_stream_does():
     assert world.time_s > 35.0 and nearest > 0.25
 
 
+@pytest.mark.integration
 def test_a_stream_without_a_gap_is_not_waited_for_for_ever(monkeypatch):
     monkeypatch.setattr(execution, "GAP_WAIT_S", 15.0)
     world = beside_a_stream(spacing_m=12.0).fill(3.0)
@@ -133,6 +135,7 @@ def seen_by_sensors(world, rng, sds):
 UNCERTAIN = [(seed, sds) for seed in (2, 4, 6, 10) for sds in ((0.2, 0.1, 0.05), (0.25, 0.15, 0.1))]
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(("seed", "sds"), sample(UNCERTAIN, 3))
 def test_where_places_are_uncertain_nobody_who_passes_the_nose_is_hit_or_made_to_brake_hard(seed, sds):
     """Found by sensors at a construction site: larger boxes seemed to touch the nose that waited beside them. The ego
@@ -155,6 +158,7 @@ def test_where_places_are_uncertain_nobody_who_passes_the_nose_is_hit_or_made_to
     assert world.hardest_mps2 <= 4.6
 
 
+@pytest.mark.integration
 def test_by_sensors_a_plan_that_stands_for_a_gap_ends_soon_so_that_the_next_goes_round_what_is_seen_by_then():
     """It waited for three minutes, because a cone that was seen after it began lay 5 cm too near to its path."""
     rng, world = np.random.default_rng(1), beside_a_stream(spacing_m=12.0).fill(3.0)
@@ -170,6 +174,7 @@ def test_by_sensors_a_plan_that_stands_for_a_gap_ends_soon_so_that_the_next_goes
     assert GUARD.may_stand(world.view()) and abs(world.speed) < 0.2
 
 
+@pytest.mark.integration
 @settings(max_examples=60, deadline=None)
 @given(st.floats(0.0, 45.0), st.floats(3.0, 14.0), st.floats(1.2, 4.0))
 def test_what_ends_the_wait_is_what_lets_the_plan_run(gap_m, pace_mps, quick_mps2):

@@ -8,7 +8,7 @@ import pytest
 from test_claims import at_red, bag
 from worlds import World, drive, straight_road, thing
 
-from grids import each_value
+from grids import each_value, sample
 from stucksolver.decision import Execute
 from stucksolver.scene import LineKind, ObjectKind
 from stucksolver.solver import EventKind
@@ -25,6 +25,7 @@ def reached_m(confidence, words, seconds=15.0):
     return world.x
 
 
+@pytest.mark.integration
 def test_bag_is_driven_over_in_silence_or_when_confirmed():
     """Without this, the tests below could not fail."""
     assert reached_m(0.9, {}) > BAG_M
@@ -60,6 +61,7 @@ def test_danger_wins_over_a_claim_in_any_order(order):
     assert reached_m(0.6, {0.05: order[0], 0.1: order[1]}, seconds=45.0) < BAG_M
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("words", ["that is not a bag", "there's something alive in it!", "STOP! It's a cat!"])
 def test_danger_stops_a_plan_that_already_drives_over_it(words):
     silent, at = World(ONE_LANE, [bag(0.9)], x=64.0, cruise_mps=0.0), []
@@ -115,6 +117,7 @@ def test_alarm_ends_a_running_plan_and_none_begins_for_a_while(words):
     assert [e.time_s for e in seen.events if e.kind is EventKind.STARTED] == [begun_s()]
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("words", ["stop worrying and go", "no need to brake, carry on", "what a cute dog that was"])
 def test_harmless_words_let_a_plan_run_to_its_end(words):
     said_s = round(begun_s() + 0.1, 2)
@@ -146,6 +149,7 @@ FORBIDS = [
 ]
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("words", FORBIDS)
 def test_prohibition_ends_no_stand_off_sooner(words):
     (silent, waved), forbidden = unforbidden(), stand_off({1.5: words})
@@ -192,6 +196,7 @@ def let_out(later=None, seconds=90.0):
     return seen, [stands for when, stands in stood.items() if when > 15.0]
 
 
+@pytest.mark.integration
 def test_let_out_vehicle_stays_until_told_to_go():
     _, stood = let_out()
     assert all(stood)
@@ -203,6 +208,7 @@ OTHER_WORDS = (
 )  # fmt: skip
 
 
+@pytest.mark.integration
 def test_let_out_other_words_do_not_send_it_off():
     """Each is said 6 s after the one before, and the last 40 s before the end of the drive."""
     said = {20.0 + 6.0 * k: words for k, words in enumerate(OTHER_WORDS)}
@@ -211,10 +217,11 @@ def test_let_out_other_words_do_not_send_it_off():
     assert left_s is None, [words for when_s, words in said.items() if when_s <= left_s][-1:]
 
 
-@pytest.mark.parametrize("words", ["you can drive on now", "go", "off you go", "fahr los"])
+@pytest.mark.integration
+@pytest.mark.parametrize("words", sample(["you can drive on now", "go", "off you go", "fahr los"], 2))
 def test_let_out_vehicle_drives_on_when_told(words):
-    _, stood = let_out({25.0: words}, seconds=45.0)
-    assert all(stood[: 9 * 20])
+    _, stood = let_out({60.0: words}, seconds=75.0)
+    assert all(stood[: 44 * 20])
     assert not all(stood)
 
 

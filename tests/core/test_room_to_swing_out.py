@@ -68,6 +68,7 @@ def test_rules_back_up_only_if_the_obstacle_itself_was_too_near(ids, names):
     assert [b.name for b in behaviors_of(decision)][: len(names)] == names
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("aside_m", [0.0, 0.25])
 @pytest.mark.parametrize("gap_m", [4.5, 4.6, 5.0])
 @pytest.mark.parametrize("road", ROADS)
@@ -79,6 +80,7 @@ def test_solver_stopped_close_behind_a_parked_car_passes_it(road, gap_m, aside_m
     assert seen.nearest_m > 0.0
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("kind", [ObjectKind.TRUCK, ObjectKind.VAN, ObjectKind.DEBRIS, ObjectKind.BARRIER])
 @pytest.mark.parametrize("width_m", [1.9, 2.5])
 def test_solver_stopped_close_behind_other_obstacles_passes_them(kind, width_m):
@@ -101,6 +103,7 @@ class Sluggish(World):
         super()._along(directive.model_copy(update={"path": later}))
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("late_m", [1.0, 1.5, 2.0])
 def test_plan_stopped_by_a_stationary_object_is_given_up_soon(late_m):
     """After the commit point the ego stands for what does not move. The plan stood for its whole time, 120 s."""

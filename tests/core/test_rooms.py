@@ -119,6 +119,7 @@ def test_no_rooms_need_each_other_in_a_circle(package):
     assert not circles, [data["why"] for *_, data in doors.subgraph(circles[0]).edges(data=True)]
 
 
+@pytest.mark.integration
 def test_importing_the_core_or_the_whole_product_loads_no_simulator():
     """One after the other in one process: whoever is the first to load one is named."""
     rooms = [m for m in IMPORTED_BY_THE_CORE if (ROOT / m.rpartition(".")[2]).is_dir()]

@@ -125,6 +125,7 @@ def test_no_words_lead_past_people_in_front_of_us(words):
     assert decide(world, words).plan is None
 
 
+@pytest.mark.integration
 @settings(max_examples=12, deadline=None)
 @given(words=st.text(max_size=500))
 def test_every_text_has_a_reading_and_the_same_one_again(words):
@@ -162,6 +163,7 @@ PLAUSIBLE = model(
 )
 
 
+@pytest.mark.integration
 @settings(max_examples=100, suppress_health_check=list(HealthCheck))
 @given(scene=PLAUSIBLE | model(Scene))
 def test_every_scene_gets_a_valid_decision_that_uses_only_what_is_offered(scene):

@@ -82,6 +82,7 @@ NONSENSE = {
 }
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(("what", "road"), each_value(NONSENSE, [TWO_WAY, MULTI]))
 def test_nonsense_touches_nobody(what, road):
     seen = drive(busy_road(road), 30.0, reasoner=planning(*NONSENSE[what]))
@@ -156,6 +157,7 @@ def test_an_answer_to_words_that_nobody_said_changes_nothing(intent):
     assert EventKind.GUIDANCE_ENDED not in seen.kinds()
 
 
+@pytest.mark.integration
 def test_a_car_that_appears_before_the_commit_point_ends_the_plan():
     world = World(TWO_WAY, [thing("lead", 75.0)])
     stood = []
@@ -171,6 +173,7 @@ def test_a_car_that_appears_before_the_commit_point_ends_the_plan():
     assert world.x > 100.0
 
 
+@pytest.mark.integration
 def test_a_stack_that_does_not_move_ends_the_plan_by_its_time_allowance():
     world = World(TWO_WAY, [thing("lead", 75.0)])
     seen = drive(world, 5.0)

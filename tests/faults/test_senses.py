@@ -185,6 +185,7 @@ def test_a_black_camera_does_not_keep_the_rules_from_helping():
 # ---- flickering
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("phase", [0, *(pytest.param(one, marks=pytest.mark.release) for one in (1, 2, 3))])
 def test_a_flickering_oncoming_car_is_never_met(phase):
     """Seen on every fourth tick only."""
@@ -236,6 +237,7 @@ def test_what_a_tracker_has_ended_is_kept_only_if_it_is_vulnerable(kind, sd_m, k
 # ---- a position that jumps
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("by", [(3.0, 0.0), (-3.0, 0.0), (0.0, 3.0), (0.0, -3.0)])
 def test_a_position_that_jumps_by_3_m_before_the_commit_point_ends_the_plan(by):
     state = {"jumped": False}
@@ -282,6 +284,7 @@ def undisturbed():
     return jumping(0.0, 0.0)[1]
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(("jump_s", "when_s"), [(-1000.0, 3.0), (-3.0, 0.5), (5.0, 3.0), (3600.0, 1.2)])
 def test_a_clock_that_jumps_leaves_the_plan_as_it_was(jump_s, when_s, undisturbed):
     told, driven = jumping(jump_s, when_s)

@@ -155,6 +155,7 @@ def test_traffic_that_will_go_on_uses_up_no_tries():
     assert seen.nearest_m > 0.3
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("spacing_m", sample([18.0, 24.0], 1))
 def test_in_a_stream_of_cars_beside_us_a_plan_begins_in_the_first_gap_and_meets_nobody(spacing_m):
     """The cars are of the kind that never brakes; they are as quick as the plan."""
@@ -166,6 +167,7 @@ def test_in_a_stream_of_cars_beside_us_a_plan_begins_in_the_first_gap_and_meets_
     assert seen.nearest_m > 0.3
 
 
+@pytest.mark.integration
 def test_a_plan_that_ran_out_of_time_is_not_started_again():
     world = stuck()
     world._along = lambda directive: None
