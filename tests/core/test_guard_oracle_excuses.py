@@ -97,6 +97,7 @@ def test_figures_say_how_long_it_was_visible_and_the_latest_stop():
 
 
 @pytest.mark.integration
+@pytest.mark.slow
 def test_stop_in_the_way_of_another_vehicle_does_not_count():
     """A second vehicle, on the other lane, hits the ego wherever it stops since the first is in sight."""
     case = crosses_slowly(60.0, mps=6.0)
@@ -312,7 +313,9 @@ def test_every_excuse_names_what_it_stands_for():
 
 
 @pytest.mark.integration
-@pytest.mark.parametrize("name", ["slow in a junction", "waits at a junction, then moves off"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("slow in a junction", marks=pytest.mark.release), "waits at a junction, then moves off"]
+)
 def test_recording_driven_again_ends_in_the_same_contact(name):
     """The first contact of the class, excused or not."""
     for number, k in itertools.product(range(80), range(1, 6)):

@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from worlds import LANE_M, World, drive, straight_road, stubborn, thing
 
+from grids import sample
 from stucksolver.decision import CONTINUE, Execute, RecoveryPlan
 from stucksolver.decision.behaviors import RequestAssistance
 from stucksolver.guard import Guard
@@ -175,7 +176,7 @@ def test_given_up_for_the_traffic_right_after_its_start_it_waits_for_the_next_ga
 
 
 @pytest.mark.integration
-@pytest.mark.parametrize("lead_s", [0.0, 0.2, 0.5])
+@pytest.mark.parametrize("lead_s", sample([0.0, 0.2, 0.5], 1))
 def test_what_words_have_taken_back_waits_as_long_as_words_last(lead_s):
     """Also where the traffic made the guard give it up at that moment: then it would have begun in the next gap."""
     words: dict[float, str] = {}

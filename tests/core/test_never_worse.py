@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from own_drivers import ROUTE_M, Patient, Ramming, SwingsOut, alone
 from worlds import drive, ladder, straight_road, stubborn, thing
 
+from grids import WHOLE
 from stucksolver import CONTINUE, SafeStop
 from stucksolver.reason import ReasonerError, RuleReasoner
 from stucksolver.scene import LineKind, Zone, ZoneKind
@@ -88,7 +89,7 @@ DRIVERS = {
 
 
 @pytest.mark.integration
-@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=8 if WHOLE else 3, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     driver=st.sampled_from(sorted(DRIVERS)),
     wait_s=st.floats(0.0, 60.0),

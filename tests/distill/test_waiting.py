@@ -29,6 +29,7 @@ def collected(out, *, routes, seeds=(1,), limit_s=25.0):
 
 
 @pytest.mark.integration
+@pytest.mark.release
 def test_a_drive_is_kept_as_moments_and_never_driven_twice(tmp_path):
     route = load_routes("dev")[0].id
     assert len(collected(tmp_path, routes=(route,))) == 1
