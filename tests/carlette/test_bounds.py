@@ -72,6 +72,7 @@ def test_commands_within_commands_are_counted_too(raw: Raw) -> None:
     assert actors_of(raw) == first + 1
 
 
+@pytest.mark.integration
 def test_a_batch_of_as_many_as_there_may_be_is_carried_out(raw: Raw) -> None:
     destroy = [[1, [999_999]]]
     error, answers = raw.call("apply_batch", [destroy] * MOST_COMMANDS, False)

@@ -119,6 +119,7 @@ def test_each_governed_lane_has_a_stop_waypoint_before_it(town: str) -> None:
         assert lanes[signal.id] <= reached, f"signal {signal.id}"
 
 
+@pytest.mark.integration
 def test_no_two_lights_govern_the_same_spot(town: str) -> None:
     """Several boxes in one place would count one red light twice."""
     roads, signals, _ = loaded(town)

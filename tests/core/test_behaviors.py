@@ -126,6 +126,7 @@ def test_given_up_it_leaves_the_vehicle_where_it_may_be(name, when_s):
         assert abs(world.speed) < 0.2
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("name", [n for n in CASES if not CASES[n][0].stands_still])
 def test_a_vehicle_that_does_not_move_times_out_standing_safely(name):
     behavior, world = fresh(name)
@@ -166,6 +167,7 @@ def test_driving_over_tells_the_stack_what_not_to_brake_for():
     assert max(p.speed_mps for x in told for p in x.path) <= 8 / 3.6
 
 
+@pytest.mark.integration
 def test_back_up_and_go_round_are_proven_one_after_the_other():
     world = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 2.3 + 2.0)])
     outcome, told = run([BackUp(distance_m=6.0), CASES["borrow_oncoming_lane"][0]], world)

@@ -80,6 +80,7 @@ def over_it(what, words=None):
     return any(b.name == "drive_over" for plan in plans for b in plan.behaviors)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("words", sample(["that's only a bag", "it's just a plastic bag blowing about"], 1))
 def test_a_doubtful_bag_is_driven_over_once_somebody_says_that_it_is_one(words):
     assert not over_it(bag(0.6))
@@ -141,6 +142,7 @@ def test_the_operator_is_asked_at_once_about_a_light_that_is_said_to_be_broken(w
     assert not begun
 
 
+@pytest.mark.integration
 def test_an_operators_yes_lets_it_creep_across():
     begun, _, x = at_red({5.0: "that light has been broken for days"}, lambda s, q: s.approve(q.id, by="operator"))
     assert begun and x > 75.0
@@ -191,6 +193,7 @@ def test_that_somebody_waves_us_through_ends_a_stand_off_sooner():
     assert told and (not alone or told[0] < alone[0] - 2.0)
 
 
+@pytest.mark.integration
 def test_a_released_light_is_told_to_the_stack_with_the_path():
     orders = []
     world = World(straight_road(oncoming=None), controls=(red_light(3.0),), x=60.0, cruise_mps=0.0)

@@ -74,6 +74,7 @@ FOUND = {
 }
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("found", FOUND.values(), ids=FOUND)
 def test_what_it_once_found_stays_mended(found):
     seed, scene, k = found

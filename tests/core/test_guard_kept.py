@@ -78,6 +78,7 @@ def marks(number: int) -> list[pytest.MarkDecorator]:
     return [pytest.mark.integration] * (number >= QUICK) + slow
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("number", [pytest.param(n, marks=marks(n)) for n in range(SCENES)])
 def test_verdicts_are_as_they_were_kept(number):
     now, before = verdicts_of(number), kept()[str(number)]

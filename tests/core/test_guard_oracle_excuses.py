@@ -88,6 +88,7 @@ def test_crosser_in_sight_when_the_plan_began_is_never_excused():
     assert case.first_visible == 0 and causes.excused_by(case) is None
 
 
+@pytest.mark.integration
 def test_figures_say_how_long_it_was_visible_and_the_latest_stop():
     case = crosses_slowly(60.0, mps=6.0)
     figures = case.figures()
@@ -219,6 +220,7 @@ def silent_case(orders, silent_from, awake=True, reach_m=200.0):
     return case_of(copied(case.recording.start).setting, orders, None, silent_from, lambda: awake)
 
 
+@pytest.mark.integration
 def test_silence_is_an_excuse_only_past_the_commit_point_and_if_the_plan_is_good():
     path = along(1.2)
     assert causes.silent(silent_case([(path, 25.0)], 2.0))
@@ -250,6 +252,7 @@ def test_who_runs_into_a_standing_vehicle_is_excused_only_if_able_to_stop():
     assert causes.excused_by(runs_into_us(4.0, role="comes up in the lane entered")) is None
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(("reach_m", "excused"), [(38.0, True), (90.0, False)])
 def test_crosser_that_hits_a_standing_vehicle_is_excused_only_if_seen_late(reach_m, excused):
     """The ego stops in its lane and stands for 4 s; seen from afar, it could have stopped short of the lane."""

@@ -74,6 +74,7 @@ def test_an_oncoming_car_before_the_commit_point_means_stop():
         assert RejectCode.ONCOMING_GAP in {r.code for r in verdict.rejects}
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("others", [[ONCOMING], [thing("wreck", 78.0, LANE_M, kind=ObjectKind.BARRIER)]])
 def test_after_the_commit_point_there_is_no_stop_in_the_oncoming_lane(others):
     world, proven = borrowing()

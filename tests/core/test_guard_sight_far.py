@@ -68,6 +68,7 @@ ENTRIES = st.one_of(
 CHANGE = ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)
 
 
+@pytest.mark.integration
 @given(
     plan=ENTRIES,
     limit_mps=st.floats(40 * KMH, 130 * KMH),

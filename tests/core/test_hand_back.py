@@ -164,6 +164,7 @@ def test_a_call_for_help_that_ends_does_not_let_the_stack_drive_from_where_a_pla
     assert CONTINUE not in seen.directives[begun:]
 
 
+@pytest.mark.integration
 def test_given_up_for_the_traffic_right_after_its_start_it_waits_for_the_next_gap():
     guard = GivesUp(lambda view: view.ego.speed_mps > 0.6)
     seen = drive(World(MULTI, [thing("lead", 75.0)]), 30.0, guard=guard, ladder=stubborn())
@@ -193,6 +194,7 @@ def test_what_words_have_taken_back_waits_as_long_as_words_last(lead_s):
     assert said + 30.0 < again[0] < said + 31.0
 
 
+@pytest.mark.integration
 def test_other_words_end_the_wait_that_words_asked_for():
     world = World(MULTI, [thing("lead", 75.0)])
     seen = drive(world, 30.0, ladder=stubborn(), words={6.0: "wait", 12.0: "please overtake"})

@@ -55,6 +55,7 @@ def test_the_wait_is_bounded():
     assert world.time_s == pytest.approx(6.0, abs=0.2)
 
 
+@pytest.mark.integration
 def test_it_makes_way_and_is_back_in_its_lane_behind_the_siren():
     world = World(SHOULDER, [siren(-5.0)], speed=6.0, cruise_mps=6.0, behind_m=150.0)
     nearest, aside = [], []

@@ -53,6 +53,7 @@ def test_denied_bag_is_not_driven_over(words, confidence):
     assert reached_m(confidence, {0.05: words}) < BAG_M
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(
     "order", [("it's a sleeping dog", "that's only a bag"), ("that's only a bag", "it's not a bag")]
 )
@@ -70,6 +71,7 @@ def test_danger_stops_a_plan_that_already_drives_over_it(words):
     assert reached_m(0.9, {moving_s: words}) + 2.45 < BAG_M
 
 
+@pytest.mark.integration
 def test_bar_ends_once_the_object_is_behind():
     world = World(ONE_LANE, [thing("dog", 300.0, 30.0, kind=ObjectKind.ANIMAL)], x=50.0)
     world.objects.append(bag(0.9).model_copy(update={"x_m": 170.0}))
@@ -107,6 +109,7 @@ ALARMS = [
 ]
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("words", ALARMS)
 def test_alarm_ends_a_running_plan_and_none_begins_for_a_while(words):
     said_s = round(begun_s() + 0.1, 2)
@@ -157,6 +160,7 @@ def test_prohibition_ends_no_stand_off_sooner(words):
     assert forbidden is None or (silent is not None and forbidden >= silent)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("words", FORBIDS[:3])
 def test_prohibition_takes_an_earlier_permission_back(words):
     both = stand_off({0.05: "he waves us through", 0.1: words})
@@ -171,6 +175,7 @@ def test_denied_broken_light_asks_nobody(words):
     assert at_red({5.0: words})[1] == []
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("words", ["he is not parked, he's only waiting", "he won't be staying long"])
 def test_denied_long_stay_passes_nobody_sooner(words):
     def first(said):
@@ -225,6 +230,7 @@ def test_let_out_vehicle_drives_on_when_told(words):
     assert not all(stood)
 
 
+@pytest.mark.integration
 def test_let_out_holds_by_a_standing_directive():
     seen, _ = let_out(seconds=60.0)
     last = seen.directives[-1]

@@ -127,6 +127,7 @@ def test_stop_words_of_another_soon_after_do_not_undo_it(other, ticks):
     assert ride.withdrawn() and not ride.begun_since(said_s)
 
 
+@pytest.mark.integration
 def test_stop_words_well_after_it_count_again():
     ride = Ride().until_begun()
     ride.solver.guide("stop!")
@@ -137,6 +138,7 @@ def test_stop_words_well_after_it_count_again():
     assert ride.begun_since(said_s)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(
     ("words", "other"),
     each_value(
@@ -153,6 +155,7 @@ def test_stop_that_only_the_network_knows_is_not_overwritten(words, other):
     assert ride.withdrawn() and not ride.begun_since(said_s)
 
 
+@pytest.mark.integration
 @settings(max_examples=8, deadline=None)
 @given(
     before=st.lists(st.sampled_from(SECOND), max_size=4),

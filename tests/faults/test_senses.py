@@ -66,6 +66,7 @@ def test_without_a_scene_nobody_is_asked():
     assert "the stack has no scene to give" in texts(told, EventKind.FAILED)[0]
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("fault", ["missing", "frozen"])
 def test_surroundings_that_stop_coming_before_the_commit_point_end_the_plan(fault):
     last = []
@@ -93,6 +94,7 @@ def test_a_sensor_that_stamps_old_frames_anew_is_found_out_while_driving():
     assert ages[-1] == pytest.approx(0.95)
 
 
+@pytest.mark.integration
 def test_a_slow_sensor_is_no_frozen_one():
     """Ten frames a second for a loop of twenty ticks."""
     kept = []
@@ -107,6 +109,7 @@ def test_a_slow_sensor_is_no_frozen_one():
     assert EventKind.FAULT not in [e.kind for e in told]
 
 
+@pytest.mark.integration
 def test_a_plan_does_not_run_for_ever_on_nothing():
     seen = []
 
@@ -172,6 +175,7 @@ def test_a_frozen_image_is_found_out_once_the_vehicle_has_moved():
     assert watch.checked(scene, 12.0) == (scene.model_copy(update={"image": None}), "the camera image is frozen")
 
 
+@pytest.mark.integration
 def test_a_black_camera_does_not_keep_the_rules_from_helping():
     world = stuck()
     scene = world.scene

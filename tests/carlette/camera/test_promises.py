@@ -63,6 +63,7 @@ def test_threads_do_not_disturb_each_other(world) -> None:
             assert all((one == other).all() for one, other in zip(alone, together, strict=True))
 
 
+@pytest.mark.integration
 def test_nothing_at_body_height_stands_on_a_lane(town) -> None:
     pavement = pave(read_roads(check_opendrive(town.file.text, "town")))
     items = scenery(pavement, 1, [])
@@ -99,6 +100,7 @@ def test_depth_can_be_decoded_as_carla_says(metres) -> None:
     assert (red + 256 * green + 65536 * blue) / 0xFFFFFF * 1000 == pytest.approx(min(metres, 1000.0), abs=1e-3)
 
 
+@pytest.mark.integration
 def test_a_crowd_of_cameras_leaves_the_world_alone(town) -> None:
     one, other = World(town), World(town)
     add(one, x=50.0)
