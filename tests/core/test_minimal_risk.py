@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from worlds import World, drive, ladder, straight_road, thing
 
+from grids import each_value
 from stucksolver import CONTINUE, SafeStop
 from stucksolver.decision.behaviors import RequestAssistance
 from stucksolver.guard import Guard, RejectCode
@@ -35,8 +36,7 @@ def test_a_vehicle_is_never_held_where_nobody_may_stand(kind):
 
 
 @pytest.mark.integration
-@pytest.mark.parametrize("kind", list(ZoneKind))
-@pytest.mark.parametrize("way", ["ahead", "back"])
+@pytest.mark.parametrize(("kind", "way"), each_value(ZoneKind, ["ahead", "back"]))
 def test_it_is_left_for_a_place_in_reach(kind, way):
     world = inside(kind, wall(66.0 if way == "ahead" else 54.0))
     view = world.view()
