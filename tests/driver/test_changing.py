@@ -85,6 +85,7 @@ def test_of_two_changes_the_second_looks_at_its_own_lane_even_if_the_first_was_e
     assert ChangeWatch(changes)._due == changes
 
 
+@pytest.mark.integration
 def test_without_a_gap_it_waits_before_its_lane_ends():
     world, ego, driver = scene()
     for k in range(40):

@@ -72,6 +72,7 @@ def student() -> DistilledReasoner:
 # ---- the scene's text
 
 
+@pytest.mark.integration
 @given(scenes())
 @settings(max_examples=60, deadline=None)
 def test_a_scene_survives_its_text(one):
@@ -117,6 +118,7 @@ def test_nonsense_is_never_a_scene(text):
         read_prompt(text)
 
 
+@pytest.mark.integration
 @given(scenes())
 @settings(max_examples=60, deadline=None)
 def test_the_scene_of_a_prompt_is_read_back(one):
@@ -153,6 +155,7 @@ def test_what_is_no_chain_is_refused(text):
 # ---- numbers
 
 
+@pytest.mark.integration
 @given(scenes())
 @settings(max_examples=30, deadline=None)
 def test_all_numbers_are_small_and_of_the_shape_that_the_card_names(one):
