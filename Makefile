@@ -10,17 +10,18 @@ PROJECTS := pyproject.toml packages/carlette/pyproject.toml
 unexport PYTHONDONTWRITEBYTECODE
 
 # `make test` runs the tests of `unit` and `integration` in one go: they are collected once, and no core idles in between.
-# It leaves out those marked `slow`, which take longer than all others; `make test ALL=1` runs them and the site's as well.
-# Both look at a third of the guard's examples and of the answers that are made up, at three of each class of scenes that
+# It leaves out those marked `slow`, which take longer than all others; `make test ALL=1` runs them and the site's as well,
+# but for those marked `release`: whole drives, and the later cases of a series. `make whole` runs these, too.
+# Both look at a third of the guard's examples, at a tenth of the answers that are made up, at three of each class of scenes that
 # are mirrored, and at two of eight drives by chance beside those that take every way of the state machine;
-# `make integration` looks at all.
-FEWER := GUARD_EXAMPLES=50 GUARD_SCENES=48 ADVERSARIAL_ANSWERS=3400 MACHINE_DRIVES=2
+# `make integration` looks at all. Grids of cases are thinned (tests/grids.py); `make whole` runs every combination.
+FEWER := GUARD_EXAMPLES=50 GUARD_SCENES=48 ADVERSARIAL_ANSWERS=1000 MACHINE_DRIVES=2
 # A file's tests stay with one worker: what they share, a server or a drive at which several look, is made once. Files
 # that take long come first (tests/conftest.py).
 WORKERS ?= 2
 PYTEST := $(BIN)/python -m pytest --dist loadfile --no-loadscope-reorder -q
 .PHONY: demo test tests all-tests slow lint types checks compiled unit integration model-server bench-smoke bench bench-check coverage \
-	docs docs-test tutorials release-check portable lock clean
+	whole docs docs-test tutorials release-check portable lock clean
 
 demo: $(VENV)/.sim
 	$(BIN)/stucksolver demo --seed $(SEED) --out out/demo
@@ -49,7 +50,11 @@ tests: compiled
 	$(FEWER) $(PYTEST) -n $(WORKERS) -m "not site and not slow"
 
 all-tests: compiled
-	$(FEWER) $(PYTEST) -n $(WORKERS)
+	$(FEWER) $(PYTEST) -n $(WORKERS) -m "not release"
+
+# Every test with every case, some 10,000 of them, among these the drives that are left to a release.
+whole: compiled
+	WHOLE_GRIDS=1 $(PYTEST) -n $(WORKERS)
 
 slow: compiled
 	$(PYTEST) -n $(WORKERS) -m slow

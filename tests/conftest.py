@@ -24,6 +24,8 @@ def pytest_collection_modifyitems(items):
     """Files that take long come first: the short ones then fill what is left, and no worker waits for the last."""
     long = {item.path: 0 for item in items}
     for item in items:
+        if item.get_closest_marker("release"):
+            item.add_marker("slow")
         marks = {mark.name for mark in item.iter_markers()}
         long[item.path] = max(long[item.path], 2 * ("slow" in marks or "site" in marks) + ("integration" in marks))
     items.sort(key=lambda item: -long[item.path])

@@ -62,6 +62,7 @@ def test_the_behaviour_is_offered_proven_and_driven(made, monkeypatch):
     assert not Guard().accept([inch], near.view(), False)[0].accepted
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("made", ["reasoner"], indirect=True)
 def test_the_reasoner_waits_and_then_the_vehicle_recovers(made):
     reasoner = make_reasoner(f"own:{made.__name__}:Patient")
@@ -73,6 +74,7 @@ def test_the_reasoner_waits_and_then_the_vehicle_recovers(made):
     assert next(e for e in seen.events if e.decision).reasoner == "patient"
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("made", ["stack"], indirect=True)
 def test_the_stack_gets_past_a_parked_car(made):
     """The vehicle is the stand-in of these tests, with the names that the template uses."""

@@ -25,6 +25,7 @@ def test_bench2drive_s_page_is_made_of_what_is_kept():
     assert bench2drive.page(bench2drive.kept()) == page("bench2drive")
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(
     "told",
     [

@@ -31,6 +31,7 @@ ticks = st.tuples(places, places, st.booleans(), st.booleans())
 steps = st.one_of(orders, ticks, ticks, ticks, st.just("expire"))
 
 
+@pytest.mark.integration
 @given(st.lists(steps, max_size=60))
 def test_both_leases_perform_the_same(sequence):
     ours, theirs = Lease(), bridge.Lease()
@@ -63,6 +64,7 @@ JUNK = st.recursive(
 FIELDS = ("kind", "path", "expires_ticks", "brake_mps2", "behavior", "reverse")
 
 
+@pytest.mark.integration
 @given(st.dictionaries(st.sampled_from(FIELDS), JUNK).map(lambda form: {"kind": "execute", **form}) | JUNK)
 def test_whatever_is_said_something_can_be_performed(form):
     held = bridge.Lease()

@@ -22,6 +22,7 @@ def box(x, y, z=0.5, length=4.0, width=2.0, yaw=0.0, name=7):
     return Placed(body, x, y, z, yaw, 0.0, 0.0)
 
 
+@pytest.mark.integration
 @given(x=st.floats(6, 40))
 def test_the_free_way_ends_a_step_or_less_before_the_bumpers_touch(x):
     gap = x - 2.0 - CAR[0]

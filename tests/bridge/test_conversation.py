@@ -167,7 +167,7 @@ def test_what_is_late_by_a_few_ticks_is_taken_then(other, clock):
         assert ticks(clock, talk, 1)[0] == [{"on": "time"}]
 
 
-def test_what_answers_a_tick_too_long_ago_is_old_news_and_asked_for_again(other, clock):
+def test_step_answer_too_old_is_dropped_and_asked_for_again(other, clock):
     talk = live(other)
     ticks(clock, talk, OLD_TICKS)
     other.says({"directive": {"kind": "execute"}})
@@ -212,7 +212,7 @@ def test_who_asks_for_ever_holds_no_tick_up(other, clock):
         clock.now_s = begun + TICK_S
 
 
-def test_a_world_that_waits_waits_for_the_answer_however_long_it_takes_up_to_the_limit(other, clock):
+def test_step_waiting_world_gets_any_answer_within_the_limit(other, clock):
     talk = lockstep(other)
     other.later = [(1000.0 + LIMIT_S - 1.0, framed({"thought": "long", "number": 1}))]
     assert talk.step({}, str) == {"thought": "long"}

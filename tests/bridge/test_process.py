@@ -68,19 +68,13 @@ def test_a_solver_that_is_killed_is_noticed_on_the_next_tick(solver, number):
     ("field", "value"),
     [
         ("time_s", math.nan),
-        ("time_s", None),
-        ("speed_mps", math.inf),
-        ("speed_mps", -9.0),
-        ("speed_mps", "fast"),
         pytest.param("speed_mps", object(), id="speed_mps-object"),
-        ("progress_m", [1.0]),
         ("progress_m", 10**400),
-        ("at_destination", "no"),
     ],
     ids=str,
 )
 def test_step_status_field_wrong_is_one_event_over_the_link(solver, field, value):
-    """Nothing is raised in the stack's loop, the vehicle is left to its driver, and the solver lives."""
+    """What no JSON can hold; tests/core/test_status_faults.py has many more values. The solver lives."""
     told = []
     for k in range(30):
         status = {"time_s": 0.05 * k, "speed_mps": 0.0, "progress_m": 1.0, "at_destination": False, field: value}
@@ -92,7 +86,7 @@ def test_step_status_field_wrong_is_one_event_over_the_link(solver, field, value
     assert told[0]["text"].startswith(f"status.{field} is ")
 
 
-@pytest.mark.parametrize("status", [None, 7, [], {"speed": 1.0}, {"time_s": 0.0, "wheels": 4}], ids=str)
+@pytest.mark.parametrize("status", [None, {"time_s": 0.0, "wheels": 4}], ids=str)
 def test_step_no_status_at_all_ends_the_solver_with_one_line(solver, status, capfd):
     assert solver.step({"status": status}, lambda what: None) is None
     assert not solver.alive and "cannot be used" in solver.fault
@@ -152,7 +146,7 @@ def test_a_stack_that_ends_in_the_middle_of_a_plan_leaves_a_whole_record_and_one
 
 @pytest.mark.parametrize(
     ("settings", "named"),
-    [({"recovery": "wishes"}, "wishes"), ({"ladder": "of_hope"}, "of_hope"), ({"speed": 9}, "speed")],
+    [({"ladder": "of_hope"}, "of_hope"), ({"speed": 9}, "speed")],
 )
 def test_settings_that_cannot_be_used_are_an_error_that_names_them(settings, named):
     with pytest.raises(SolverError, match=named):

@@ -301,6 +301,7 @@ def test_what_fails_all_the_same_is_stood_still_at(told_by, capsys):
     assert "ZeroDivisionError" in capsys.readouterr().err
 
 
+@pytest.mark.integration
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(ANYTHING | st.sampled_from([*GOOD[:4], GO]), max_size=6))
 def test_whatever_is_said_the_agents_loop_goes_on(told_by, answers):

@@ -19,6 +19,7 @@ from carlette.maps import DEMO_TOWN
 STARTS_WITHIN_S = 200.0
 
 
+@pytest.mark.integration
 def test_towns_lie_where_benchmarks_look_for_them(tmp_path, capsys):
     assert main(["--as-carla-root", str(tmp_path / "carla")]) == 0
     assert "demo_town" in capsys.readouterr().out
@@ -26,6 +27,7 @@ def test_towns_lie_where_benchmarks_look_for_them(tmp_path, capsys):
     assert copied.read_bytes() == DEMO_TOWN.read_bytes()
 
 
+@pytest.mark.integration
 def test_the_same_folder_can_be_written_again(tmp_path):
     for _ in range(2):
         assert write_carla_root(tmp_path, [DEMO_TOWN.parent], "0.9.16")

@@ -72,12 +72,14 @@ def test_commands_within_commands_are_counted_too(raw: Raw) -> None:
     assert actors_of(raw) == first + 1
 
 
+@pytest.mark.integration
 def test_a_batch_of_as_many_as_there_may_be_is_carried_out(raw: Raw) -> None:
     destroy = [[1, [999_999]]]
     error, answers = raw.call("apply_batch", [destroy] * MOST_COMMANDS, False)
     assert error is None and len(answers) == MOST_COMMANDS
 
 
+@pytest.mark.integration
 def test_a_world_takes_no_more_than_a_bounded_number_of_actors() -> None:
     world = straight_world()
     for number in range(MOST_ACTORS - len(world.actors)):
@@ -197,6 +199,7 @@ def test_a_damaged_log_is_refused_or_ends_its_replay_and_never_the_server(tmp_pa
     assert np.isfinite(simulator.world.bodies.position).all()
 
 
+@pytest.mark.integration
 def test_a_sound_log_is_played_as_before(tmp_path) -> None:
     world = straight_world()
     car = add(world)

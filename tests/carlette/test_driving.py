@@ -58,6 +58,7 @@ def test_steering_right_turns_right() -> None:
     assert world.bodies.angular[car.row, 2] > 0.0
 
 
+@pytest.mark.integration
 @given(st.floats(0, 1), st.floats(-1, 1), st.floats(0, 1), st.floats(0, 40))
 @settings(max_examples=25)
 def test_no_control_gives_impossible_accelerations(throttle: float, steer: float, brake: float, mps: float) -> None:

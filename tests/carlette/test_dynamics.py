@@ -60,6 +60,7 @@ def test_from_0_to_100_kmh(type_id: str, low: float, high: float) -> None:
     assert low < seconds_to(world, car, 100 * KMH) < high
 
 
+@pytest.mark.integration
 def test_a_truck_is_slower_and_brakes_later_than_a_car_and_a_bicycle_keeps_below_45_kmh() -> None:
     results = {}
     for type_id in (CAR, TRUCK):
@@ -242,6 +243,7 @@ BODY = st.tuples(
 )  # fmt: skip
 
 
+@pytest.mark.integration
 @given(st.lists(BODY, min_size=2, max_size=5))
 @settings(max_examples=60)
 def test_no_contact_creates_energy_or_nan(crowd: list[tuple[str, float, float, float, float, float, float]]) -> None:
@@ -261,6 +263,7 @@ def test_no_contact_creates_energy_or_nan(crowd: list[tuple[str, float, float, f
         assert np.isfinite(column).all()
 
 
+@pytest.mark.integration
 @given(st.floats(0.5, 20.0), st.floats(0.5, 20.0), st.floats(-1.0, 1.0), st.sampled_from([CAR, TRUCK, BIKE]))
 @settings(max_examples=25)
 def test_two_vehicles_never_pass_through_each_other(v1: float, v2: float, aside_m: float, other_id: str) -> None:
@@ -276,6 +279,7 @@ def test_two_vehicles_never_pass_through_each_other(v1: float, v2: float, aside_
             return  # thrown aside, it is past us, and may come to lie in our track behind
 
 
+@pytest.mark.integration
 @given(
     st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=7, max_size=7),
     st.floats(-40, 40),

@@ -87,6 +87,7 @@ def town(cars: int, name: str = "demo_town") -> World:
     return world
 
 
+@pytest.mark.integration
 def test_a_fork_of_a_town_has_its_lights_and_leaves_the_original_alone() -> None:
     world = town(10)
     world.tick()

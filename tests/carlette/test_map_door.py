@@ -178,6 +178,7 @@ def test_a_map_that_is_not_built_in_time_is_refused(monkeypatch) -> None:
         trial.try_out(ROAD, longest_s=0.1)
 
 
+@pytest.mark.integration
 def test_a_map_that_crashes_its_builder_is_refused_also_where_no_bound_was_crossed() -> None:
     with pytest.raises(MapError, match="crashes"):
         trial.try_out(HARMFUL["a road without a line"])

@@ -24,7 +24,7 @@ GROWTH_MB = 2.5
 """Over the worlds after the first few; a town's map alone is larger."""
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_eighteen_worlds_need_no_more_memory_than_eight(town01) -> None:
     pytest.importorskip("carla")
     with running_server("--maps", str(town01.parent)) as port:

@@ -57,7 +57,7 @@ def test_fifty_cars_never_touch_in_the_demo_town(demo_roads: RoadNetwork) -> Non
     assert collisions(world, 1300) == []
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_twenty_cars_never_touch_in_town01(town01: Path) -> None:
     assert collisions(busy(RoadNetwork(load_map(town01)), 20), 1300) == []
 

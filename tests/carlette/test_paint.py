@@ -69,6 +69,7 @@ def test_what_has_no_colour_gets_none() -> None:
         assert "color" not in add(world, kind, x=30.0 if "walker" in kind else 40.0).attributes
 
 
+@pytest.mark.integration
 def test_paint_moves_nothing() -> None:
     ways = []
     for attributes in ({}, asked("1,2,3")):

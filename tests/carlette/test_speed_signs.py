@@ -40,6 +40,7 @@ def test_a_vehicle_has_30_kmh_wherever_it_is_spawned_whatever_the_road_says() ->
     assert [limit(world, add(world, x=x)) for x in (50.0, 300.0)] == [30.0, 30.0]
 
 
+@pytest.mark.integration
 def test_it_gets_the_limit_of_a_sign_when_its_bumper_touches_the_signs_box_and_keeps_it() -> None:
     world = signed(sign(90.0), sign(60.0, s=160.0))
     car = add(world, x=80.0)
@@ -74,6 +75,7 @@ def test_the_value_counts_as_kmh_whatever_the_unit_and_a_sign_without_one_not_at
     assert [limit(world, car) for car in cars] == [25.0, 30.0]
 
 
+@pytest.mark.integration
 @settings(max_examples=60, deadline=None)
 @given(st.floats(90.0, 108.0), st.floats(-2.0, 5.5), st.floats(-180.0, 180.0))
 def test_touching_means_that_the_vehicles_outline_overlaps_the_box(x: float, y: float, yaw: float) -> None:

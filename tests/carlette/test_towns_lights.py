@@ -88,6 +88,7 @@ def leads_to(waypoint, metres: int = 25) -> set[tuple[int, int]]:
     return found
 
 
+@pytest.mark.integration
 def test_there_are_as_many_lights_and_governed_lanes_as_in_the_real_simulator(town: str) -> None:
     _, signals, lanes = loaded(town)
     lights = [one for one in signals if one.type == LIGHT_TYPE]
@@ -118,6 +119,7 @@ def test_each_governed_lane_has_a_stop_waypoint_before_it(town: str) -> None:
         assert lanes[signal.id] <= reached, f"signal {signal.id}"
 
 
+@pytest.mark.integration
 def test_no_two_lights_govern_the_same_spot(town: str) -> None:
     """Several boxes in one place would count one red light twice."""
     roads, signals, _ = loaded(town)

@@ -37,7 +37,7 @@ def serve(map_name: str):
     return running_server("--map", map_name, "--client-version", VERSION, "--seed", "11")
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_twenty_cars_drive_for_thousands_of_ticks_in_their_lanes(town01: Path) -> None:
     with serve(str(town01)) as port:
         result = traffic(port, 20, 2000)

@@ -399,7 +399,7 @@ def test_traffic_goes_on_while_all_cores_are_busy() -> None:
         for one in burners:
             one.start()
         with serve("demo_town") as port:
-            result = traffic(port, 5, 1500)
+            result = traffic(port, 5, 500)
     finally:
         for one in burners:
             one.kill()

@@ -56,6 +56,7 @@ class Line:
         return bool(list(overstayed([self.near], self.clock.now)))
 
 
+@pytest.mark.integration
 @given(seed=st.integers(0, 2**32))
 def test_requests_are_the_same_however_their_bytes_are_cut(seed: int) -> None:
     chance, frames, found = random.Random(seed), Frames(), []
@@ -155,6 +156,7 @@ def test_a_client_that_is_silent_between_requests_stays() -> None:
     assert not line.overstays()
 
 
+@pytest.mark.integration
 def test_a_client_that_asks_and_does_not_read_is_asked_to_wait_and_loses_nothing() -> None:
     line = Line(answer="x" * 1_000_000)
     line.far.sendall(b"".join(msgpack.packb([0, i, "get_map_data", [[False]]]) for i in range(200)))
@@ -210,6 +212,7 @@ def port() -> Iterator[int]:
         yield port
 
 
+@pytest.mark.integration
 def test_the_server_closes_an_endless_request_and_serves_on(port: int) -> None:
     with socket.create_connection(("127.0.0.1", port), timeout=20) as sock:
         sock.sendall(b"\x94\x00\x01\xabapply_batch\x92\x91\xc2\xdd\x0f\xff\xff\xff")
@@ -219,6 +222,7 @@ def test_the_server_closes_an_endless_request_and_serves_on(port: int) -> None:
     assert Raw(port).call("version") == (None, [[1, "0.9.16"]])
 
 
+@pytest.mark.integration
 def test_a_hundred_new_episodes_asked_for_at_once_do_not_keep_another_client_waiting(port: int) -> None:
     # The server may be done with all of them before a busy machine lets us ask; but not each time.
     assert any(is_answered_on_the_way(port) for _ in range(5))

@@ -69,6 +69,7 @@ def test_a_jump_is_as_high_as_unreals_and_ends_on_the_ground() -> None:
     assert sum(one > 0.1 for one in heights) < 20
 
 
+@pytest.mark.integration
 def test_a_walker_that_is_hit_hard_dies_and_leaves_unless_invincible() -> None:
     world = straight_world()
     car, victim, immune = add(world, CAR, 50.0), mortal(world, 60.0), add(world, WALKER, 100.0, z=STAND_M)
@@ -93,6 +94,7 @@ def test_a_soft_touch_kills_nobody() -> None:
     assert not world.walkers.dead[walker.index]
 
 
+@pytest.mark.integration
 @given(st.floats(1.0, 40.0), st.floats(-0.9, 0.9))
 @settings(max_examples=20)
 def test_no_car_passes_through_a_walker(mps: float, aside_m: float) -> None:

@@ -29,10 +29,12 @@ def run(world: World, count: int = 200) -> bytes:
     return b"".join(w.bodies.record.tobytes() for w in ticks(world, count))
 
 
+@pytest.mark.integration
 def test_the_same_commands_give_the_same_world_bit_for_bit() -> None:
     assert run(busy_world()) == run(busy_world())
 
 
+@pytest.mark.integration
 def test_a_pickled_copy_goes_on_exactly_as_the_original() -> None:
     world = busy_world()
     run(world, 50)

@@ -14,6 +14,7 @@ from carlette.worlds import Traffic, open_world, populate
 PAGE = Path(__file__).parents[2] / "docs" / "carlette.md"
 
 
+@pytest.mark.integration
 def test_the_example_of_the_page_runs_and_a_fork_goes_on_as_the_original_would():
     (example,) = [e for e in re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL) if "worlds" in e]
     told: dict[str, object] = {}
@@ -26,6 +27,7 @@ def test_the_example_of_the_page_runs_and_a_fork_goes_on_as_the_original_would()
     assert np.array_equal(world.bodies.position, branch.bodies.position)
 
 
+@pytest.mark.integration
 def test_the_same_seed_puts_the_same_cars_at_the_same_places():
     first, second, other = (open_world("grid_town") for _ in range(3))
     for world, seed in ((first, 3), (second, 3), (other, 4)):

@@ -201,7 +201,7 @@ def test_a_run_ends_with_a_table_a_report_and_its_log(mark: str, out: Path) -> N
     assert sorted(p.name for p in out.rglob("*") if p.is_file()) == KEPT
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_a_map_without_road_marks_is_driven_too(mark: str, out: Path, tmp_path: Path) -> None:
     path = tmp_path / "bare.xodr"
     path.write_text(SHORT_ROAD.replace('length="60"', 'length="900"'))

@@ -22,7 +22,7 @@ def said(tmp_path, capsys, words):
     return capsys.readouterr().out, logs
 
 
-@pytest.mark.slow
+@pytest.mark.release
 @pytest.mark.integration
 def test_it_says_what_it_understood_why_it_waits_and_what_came_of_it(tmp_path, capsys):
     out, logs = said(tmp_path, capsys, "Be a dear and slip round that one in front")

@@ -195,6 +195,7 @@ def test_the_example_says_that_nobody_serves_it_in_one_line(arguments, told):
     assert told in done.stderr
 
 
+@pytest.mark.integration
 def test_a_reader_of_the_output_that_has_had_enough_gets_no_traceback():
     program = "import sys; from stucksolver.cli.main import main; sys.exit(main(['ladder']))"
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from worlds import LANE_M, World, straight_road, thing
 
+from grids import each_value
 from stucksolver.decision import Execute, RecoveryPlan, Replan, SafeStop
 from stucksolver.decision.behaviors import (
     REGISTRY,
@@ -110,8 +111,7 @@ def test_it_is_done_within_its_time_and_touches_nothing(name):
     assert name == "drive_over" or min(nearest, default=1.0) > 0.25
 
 
-@pytest.mark.parametrize("name", CASES)
-@pytest.mark.parametrize("when_s", [0.3, 2.0, 5.0])
+@pytest.mark.parametrize(("name", "when_s"), each_value(CASES, [0.3, 2.0, 5.0]))
 def test_given_up_it_leaves_the_vehicle_where_it_may_be(name, when_s):
     """At rest where one may stand, or, once committed, with the behaviour finished."""
     behavior, world = fresh(name)
@@ -126,6 +126,7 @@ def test_given_up_it_leaves_the_vehicle_where_it_may_be(name, when_s):
         assert abs(world.speed) < 0.2
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("name", [n for n in CASES if not CASES[n][0].stands_still])
 def test_a_vehicle_that_does_not_move_times_out_standing_safely(name):
     behavior, world = fresh(name)
@@ -166,6 +167,7 @@ def test_driving_over_tells_the_stack_what_not_to_brake_for():
     assert max(p.speed_mps for x in told for p in x.path) <= 8 / 3.6
 
 
+@pytest.mark.integration
 def test_back_up_and_go_round_are_proven_one_after_the_other():
     world = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 2.3 + 2.0)])
     outcome, told = run([BackUp(distance_m=6.0), CASES["borrow_oncoming_lane"][0]], world)

@@ -95,6 +95,7 @@ def test_stopping_soon_slower_ego_would_be_met_brakes_at_once():
     assert GUARD.stopping_soon(proven.path, world.view()) is None
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("lost_y_m", [0.6, 1.5, 2.5])
 def test_solver_blind_in_pass_is_never_faster_and_stands(lost_y_m):
     """Perception dies anywhere in a pass: from then on the ego only slows down, and stands in its own lane."""
@@ -109,6 +110,7 @@ def test_solver_blind_in_pass_is_never_faster_and_stands(lost_y_m):
     assert any("nothing has been seen" in text or "stale" in text for text in texts)
 
 
+@pytest.mark.integration
 def test_solver_blind_pedestrian_ahead_is_met_no_faster_than_then():
     """Somebody who steps out unseen is met at walking pace, not at the speed that the plan would have reached."""
     world = World(straight_road(), [thing("lead", 75.0)], x=66.0)
@@ -125,6 +127,7 @@ def test_solver_blind_pedestrian_ahead_is_met_no_faster_than_then():
     assert max(executing) <= lost_mps[0] + 1.5 * (GUARD.policy.max_age_s + 3 * world.dt)
 
 
+@pytest.mark.integration
 def test_solver_sight_returns_plan_goes_on():
     """A second without surroundings slows the pass down and does not end it."""
     world = World(straight_road(), [thing("lead", 75.0)], x=66.0)

@@ -8,6 +8,7 @@ from functools import cache
 import pytest
 from worlds import LANE_M, World, drive, ladder, red_light, straight_road, thing
 
+from grids import sample
 from stucksolver import StuckSolver
 from stucksolver.decision import Execute, WaitReason
 from stucksolver.ladder.ladder import Words
@@ -37,7 +38,10 @@ def begun_in_silence(world):
     return tuple(started(drive(world(), 20.0)))
 
 
-@pytest.mark.parametrize("words", ["he's unloading, that takes an hour", "that one has been parked here since Monday"])
+@pytest.mark.integration
+@pytest.mark.parametrize(
+    "words", sample(["he's unloading, that takes an hour", "that one has been parked here since Monday"], 1)
+)
 def test_who_is_said_to_stay_is_passed_sooner(words):
     told = drive(behind_a_van(), 20.0, words={2.0: words})
     assert started(told)[0] < begun_in_silence(behind_a_van)[0] - 3.0
@@ -52,7 +56,10 @@ def test_no_claim_makes_a_queue_an_obstruction():
     assert not started(drive(world(), 20.0, words={2.0: "he's unloading, that takes an hour"}))
 
 
-@pytest.mark.parametrize("words", ["the driver is just coming back", "look, the owner is walking to his car"])
+@pytest.mark.integration
+@pytest.mark.parametrize(
+    "words", sample(["the driver is just coming back", "look, the owner is walking to his car"], 1)
+)
 def test_who_is_said_to_come_back_is_waited_for(words):
     alone = begun_in_silence(behind_a_car)
     told = started(drive(behind_a_car(), 46.0, words={0.5: words}))
@@ -73,7 +80,8 @@ def over_it(what, words=None):
     return any(b.name == "drive_over" for plan in plans for b in plan.behaviors)
 
 
-@pytest.mark.parametrize("words", ["that's only a bag", "it's just a plastic bag blowing about"])
+@pytest.mark.integration
+@pytest.mark.parametrize("words", sample(["that's only a bag", "it's just a plastic bag blowing about"], 1))
 def test_a_doubtful_bag_is_driven_over_once_somebody_says_that_it_is_one(words):
     assert not over_it(bag(0.6))
     assert over_it(bag(0.6), {2.0: words})
@@ -88,12 +96,15 @@ def test_a_bag_that_is_hardly_seen_stays_one_whatever_is_said():
     assert not over_it(bag(0.4), {2.0: "that's only a bag"})
 
 
-@pytest.mark.parametrize("words", ["that is not a bag", "I don't think that's a bag", "no bag, that"])
+@pytest.mark.parametrize("words", sample(["that is not a bag", "I don't think that's a bag", "no bag, that"], 1))
 def test_that_it_is_no_bag_confirms_nothing(words):
     assert not over_it(bag(0.6), {2.0: words})
 
 
-@pytest.mark.parametrize("words", ["the road is clear", "nobody is coming, it's all clear", "the way is free"])
+@pytest.mark.integration
+@pytest.mark.parametrize(
+    "words", sample(["the road is clear", "nobody is coming, it's all clear", "the way is free"], 1)
+)
 def test_that_the_road_is_clear_never_replaces_sight(words):
     world, left = World(TWO_WAY, [thing("car", 75.0)], x=66.0, cruise_mps=0.0, sight_m=45.0), []
     drive(world, 20.0, words={2.0: words, 10.0: words}, every_tick=lambda w: left.append(w.y))
@@ -123,7 +134,7 @@ def at_red(words, answer=None, seconds=25.0):
     return [e.time_s for e in told if e.kind is EventKind.STARTED], asked, world.x
 
 
-@pytest.mark.parametrize("words", ["that light has been broken for days", "this signal is stuck on red"])
+@pytest.mark.parametrize("words", sample(["that light has been broken for days", "this signal is stuck on red"], 1))
 def test_the_operator_is_asked_at_once_about_a_light_that_is_said_to_be_broken(words):
     begun, asked, _ = at_red({5.0: words})
     assert [(q.to, q.needs) for q in asked] == [("operator", ("red_light",))]
@@ -131,6 +142,7 @@ def test_the_operator_is_asked_at_once_about_a_light_that_is_said_to_be_broken(w
     assert not begun
 
 
+@pytest.mark.integration
 def test_an_operators_yes_lets_it_creep_across():
     begun, _, x = at_red({5.0: "that light has been broken for days"}, lambda s, q: s.approve(q.id, by="operator"))
     assert begun and x > 75.0
@@ -171,6 +183,7 @@ def test_a_claim_is_forgotten_after_its_time():
     assert not started(seen)
 
 
+@pytest.mark.integration
 def test_that_somebody_waves_us_through_ends_a_stand_off_sooner():
     def world():
         lead = thing("other", 72.0, 0.0, yaw=1.57, stationary_s=5.0)
@@ -180,6 +193,7 @@ def test_that_somebody_waves_us_through_ends_a_stand_off_sooner():
     assert told and (not alone or told[0] < alone[0] - 2.0)
 
 
+@pytest.mark.integration
 def test_a_released_light_is_told_to_the_stack_with_the_path():
     orders = []
     world = World(straight_road(oncoming=None), controls=(red_light(3.0),), x=60.0, cruise_mps=0.0)
@@ -194,19 +208,12 @@ def test_a_released_light_is_told_to_the_stack_with_the_path():
     assert driven and all(one.over_red for one in driven)
 
 
-@pytest.mark.parametrize("words", ["let me out here", "could you drop me here please"])
-def test_who_wants_to_get_out_is_given_the_time_for_it(words):
-    """Longer than the plan's own wait of half a minute: until the vehicle is told to go."""
-    world, stood = World(TWO_WAY, x=60.0), []
-    drive(world, 75.0, words={4.0: words}, every_tick=lambda w: stood.append(w.speed < 0.05))
-    assert all(stood[-60 * 20 :])
-
-
 def test_an_operator_who_does_not_answer_is_asked_again_only_after_a_while():
     _, asked, _ = at_red({5.0: "that light has been broken for days"}, seconds=60.0)
     assert [q.needs for q in asked].count(("red_light",)) == 1
 
 
+@pytest.mark.integration
 def test_help_is_called_where_nobody_answers_about_a_light_that_has_been_red_for_too_long():
     world = World(straight_road(oncoming=None), controls=(red_light(3.0),), x=60.0, cruise_mps=0.0)
     told = []

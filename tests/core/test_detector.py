@@ -98,6 +98,7 @@ def test_forgetting_asks_for_a_whole_second_and_a_whole_window_again():
     assert answers[20] is Trigger.SPEED
 
 
+@pytest.mark.integration
 @given(speeds=st.lists(st.floats(FAST, 30.0), min_size=1, max_size=600))
 def test_a_vehicle_at_speed_on_its_route_never_triggers(speeds):
     assert set(feed(Detector(), speeds)) == {None}

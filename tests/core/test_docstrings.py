@@ -49,6 +49,7 @@ def silent(module):
                 yield f"{module.__name__}.{name}.{member}"
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("package", PACKAGES)
 def test_everything_public_says_what_it_is(package) -> None:
     for needed in ("carla", "numba"):

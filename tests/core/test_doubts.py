@@ -59,6 +59,7 @@ def observed(*pairs, light=None):
     return Observation(controls=tuple(lights if light else ()), participants=tuple(found), summary="")
 
 
+@pytest.mark.integration
 def test_a_bag_that_the_model_takes_for_a_rock_is_not_driven_over_and_the_contradiction_is_told():
     agrees = drive(street(), 25.0, ladder=stubborn(), reasoner=SeesAnother("it", K.BAG))
     assert agrees.nearest_m < 0.0, "else this shows nothing"
@@ -69,6 +70,7 @@ def test_a_bag_that_the_model_takes_for_a_rock_is_not_driven_over_and_the_contra
     assert contradicts.nearest_m > 0.0
 
 
+@pytest.mark.integration
 def test_a_record_with_a_contradiction_is_derived_again(tmp_path):
     with Recorder(tmp_path) as recorder:
         drive(street(), 15.0, ladder=stubborn(), reasoner=SeesAnother("it", K.DEBRIS), record=recorder)

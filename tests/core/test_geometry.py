@@ -29,6 +29,7 @@ def test_a_straight_road_maps_there_and_back_exactly_even_beyond_its_ends(s, d):
     assert heading[0] == again_heading[0] == 0.0
 
 
+@pytest.mark.integration
 @given(radius=st.floats(12.0, 300.0), left=st.booleans(), s=st.floats(1.0, 18.0), d=offsets)
 def test_a_bend_maps_there_and_back_within_what_its_chords_allow(radius, left, s, d):
     frame = RoadFrame(bent_road(radius if left else -radius, count=20))
@@ -47,6 +48,7 @@ def test_the_heading_along_a_bend_is_that_of_the_arc(radius, left, s):
     assert heading[0] == pytest.approx(s / radius, abs=0.1 / abs(radius))
 
 
+@pytest.mark.integration
 @given(radius=st.floats(15.0, 100.0), s=st.floats(2.0, 17.0), d=offsets)
 def test_left_of_the_road_is_positive(radius, s, d):
     assume(abs(d) > 0.5)

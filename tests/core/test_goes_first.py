@@ -59,6 +59,7 @@ def driving(radius_m, s, d, along, across=0.0):
     return car.model_copy(update={"yaw_rad": heading if along >= 0.0 else heading + math.pi})
 
 
+@pytest.mark.integration
 @given(RADII, st.sampled_from(sorted(LANES)), st.floats(-45.0, 45.0), st.floats(4.0, 15.0))
 def test_who_keeps_another_lane_of_a_bend_does_not(radius_m, lane, s, speed):
     d, way = LANES[lane]
@@ -66,6 +67,7 @@ def test_who_keeps_another_lane_of_a_bend_does_not(radius_m, lane, s, speed):
     assert goes_first(scene_in_bend(radius_m, car)) is None
 
 
+@pytest.mark.integration
 @given(RADII, st.floats(10.0, 35.0), st.sampled_from([-1.0, 1.0]), st.floats(4.0, 10.0))
 def test_who_drives_across_the_bend_ahead_does(radius_m, s, side, speed):
     car = driving(radius_m, s, side * 3.0 * speed, 0.0, -side * speed)
@@ -73,6 +75,7 @@ def test_who_drives_across_the_bend_ahead_does(radius_m, s, side, speed):
     assert first is not None and first.id == "car"
 
 
+@pytest.mark.integration
 @given(RADII, st.sampled_from(["left", "right"]), st.floats(6.0, 12.0))
 def test_who_changes_into_our_lane_ahead_does(radius_m, lane, speed):
     d, _ = LANES[lane]

@@ -83,6 +83,7 @@ def test_it_may_clear_the_way_of_somebody_who_would_meet_it_where_it_stands():
     assert codes(World(IN_IT, [crossing(54.0, 80.0)])) == set()
 
 
+@pytest.mark.integration
 def test_two_nose_to_nose_in_a_junction_part():
     one_lane = zones((ZoneKind.JUNCTION, 30.0, 60.0), oncoming=None)
     world = World(one_lane, [thing("other", 58.0, yaw=math.pi, stationary_s=40.0)])

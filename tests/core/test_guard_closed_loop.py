@@ -40,6 +40,7 @@ NAMES = list(CLASSES)
 STREET = Road("street", [(330.0, 0.0)], lanes_of("multi"))
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("name", all_classes())
 def test_nobody_is_touched_and_no_line_passed_whom_the_assumptions_do_not_exclude(name):
     for k in PLANS_OF_A_SCENE:
@@ -73,6 +74,7 @@ FOUND = {
 }
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("found", FOUND.values(), ids=FOUND)
 def test_what_it_once_found_stays_mended(found):
     seed, scene, k = found
@@ -115,6 +117,7 @@ def test_a_campaign_goes_on_where_it_was(tmp_path):
     assert file.read_text() == (tmp_path / "whole" / "seed-1.jsonl").read_text()
 
 
+@pytest.mark.integration
 def test_campaign_with_two_processes_has_the_same_result(tmp_path):
     """Two processes take turns; the file has the scenes in their order, and ends with the plan that was asked for."""
     classes = ("people", "queue", "slow in a junction")
@@ -124,6 +127,7 @@ def test_campaign_with_two_processes_has_the_same_result(tmp_path):
     assert (tmp_path / "one" / "seed-2.jsonl").read_text() == (tmp_path / "two" / "seed-2.jsonl").read_text()
 
 
+@pytest.mark.integration
 def test_campaign_keeps_contacts_by_cause_and_no_row_without_one(tmp_path, monkeypatch):
     """With a guard that looks for no collision."""
     monkeypatch.setitem(guard_module.CHECKS, Check.COLLISION, lambda case: [])
@@ -229,6 +233,7 @@ def test_later_class_has_accepted_plans(name):
     assert sum(row["accepted"] for row in rows) >= 3
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_slow_class_vehicles_come_into_sight_from_afar_and_meet_the_ego(seed):
     """Drive straight on at the scene's pace: most vehicles come into sight 45 to 90 m away, and many are met."""

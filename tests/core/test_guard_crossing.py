@@ -178,6 +178,7 @@ def test_who_turns_into_the_lane_that_we_borrow_is_seen_to_come(turned_deg):
     assert borrowing(59.0, 4.0, coming).abort in (Abort.RETURN_TO_LANE, Abort.FINISH)
 
 
+@pytest.mark.integration
 def test_in_an_oncoming_lane_nobody_stands_to_give_way_but_for_whom_going_on_would_touch():
     crosser = thing("crosser", 66.0, -14.0, sideways=8.0, yaw=math.pi / 2)
     for x in np.arange(52.0, 66.0, 1.0):

@@ -50,6 +50,7 @@ def worst_mps(world, proven, parked, drifts_from_m, dt=0.1):
     return worst
 
 
+@pytest.mark.integration
 @given(
     gap_m=st.floats(0.85, 1.6),
     side=st.sampled_from([-1.0, 1.0]),

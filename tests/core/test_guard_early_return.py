@@ -42,6 +42,7 @@ def body(x, y, yaw, length, width):
     return affinity.translate(affinity.rotate(flat, yaw, origin=(0, 0), use_radians=True), x, y)
 
 
+@pytest.mark.integration
 @given(
     kind=st.sampled_from(list(PASSED)),
     x=st.floats(60.0, 75.0),

@@ -39,6 +39,7 @@ def nearest_behind(speed):
     return free, entries(car(refused, speed))[0].time_s
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(("slower", "quicker"), [(10.0, 10.5), (14.0, 14.5)])
 def test_a_follower_has_a_second_to_react_and_brakes_by_3_5(slower, quicker):
     """Each m/s more costs the way until we enter, the way until they react, and more of a way to stop."""

@@ -56,6 +56,7 @@ plans = st.one_of(
 )
 
 
+@pytest.mark.integration
 @given(
     plan=st.lists(plans, min_size=1, max_size=2),
     limits=st.lists(st.floats(5 * KMH, 70 * KMH) | st.none(), min_size=1, max_size=3),

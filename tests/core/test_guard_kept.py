@@ -24,9 +24,9 @@ from stucksolver.guard import Verdict
 from stucksolver.guard import guard as guard_module
 
 KEPT = Path(__file__).with_name("guard_kept.json")
-SEED, SCENES, QUICK, OFTEN, DRIVEN_OF = 41, 160, 8, 48, 2
-"""The first `QUICK` scenes belong to the unit tests, those from `OFTEN` on to the slow ones; every other accepted plan
-is driven."""
+SEED, SCENES, QUICK, OFTEN, SOMETIMES, DRIVEN_OF = 41, 160, 8, 48, 96, 2
+"""The first `QUICK` scenes belong to the unit tests, those from `OFTEN` on to the slow ones, those from
+`SOMETIMES` on to a release; every other accepted plan is driven."""
 FIGURES = 0.02
 """Gaps (m) and times (s) are the same within this: arithmetic differs a little from machine to machine."""
 Said = str | list[float | None]
@@ -74,9 +74,11 @@ def kept() -> dict[str, dict[str, list[Said]]]:
 
 def marks(number: int) -> list[pytest.MarkDecorator]:
     """Those of a scene's test."""
-    return [pytest.mark.integration] * (number >= QUICK) + [pytest.mark.slow] * (number >= OFTEN)
+    slow = [pytest.mark.slow] * (number >= OFTEN) + [pytest.mark.release] * (number >= SOMETIMES)
+    return [pytest.mark.integration] * (number >= QUICK) + slow
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("number", [pytest.param(n, marks=marks(n)) for n in range(SCENES)])
 def test_verdicts_are_as_they_were_kept(number):
     now, before = verdicts_of(number), kept()[str(number)]

@@ -196,6 +196,7 @@ def over(behavior):
     return {behavior.object_id} if isinstance(behavior, DriveOver) else set()
 
 
+@pytest.mark.integration
 @some
 @given(world=worlds, behavior=moving, eager=st.floats(0, 1), keen=st.floats(0, 1), data=st.data())
 def test_the_ego_of_an_accepted_plan_touches_nobody_who_does_as_assumed(world, behavior, eager, keen, data):
@@ -213,6 +214,7 @@ def test_the_ego_of_an_accepted_plan_touches_nobody_who_does_as_assumed(world, b
             assert not touched, (o.id, tick)
 
 
+@pytest.mark.integration
 @some
 @given(world=worlds, behavior=moving, eager=st.floats(0, 1), share=st.floats(0, 1))
 def test_a_stop_at_any_moment_before_the_commit_point_is_safe(world, behavior, eager, share):
@@ -251,6 +253,7 @@ def forbidden(behavior, world):
     return [z for z in world.road.zones if z not in excepted]
 
 
+@pytest.mark.integration
 @some
 @given(world=worlds, behavior=moving)
 def test_each_bound_of_an_accepted_plan_holds(world, behavior):
@@ -271,6 +274,7 @@ def test_each_bound_of_an_accepted_plan_holds(world, behavior):
     assert not any(body.intersects(box(z.start_m, -20, z.end_m, 20)) for z in crossings for body in bodies)
 
 
+@pytest.mark.integration
 @settings(max_examples=150, suppress_health_check=list(HealthCheck))
 @given(bag=bags, walker=st.none() | st.tuples(st.floats(-4, 4), st.floats(-4, 4)))
 def test_whatever_is_driven_over_is_all_that_the_rule_asks(bag, walker):
@@ -284,6 +288,7 @@ def test_whatever_is_driven_over_is_all_that_the_rule_asks(bag, walker):
     assert not verdict.accepted or (soft and low and alone)
 
 
+@pytest.mark.integration
 @some
 @given(
     y=st.floats(1.6, 5.0),

@@ -22,6 +22,7 @@ from benchmarks.guard_oracle.scene import Setting, at_the_kerb, crossing, drivin
 from benchmarks.guard_oracle.vehicle import LENGTH_M, Manner
 from benchmarks.guard_oracle.world import DT, World
 
+from grids import each_value
 from stucksolver.decision import Execute
 from stucksolver.decision.behaviors import KeepLane, Wait
 from stucksolver.decision.directive import PathPoint
@@ -61,9 +62,9 @@ def crosses_slowly(reach_m, mps=8.0, pace=1.2, kind=K.CAR, meets_s=12.0):
     return case_of(setting, [(along(pace), 25.0)])
 
 
-@pytest.mark.parametrize("mps", [5.0, 8.0, 13.0])
-@pytest.mark.parametrize("pace", [0.9, 1.2])
-@pytest.mark.parametrize("kind", [K.CAR, K.TRUCK, K.MOTORCYCLE])
+@pytest.mark.parametrize(
+    ("mps", "kind", "pace"), each_value([5.0, 8.0, 13.0], [K.CAR, K.TRUCK, K.MOTORCYCLE], [0.9, 1.2])
+)
 def test_crosser_is_excused_only_if_first_visible_too_late(mps, pace, kind):
     """The nose is in its lane a few seconds before the contact: seen later, no stop avoids it."""
     late = crosses_slowly(mps * 1.5, mps, pace, kind)
@@ -87,6 +88,7 @@ def test_crosser_in_sight_when_the_plan_began_is_never_excused():
     assert case.first_visible == 0 and causes.excused_by(case) is None
 
 
+@pytest.mark.integration
 def test_figures_say_how_long_it_was_visible_and_the_latest_stop():
     case = crosses_slowly(60.0, mps=6.0)
     figures = case.figures()
@@ -95,6 +97,8 @@ def test_figures_say_how_long_it_was_visible_and_the_latest_stop():
     assert crosses_slowly(9.0, mps=6.0).figures()["stop_s"] is None
 
 
+@pytest.mark.integration
+@pytest.mark.slow
 def test_stop_in_the_way_of_another_vehicle_does_not_count():
     """A second vehicle, on the other lane, hits the ego wherever it stops since the first is in sight."""
     case = crosses_slowly(60.0, mps=6.0)
@@ -119,6 +123,7 @@ def test_pedestrian_is_excused_only_if_hidden_within_a_stopping_distance():
     assert causes.excused_by(steps_out(100.0)) is None
 
 
+@pytest.mark.integration
 def test_who_comes_through_a_body_is_void_only_if_no_stop_avoids_it():
     def case(reach_m):
         late = crosses_slowly(reach_m)
@@ -215,6 +220,7 @@ def silent_case(orders, silent_from, awake=True, reach_m=200.0):
     return case_of(copied(case.recording.start).setting, orders, None, silent_from, lambda _: awake)
 
 
+@pytest.mark.integration
 def test_silence_is_an_excuse_only_past_the_commit_point_and_if_the_plan_is_good():
     path = along(1.2)
     assert causes.silent(silent_case([(path, 25.0)], 2.0))
@@ -246,6 +252,7 @@ def test_who_runs_into_a_standing_vehicle_is_excused_only_if_able_to_stop():
     assert causes.excused_by(runs_into_us(4.0, role="comes up in the lane entered")) is None
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(("reach_m", "excused"), [(38.0, True), (90.0, False)])
 def test_crosser_that_hits_a_standing_vehicle_is_excused_only_if_seen_late(reach_m, excused):
     """The ego stops in its lane and stands for 4 s; seen from afar, it could have stopped short of the lane."""
@@ -266,6 +273,7 @@ def train_hits(leader_gap, leader_mps):
     return case_of(setting, [(along(0.3), 20.0)], Manner(follows=True))
 
 
+@pytest.mark.integration
 def test_train_is_excused_only_behind_a_leader_that_leaves_no_room():
     assert causes.trapped(train_hits(1.5, 0.3))
     assert not causes.trapped(train_hits(3.0, 4.0)) and causes.excused_by(train_hits(3.0, 4.0)) is None
@@ -308,7 +316,9 @@ def test_every_excuse_names_what_it_stands_for():
 
 
 @pytest.mark.integration
-@pytest.mark.parametrize("name", ["slow in a junction", "waits at a junction, then moves off"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("slow in a junction", marks=pytest.mark.release), "waits at a junction, then moves off"]
+)
 def test_recording_driven_again_ends_in_the_same_contact(name):
     """The first contact of the class, excused or not."""
     for number, k in itertools.product(range(80), range(1, 6)):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 import numpy as np
+import pytest
 from guard_cases import commit_s
 from hypothesis import HealthCheck, assume, event, given, settings
 from hypothesis import strategies as st
@@ -97,6 +98,7 @@ def answers_for_itself(o, case):
     return from_behind or followed or o.vx_mps == 0.0 == o.vy_mps
 
 
+@pytest.mark.integration
 @many
 @given(world=worlds, behavior=behaviors, share=st.floats(0.0, 1.0), braking=st.booleans())
 def test_no_profile_between_slow_and_quick_meets_anything_that_moves_as_assumed(world, behavior, share, braking):
@@ -114,6 +116,7 @@ def test_no_profile_between_slow_and_quick_meets_anything_that_moves_as_assumed(
             assert not own.intersects(other), (o.id, when[k])
 
 
+@pytest.mark.integration
 @many
 @given(world=worlds, behavior=behaviors)
 def test_no_accepted_path_leads_into_what_stands(world, behavior):
@@ -128,6 +131,7 @@ def test_no_accepted_path_leads_into_what_stands(world, behavior):
             assert not own.intersects(other) or start.distance(other) < 0.3
 
 
+@pytest.mark.integration
 @settings(max_examples=MANY, suppress_health_check=list(HealthCheck))
 @given(sight=st.floats(0.0, 400.0), x=st.floats(60.0, 80.0), speed=st.floats(2.0, 11.0), limit=st.floats(5.0, 25.0))
 def test_no_borrow_is_accepted_with_less_sight_than_the_rule_asks_for(sight, x, speed, limit):
@@ -146,6 +150,7 @@ def test_no_borrow_is_accepted_with_less_sight_than_the_rule_asks_for(sight, x, 
     assert sight >= own_way + limit * time + GUARD.policy.oncoming.sight_margin_m - 1e-6
 
 
+@pytest.mark.integration
 @settings(max_examples=FEW, suppress_health_check=list(HealthCheck))
 @given(
     world=worlds,
@@ -159,6 +164,7 @@ def test_no_accepted_path_crosses_the_line_of_a_light_that_is_not_green(world, b
     assert case.path.end_s + case.view.ego.length_m / 2 <= case.view.ego_front_s + distance + 1e-6
 
 
+@pytest.mark.integration
 @many
 @given(world=worlds, behavior=behaviors)
 def test_before_the_commit_point_a_stop_keeps_the_body_out_of_the_other_lane(world, behavior):
@@ -213,6 +219,7 @@ REACTION_S, FOLLOWER_MPS2 = 1.0, 3.5
 """What RSS, as the policy has it, expects of who comes from behind."""
 
 
+@pytest.mark.integration
 @many
 @given(st.floats(8.0, 60.0), st.floats(1.0, 12.0), st.floats(3.0, 8.0), st.sampled_from(["quick", "slow"]))
 def test_who_comes_from_behind_stops_short_of_what_is_in_their_lane(behind_m, speed, gap_m, which):

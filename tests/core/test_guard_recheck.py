@@ -74,6 +74,7 @@ def test_an_oncoming_car_before_the_commit_point_means_stop():
         assert RejectCode.ONCOMING_GAP in {r.code for r in verdict.rejects}
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("others", [[ONCOMING], [thing("wreck", 78.0, LANE_M, kind=ObjectKind.BARRIER)]])
 def test_after_the_commit_point_there_is_no_stop_in_the_oncoming_lane(others):
     world, proven = borrowing()
@@ -227,6 +228,7 @@ def test_who_can_still_stop_behind_us_is_not_waited_for():
     assert nosing_in(12.0, 1.0).accepted
 
 
+@pytest.mark.integration
 def test_going_on_takes_a_longer_gap_than_giving_way():
     gaps = np.arange(10.0, 110.0, 2.0)
     ends = []
@@ -275,6 +277,7 @@ def test_by_sensors_whoever_was_named_once_stays_named_while_the_ego_gives_way(m
     assert asked == [False, {"a"}, second]
 
 
+@pytest.mark.integration
 def test_who_speeds_up_a_little_does_not_end_a_plan_begun_in_good_order():
     """To begin, they must get by with gentle braking; once begun, a bit harder will do."""
     world = World(MULTI)

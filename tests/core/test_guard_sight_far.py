@@ -36,6 +36,7 @@ def turns(limit_mps, behind_m, ahead_m=400.0, objects=()):
     return set(GUARD.accept_turn(TURN, world.view())[0].codes)
 
 
+@pytest.mark.integration
 @given(limit_mps=st.floats(20 * KMH, 130 * KMH), share=st.floats(0.5, 0.99))
 def test_turn_with_less_sight_than_a_stop_at_the_limit_is_refused(limit_mps, share):
     seen_m = share * lemma2_m(limit_mps)
@@ -67,6 +68,7 @@ ENTRIES = st.one_of(
 CHANGE = ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)
 
 
+@pytest.mark.integration
 @given(
     plan=ENTRIES,
     limit_mps=st.floats(40 * KMH, 130 * KMH),

@@ -57,6 +57,7 @@ ASIDE = st.one_of(
 )
 
 
+@pytest.mark.integration
 @given(
     plan=ASIDE,
     gap_m=st.floats(0.5, 25.0),

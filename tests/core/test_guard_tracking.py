@@ -73,6 +73,7 @@ def test_a_swing_out_driven_perfectly_keeps_the_gap_that_is_promised(x, behavior
         assert least_gap(world, list(zip(proven.path.s, proven.path.d, yaw, strict=True))) >= 0.3 - 1e-6
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("error_m", [0.3, 0.5, 0.7, 0.85])
 @pytest.mark.parametrize("gap_m", [0.55, 0.6, 0.7, 0.8])
 def test_a_vehicle_that_stays_beside_its_path_is_stopped_before_it_touches(error_m, gap_m):

@@ -75,6 +75,7 @@ def drives(world, behavior, edge_m, appears_s, comes_mps, keen, guard=GUARD):
     return least
 
 
+@pytest.mark.integration
 @settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
 @given(
     more_m=st.floats(1.0, 25.0),

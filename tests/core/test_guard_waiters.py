@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from worlds import World, straight_road, thing
 
+from grids import sample
 from stucksolver.decision.behaviors import BackUp, BorrowOncomingLane, ChangeLane, Creep, FollowVehicle, KeepLane
 from stucksolver.guard import Approvals, Guard, GuardPolicy, RejectCode
 from stucksolver.scene import LineKind, ObjectKind, Zone, ZoneKind
@@ -32,9 +35,7 @@ def sized(kind):
     return {K.MOTORCYCLE: {"length": 2.1, "width": 0.8}, K.TRUCK: {"length": 8.0, "width": 2.4}}.get(kind, {})
 
 
-@pytest.mark.parametrize("first", QUEUEING)
-@pytest.mark.parametrize("last", QUEUEING)
-@pytest.mark.parametrize("guided", [False, True])
+@pytest.mark.parametrize(("first", "last", "guided"), sample(itertools.product(QUEUEING, QUEUEING, [False, True]), 20))
 def test_queue_of_vehicles_of_any_kind_is_not_passed(first, last, guided):
     row = [thing("last", 66.0, kind=last, **sized(last)), thing("first", 75.0, kind=first, **sized(first))]
     assert C.WAIT_FIRST in codes(World(ROAD, row, sight_m=400.0), PAST, guided=guided)

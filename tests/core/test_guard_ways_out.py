@@ -9,6 +9,7 @@ import pytest
 from guard_cases import CAR_M, LENGTH_M, on_way
 from worlds import LANE_M, World, straight_road, thing
 
+from grids import each_value
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, KeepLane
 from stucksolver.guard import Guard, ways_out
@@ -45,9 +46,11 @@ def closed_loop(world, behaviors, appears_at, what, seconds=15.0):
     return min(nearest), told
 
 
-@pytest.mark.parametrize("kind", [ZoneKind.JUNCTION, ZoneKind.CROSSWALK])
-@pytest.mark.parametrize("what", [K.PEDESTRIAN, K.BICYCLE, K.CAR])
-@pytest.mark.parametrize("ahead_m", [10.0, 12.0, 20.0])
+@pytest.mark.integration
+@pytest.mark.parametrize(
+    ("ahead_m", "what", "kind"),
+    each_value([10.0, 12.0, 20.0], [K.PEDESTRIAN, K.BICYCLE, K.CAR], [ZoneKind.JUNCTION, ZoneKind.CROSSWALK]),
+)
 def test_who_stands_ahead_after_the_commit_point_is_not_driven_into(kind, what, ahead_m):
     world = World(zone(kind), speed=5.0)
     (gap, _), _ = closed_loop(world, [ON], 62.0, thing("x", 62.0 + 2.45 + ahead_m, kind=what))

@@ -7,6 +7,7 @@ import math
 import pytest
 from worlds import LANE_M, World, straight_road, thing
 
+from grids import each_value
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import Abort, BorrowOncomingLane, Creep, KeepLane
 from stucksolver.guard import Guard
@@ -45,21 +46,23 @@ def through(behavior, other, *, road=JUNCTION, x_m=52.0, seconds=45.0, dt=0.1):
     return world, outcome, nearest_m
 
 
-@pytest.mark.parametrize("side", [-1, 1])
-@pytest.mark.parametrize(
-    ("speed_mps", "away_m", "theirs_mps", "at_m"),
-    [
-        (0.6, 50.0, 6.0, 64.0),
-        (0.6, 84.0, 9.0, 64.0),
-        (1.0, 50.0, 9.0, 64.0),
-        (1.0, 84.0, 6.0, 70.0),
-        (1.5, 50.0, 9.0, 66.0),
-        (1.5, 84.0, 9.0, 72.0),
-        (2.2, 70.0, 12.0, 68.0),
-    ],
-)
-def test_slow_plan_crossing_car_comes_into_sight_is_not_hit(side, speed_mps, away_m, theirs_mps, at_m):
+CROSSINGS = [
+    (0.6, 50.0, 6.0, 64.0),
+    (0.6, 84.0, 9.0, 64.0),
+    (1.0, 50.0, 9.0, 64.0),
+    (1.0, 84.0, 6.0, 70.0),
+    (1.5, 50.0, 9.0, 66.0),
+    (1.5, 84.0, 9.0, 72.0),
+    (2.2, 70.0, 12.0, 68.0),
+]
+"""(Speed of the ego in m/s, distance of the car in m, its speed in m/s, where the ego's path is crossed in m)."""
+
+
+@pytest.mark.integration
+@pytest.mark.parametrize(("crossing", "side"), each_value(CROSSINGS, [-1, 1]))
+def test_slow_plan_crossing_car_comes_into_sight_is_not_hit(crossing, side):
     """A steady car that comes into sight 50 to 84 m away passes before the slow ego lies across its path."""
+    speed_mps, away_m, theirs_mps, at_m = crossing
     plan = KeepLane(distance_m=38.0, speed_mps=speed_mps)
     _, _, nearest_m = through(plan, crosser(away_m, theirs_mps, side, at_m))
     assert nearest_m > 0.0
@@ -74,6 +77,7 @@ def test_creep_at_default_speed_crossing_car_is_not_hit(away_m):
     assert nearest_m > 0.0
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("kind", [ObjectKind.MOTORCYCLE, ObjectKind.BICYCLE, ObjectKind.PEDESTRIAN, ObjectKind.TRUCK])
 def test_slow_plan_any_road_user_crosses_is_not_hit(kind):
     """The rule knows no classes: whatever is predicted to cross is let by."""
@@ -83,6 +87,7 @@ def test_slow_plan_any_road_user_crosses_is_not_hit(kind):
     assert nearest_m > 0.0
 
 
+@pytest.mark.integration
 def test_yield_path_is_free_again_plan_goes_on():
     """The plan gives way with its nose in the junction, and is finished after the other has passed."""
     world, outcome, nearest_m = through(KeepLane(distance_m=38.0, speed_mps=1.5), crosser(50.0, 9.0, 1, 66.0))
@@ -127,6 +132,7 @@ def test_recheck_stopped_for_far_traffic_stays_until_it_has_passed():
     assert GUARD.recheck(proven, world.view(), frozenset({"crosser"})).abort is Abort.GIVE_WAY
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("speed_mps", [1.5, 2.2])
 def test_slow_pass_late_oncoming_car_is_let_by_in_own_lane(speed_mps):
     """Past the commit point but still in its own lane, the ego does not enter the lane of a car that it would meet."""

@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from worlds import LANE_M, World, drive, straight_road, stubborn, thing
 
+from grids import sample
 from stucksolver.decision import CONTINUE, Execute, RecoveryPlan
 from stucksolver.decision.behaviors import RequestAssistance
 from stucksolver.guard import Guard
@@ -46,6 +47,7 @@ def test_stopped_driver_next_second_must_touch_nothing(gap_m, clear, yaw):
     assert Guard().clear_to_hand_back(world.view()) is clear
 
 
+@pytest.mark.integration
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     speed=st.floats(0.2, 13.0),
@@ -156,6 +158,7 @@ def test_where_nobody_may_stand_the_stack_goes_on():
     assert Guard().clear_to_hand_back(world.view())
 
 
+@pytest.mark.integration
 def test_given_up_askew_the_vehicle_is_held_until_the_way_back_is_free():
     world = World(MULTI, [thing("lead", 60.0)])
     stood = []
@@ -195,6 +198,7 @@ class ThenAsks:
         return replace(answer, decision=answer.decision.model_copy(update={"plan": call}))
 
 
+@pytest.mark.integration
 def test_a_call_for_help_that_ends_does_not_let_the_stack_drive_from_where_a_plan_was_given_up():
     guard = GivesUp(askew)
     world = World(MULTI, [thing("lead", 60.0)])
@@ -206,6 +210,7 @@ def test_a_call_for_help_that_ends_does_not_let_the_stack_drive_from_where_a_pla
     assert CONTINUE not in seen.directives[begun:]
 
 
+@pytest.mark.integration
 def test_given_up_for_the_traffic_right_after_its_start_it_waits_for_the_next_gap():
     guard = GivesUp(lambda view: view.ego.speed_mps > 0.6)
     seen = drive(World(MULTI, [thing("lead", 75.0)]), 30.0, guard=guard, ladder=stubborn())
@@ -217,7 +222,8 @@ def test_given_up_for_the_traffic_right_after_its_start_it_waits_for_the_next_ga
     assert EventKind.RECOVERED in seen.kinds()
 
 
-@pytest.mark.parametrize("lead_s", [0.0, 0.2, 0.5])
+@pytest.mark.integration
+@pytest.mark.parametrize("lead_s", sample([0.0, 0.2, 0.5], 1))
 def test_what_words_have_taken_back_waits_as_long_as_words_last(lead_s):
     """Also where the traffic made the guard give it up at that moment: then it would have begun in the next gap."""
     words: dict[float, str] = {}
@@ -234,6 +240,7 @@ def test_what_words_have_taken_back_waits_as_long_as_words_last(lead_s):
     assert said + 30.0 < again[0] < said + 31.0
 
 
+@pytest.mark.integration
 def test_other_words_end_the_wait_that_words_asked_for():
     world = World(MULTI, [thing("lead", 75.0)])
     seen = drive(world, 30.0, ladder=stubborn(), words={6.0: "wait", 12.0: "please overtake"})

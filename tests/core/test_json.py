@@ -20,6 +20,7 @@ from stucksolver.scene import RoadGeometry, Scene, Status, Surroundings
 TYPES = {"status": Status, "surroundings": Surroundings, "scene": Scene, "decision": Decision, "directive": Directive}
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("name", TYPES)
 @settings(max_examples=15, suppress_health_check=list(HealthCheck))
 @given(data=st.data())

@@ -42,6 +42,7 @@ def test_one_start_says_nothing_and_equal_ones_say_their_acceleration():
     assert measured(2.0, 2.0) == pytest.approx(2.0, rel=0.05)
 
 
+@pytest.mark.integration
 @given(st.lists(st.floats(0.8, 4.0), min_size=2, max_size=8))
 def test_it_is_never_more_than_the_mean_of_the_quicker_starts_less_their_spread(rates):
     quicker = sorted(rates, reverse=True)[: max(2, (len(rates) + 1) // 2)]

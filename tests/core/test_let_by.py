@@ -55,6 +55,7 @@ def test_the_wait_is_bounded():
     assert world.time_s == pytest.approx(6.0, abs=0.2)
 
 
+@pytest.mark.integration
 def test_it_makes_way_and_is_back_in_its_lane_behind_the_siren():
     world = World(SHOULDER, [siren(-5.0)], speed=6.0, cruise_mps=6.0, behind_m=150.0)
     nearest, aside = [], []
@@ -69,6 +70,7 @@ def test_it_makes_way_and_is_back_in_its_lane_behind_the_siren():
     assert world.y == pytest.approx(0.0, abs=0.3) and world.x > 100.0
 
 
+@pytest.mark.integration
 def test_it_returns_only_into_a_gap_that_the_guard_proves():
     """Cars that follow the siren at small gaps: the return waits for the end of the row."""
     row = [thing(f"car{k}", -20.0 - 16.0 * k, speed=8.0) for k in range(6)]
@@ -106,6 +108,7 @@ def test_the_edge_line_is_no_way_into_traffic():
     assert RejectCode.LANE_ENTRY in Guard().accept([RejoinRoute()], world.view(), False)[0].codes
 
 
+@pytest.mark.integration
 def test_a_stream_without_gaps_does_not_hold_it_for_good():
     """After 30 s at the roadside the plan ends, and the stack drives on by itself."""
     stream = [thing(f"car{k}", 45.0 - 12.0 * k, speed=6.0) for k in range(40)]

@@ -14,6 +14,7 @@ import pytest
 from given_up import GivesUp, askew
 from worlds import LANE_M, World, ladder, red_light, straight_road, stubborn, thing
 
+from grids import WHOLE
 from stucksolver.decision import CONTINUE, Execute, SafeStop
 from stucksolver.guard import Guard
 from stucksolver.reason import ReasonerError, RuleReasoner
@@ -38,6 +39,7 @@ from stucksolver.solver.machine.table import ACTIVITIES, POSTURES, page
 from stucksolver.solver.machine.transition import transition
 from stucksolver.words import ScriptedReader
 
+pytestmark = pytest.mark.integration
 ROADS = (
     straight_road(),
     straight_road(oncoming=LineKind.SOLID),
@@ -64,7 +66,7 @@ READINGS = {
 WORDS = (*READINGS, "hm")
 QUICK = {"rules": {"tries": 2, "cooldown_s": 0.5}, "passenger": {"within_s": 3.0}, "model": None}
 LADDERS = {
-    "default": lambda: ladder(),
+    "default": ladder,
     "quick": lambda: ladder(rungs=QUICK),
     "asks": lambda: ladder(solid_line="passenger", rungs=QUICK),
     "stubborn": lambda: stubborn(),
@@ -385,7 +387,7 @@ def test_every_way_of_the_table_is_taken_by_some_drive(drives):
     assert not missing
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(6 if WHOLE else 3))
 def test_every_record_is_derived_again_step_by_step(seed, tmp_path):
     run = random_drive(1000 + seed, Recorder(tmp_path), seconds=16.0)
     for file in run.files:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from worlds import World, drive, ladder, straight_road, thing
 
+from grids import each_value
 from stucksolver import CONTINUE, SafeStop
 from stucksolver.decision.behaviors import RequestAssistance
 from stucksolver.guard import Guard, RejectCode
@@ -34,8 +35,8 @@ def test_a_vehicle_is_never_held_where_nobody_may_stand(kind):
     assert EventKind.ASKED in seen.kinds(), "help is called all the same"
 
 
-@pytest.mark.parametrize("kind", list(ZoneKind))
-@pytest.mark.parametrize("way", ["ahead", "back"])
+@pytest.mark.integration
+@pytest.mark.parametrize(("kind", "way"), each_value(ZoneKind, ["ahead", "back"]))
 def test_it_is_left_for_a_place_in_reach(kind, way):
     world = inside(kind, wall(66.0 if way == "ahead" else 54.0))
     view = world.view()
@@ -62,6 +63,7 @@ def test_a_stop_that_would_roll_into_a_junction_is_not_one_where_one_may_stand()
     assert stops_where_one_may_stand(GUARD, before.view())
 
 
+@pytest.mark.integration
 def test_where_one_may_stand_nothing_has_changed():
     seen = drive(World(straight_road(oncoming=LineKind.SOLID), [wall(60.0)]), 60.0, ladder=ONLY_HELP)
     assert isinstance(seen.directives[-1], SafeStop) and CONTINUE in seen.directives

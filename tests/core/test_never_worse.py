@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from own_drivers import ROUTE_M, Patient, Ramming, SwingsOut, alone
 from worlds import drive, ladder, straight_road, stubborn, thing
 
+from grids import WHOLE
 from stucksolver import CONTINUE, SafeStop
 from stucksolver.reason import ReasonerError, RuleReasoner
 from stucksolver.scene import LineKind, Zone, ZoneKind
@@ -36,6 +37,7 @@ def stops(seen):
     return sum(isinstance(d, SafeStop) for d in seen.directives)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("reasoner", [Silent(), RuleReasoner()], ids=["silent", "rules"])
 @pytest.mark.parametrize("far_m", [None, 31.0, 60.0])
 def test_remote_nothing_in_path_never_holds(reasoner, far_m):
@@ -48,6 +50,7 @@ def test_remote_nothing_in_path_never_holds(reasoner, far_m):
     assert world.x > 60.0
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("reasoner", [Silent(), RuleReasoner()], ids=["silent", "rules"])
 def test_stop_blocker_gone_ends_without_a_reasoner(reasoner):
     def leaves(world):
@@ -61,6 +64,7 @@ def test_stop_blocker_gone_ends_without_a_reasoner(reasoner):
     assert world.x > 80.0
 
 
+@pytest.mark.integration
 def test_ramming_driver_hand_back_rams_no_more():
     """It rams once by itself; from the first plan on, the guard stops it before it touches again."""
     world = Ramming(SOLID, [thing("lead", 62.0)])
@@ -69,6 +73,7 @@ def test_ramming_driver_hand_back_rams_no_more():
     assert world.contacts == 1
 
 
+@pytest.mark.integration
 def test_half_done_plan_begins_twice_at_most():
     """A back-up whose next step is refused is not begun for ever."""
     world = Ramming(SOLID, [thing("lead", 62.0)])
@@ -83,7 +88,8 @@ DRIVERS = {
 }
 
 
-@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@pytest.mark.integration
+@settings(max_examples=8 if WHOLE else 3, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     driver=st.sampled_from(sorted(DRIVERS)),
     wait_s=st.floats(0.0, 60.0),

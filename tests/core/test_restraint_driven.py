@@ -8,6 +8,7 @@ import pytest
 from test_claims import at_red, bag
 from worlds import World, drive, straight_road, thing
 
+from grids import each_value, sample
 from stucksolver.decision import Execute
 from stucksolver.scene import LineKind, ObjectKind
 from stucksolver.solver import EventKind
@@ -24,6 +25,7 @@ def reached_m(confidence, words, seconds=15.0):
     return world.x
 
 
+@pytest.mark.integration
 def test_bag_is_driven_over_in_silence_or_when_confirmed():
     """Without this, the tests below could not fail."""
     assert reached_m(0.9, {}) > BAG_M
@@ -45,13 +47,13 @@ DENIALS = [
 ]
 
 
-@pytest.mark.parametrize("confidence", [0.6, 0.9])
-@pytest.mark.parametrize("words", DENIALS)
+@pytest.mark.parametrize(("words", "confidence"), each_value(DENIALS, [0.6, 0.9]))
 def test_denied_bag_is_not_driven_over(words, confidence):
     """Neither as a permission at 0.6 nor where perception alone would allow it."""
     assert reached_m(confidence, {0.05: words}) < BAG_M
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(
     "order", [("it's a sleeping dog", "that's only a bag"), ("that's only a bag", "it's not a bag")]
 )
@@ -60,6 +62,7 @@ def test_danger_wins_over_a_claim_in_any_order(order):
     assert reached_m(0.6, {0.05: order[0], 0.1: order[1]}, seconds=45.0) < BAG_M
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("words", ["that is not a bag", "there's something alive in it!", "STOP! It's a cat!"])
 def test_danger_stops_a_plan_that_already_drives_over_it(words):
     silent, at = World(ONE_LANE, [bag(0.9)], x=64.0, cruise_mps=0.0), []
@@ -68,6 +71,7 @@ def test_danger_stops_a_plan_that_already_drives_over_it(words):
     assert reached_m(0.9, {moving_s: words}) + 2.45 < BAG_M
 
 
+@pytest.mark.integration
 def test_bar_ends_once_the_object_is_behind():
     world = World(ONE_LANE, [thing("dog", 300.0, 30.0, kind=ObjectKind.ANIMAL)], x=50.0)
     world.objects.append(bag(0.9).model_copy(update={"x_m": 170.0}))
@@ -105,6 +109,7 @@ ALARMS = [
 ]
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("words", ALARMS)
 def test_alarm_ends_a_running_plan_and_none_begins_for_a_while(words):
     said_s = round(begun_s() + 0.1, 2)
@@ -115,12 +120,19 @@ def test_alarm_ends_a_running_plan_and_none_begins_for_a_while(words):
     assert [e.time_s for e in seen.events if e.kind is EventKind.STARTED] == [begun_s()]
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("words", ["stop worrying and go", "no need to brake, carry on", "what a cute dog that was"])
 def test_harmless_words_let_a_plan_run_to_its_end(words):
     said_s = round(begun_s() + 0.1, 2)
     seen = drive(round_a_car(), said_s + 25.0, words={said_s: words})
     assert "withdrawn" not in seen.texts(EventKind.ABORTED)
     assert EventKind.FINISHED in seen.kinds()
+
+
+@cache
+def unforbidden():
+    """Return when it begins to move in silence, and when somebody waves."""
+    return stand_off({}), stand_off({1.5: "he waves us through"})
 
 
 def stand_off(words):
@@ -140,17 +152,19 @@ FORBIDS = [
 ]
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("words", FORBIDS)
 def test_prohibition_ends_no_stand_off_sooner(words):
-    waved, silent, forbidden = stand_off({1.5: "he waves us through"}), stand_off({}), stand_off({1.5: words})
+    (silent, waved), forbidden = unforbidden(), stand_off({1.5: words})
     assert waved is not None and (silent is None or silent > waved)
     assert forbidden is None or (silent is not None and forbidden >= silent)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("words", FORBIDS[:3])
 def test_prohibition_takes_an_earlier_permission_back(words):
     both = stand_off({0.05: "he waves us through", 0.1: words})
-    silent = stand_off({})
+    silent, _ = unforbidden()
     assert both is None or (silent is not None and both >= silent)
 
 
@@ -161,6 +175,7 @@ def test_denied_broken_light_asks_nobody(words):
     assert at_red({5.0: words})[1] == []
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("words", ["he is not parked, he's only waiting", "he won't be staying long"])
 def test_denied_long_stay_passes_nobody_sooner(words):
     def first(said):
@@ -186,33 +201,36 @@ def let_out(later=None, seconds=90.0):
     return seen, [stands for when, stands in stood.items() if when > 15.0]
 
 
+@pytest.mark.integration
 def test_let_out_vehicle_stays_until_told_to_go():
     _, stood = let_out()
     assert all(stood)
 
 
-@pytest.mark.parametrize(
-    "words",
-    ["wait", "what a lovely day", "thank you, bye", "yes", "pull over", "let me out", "stop!", "hold the door", "uh"],
-)
-def test_let_out_other_words_do_not_send_it_off(words):
-    _, stood = let_out({60.0: words}, seconds=110.0)
-    assert all(stood)
+OTHER_WORDS = (
+    "wait", "what a lovely day", "thank you, bye", "yes", "pull over", "let me out", "hold the door", "uh",
+    "wait a moment", "hold on, she is not out yet", "stop!",
+)  # fmt: skip
 
 
-@pytest.mark.parametrize("words", ["you can drive on now", "go", "off you go", "fahr los"])
+@pytest.mark.integration
+def test_let_out_other_words_do_not_send_it_off():
+    """Each is said 6 s after the one before, and the last 40 s before the end of the drive."""
+    said = {20.0 + 6.0 * k: words for k, words in enumerate(OTHER_WORDS)}
+    _, stood = let_out(said, seconds=120.0)
+    left_s = next((15.0 + 0.05 * k for k, stands in enumerate(stood) if not stands), None)
+    assert left_s is None, [words for when_s, words in said.items() if when_s <= left_s][-1:]
+
+
+@pytest.mark.integration
+@pytest.mark.parametrize("words", sample(["you can drive on now", "go", "off you go", "fahr los"], 2))
 def test_let_out_vehicle_drives_on_when_told(words):
-    _, stood = let_out({60.0: words})
+    _, stood = let_out({60.0: words}, seconds=75.0)
     assert all(stood[: 44 * 20])
     assert not all(stood)
 
 
-@pytest.mark.parametrize("words", ["stop!", "wait a moment", "hold on, she is not out yet"])
-def test_let_out_stop_in_the_meantime_still_stays(words):
-    _, stood = let_out({20.0: words}, seconds=100.0)
-    assert all(stood)
-
-
+@pytest.mark.integration
 def test_let_out_holds_by_a_standing_directive():
     seen, _ = let_out(seconds=60.0)
     last = seen.directives[-1]

@@ -8,6 +8,7 @@ import pytest
 from test_rules import behaviors_of
 from worlds import LANE_M, World, drive, straight_road, strip, thing
 
+from grids import each_value, sample
 from stucksolver.decision import RecoveryPlan
 from stucksolver.decision.behaviors import ChangeLane
 from stucksolver.guard import Guard, Reject, RejectCode, Verdict
@@ -68,9 +69,8 @@ def test_rules_back_up_only_if_the_obstacle_itself_was_too_near(ids, names):
     assert [b.name for b in behaviors_of(decision)][: len(names)] == names
 
 
-@pytest.mark.parametrize("aside_m", [0.0, 0.25])
-@pytest.mark.parametrize("gap_m", [4.5, 4.6, 5.0])
-@pytest.mark.parametrize("road", ROADS)
+@pytest.mark.integration
+@pytest.mark.parametrize(("road", "gap_m", "aside_m"), each_value(ROADS, [4.5, 4.6, 5.0], [0.0, 0.25]))
 def test_solver_stopped_close_behind_a_parked_car_passes_it(road, gap_m, aside_m):
     """The gap at which the guard needs more room than the rules assume: it was refused there for good."""
     world = World(ROADS[road], [parked(gap_m, aside_m)])
@@ -79,8 +79,11 @@ def test_solver_stopped_close_behind_a_parked_car_passes_it(road, gap_m, aside_m
     assert seen.nearest_m > 0.0
 
 
-@pytest.mark.parametrize("kind", [ObjectKind.TRUCK, ObjectKind.VAN, ObjectKind.DEBRIS, ObjectKind.BARRIER])
-@pytest.mark.parametrize("width_m", [1.9, 2.5])
+@pytest.mark.integration
+@pytest.mark.parametrize(
+    ("kind", "width_m"),
+    each_value([ObjectKind.TRUCK, ObjectKind.VAN, ObjectKind.DEBRIS, ObjectKind.BARRIER], [1.9, 2.5]),
+)
 def test_solver_stopped_close_behind_other_obstacles_passes_them(kind, width_m):
     world = World(ROADS["lane on the right"], [parked(4.6, kind=kind, width=width_m)])
     seen = drive(world, 60.0, ladder="evaluation")
@@ -101,7 +104,8 @@ class Sluggish(World):
         super()._along(directive.model_copy(update={"path": later}))
 
 
-@pytest.mark.parametrize("late_m", [1.0, 1.5, 2.0])
+@pytest.mark.integration
+@pytest.mark.parametrize("late_m", sample([1.0, 1.5, 2.0], 1))
 def test_plan_stopped_by_a_stationary_object_is_given_up_soon(late_m):
     """After the commit point the ego stands for what does not move. The plan stood for its whole time, 120 s."""
     world = Sluggish(ROADS["lane on the right"], [parked(5.2)], late_m=late_m)

@@ -72,6 +72,7 @@ def test_no_file_of_the_core_names_a_simulator(room):
         assert not {name.split(".")[0] for name in imports_of(file)} & SIMULATORS, file.name
 
 
+@pytest.mark.integration
 def test_nobody_but_the_one_who_starts_it_imports_the_embedded_simulator():
     """The commands do, and the evaluation, which is a package of its own."""
     for file in sorted(ROOT.rglob("*.py")):
@@ -83,6 +84,7 @@ FACES = {"solver", "guard", "ladder", "detect", "record"}
 """Rooms of which the evaluation uses no more than what they show to everybody."""
 
 
+@pytest.mark.integration
 def test_the_evaluation_needs_the_faces_of_the_solver_and_the_guard_only():
     for file in sorted((ROOT.parent / "stucksolver_eval").rglob("*.py")):
         tree = ast.parse(file.read_text(encoding="utf-8"))
@@ -96,6 +98,7 @@ def test_the_evaluation_needs_the_faces_of_the_solver_and_the_guard_only():
             assert not any(alias.name.startswith("_") for alias in node.names), f"{file.name}: {node.module}"
 
 
+@pytest.mark.integration
 def test_only_the_commands_know_the_evaluation():
     for package in (ROOT, Path(carlette.__file__).parent, ROOT.parent / "stucksolver_bridge"):
         for file in sorted(package.rglob("*.py")):
@@ -103,6 +106,7 @@ def test_only_the_commands_know_the_evaluation():
                 assert package == ROOT and file.relative_to(ROOT).parts[0] == "cli", file
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("package", ["stucksolver", "stucksolver_eval", "stucksolver_bridge", "carlette"])
 def test_no_rooms_need_each_other_in_a_circle(package):
     folder = Path(importlib.import_module(package).__file__).parent
@@ -119,6 +123,7 @@ def test_no_rooms_need_each_other_in_a_circle(package):
     assert not circles, [data["why"] for *_, data in doors.subgraph(circles[0]).edges(data=True)]
 
 
+@pytest.mark.integration
 def test_importing_the_core_or_the_whole_product_loads_no_simulator():
     """One after the other in one process: whoever is the first to load one is named."""
     rooms = [m for m in IMPORTED_BY_THE_CORE if (ROOT / m.rpartition(".")[2]).is_dir()]

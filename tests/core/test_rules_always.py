@@ -125,6 +125,7 @@ def test_no_words_lead_past_people_in_front_of_us(words):
     assert decide(world, words).plan is None
 
 
+@pytest.mark.integration
 @settings(max_examples=12, deadline=None)
 @given(words=st.text(max_size=500))
 def test_every_text_has_a_reading_and_the_same_one_again(words):
@@ -162,6 +163,7 @@ PLAUSIBLE = model(
 )
 
 
+@pytest.mark.integration
 @settings(max_examples=100, suppress_health_check=list(HealthCheck))
 @given(scene=PLAUSIBLE | model(Scene))
 def test_every_scene_gets_a_valid_decision_that_uses_only_what_is_offered(scene):
@@ -172,6 +174,7 @@ def test_every_scene_gets_a_valid_decision_that_uses_only_what_is_offered(scene)
         assert decision.analysis.wait is None
 
 
+@pytest.mark.integration
 @settings(max_examples=50, suppress_health_check=list(HealthCheck))
 @given(scene=PLAUSIBLE)
 def test_the_same_scene_gets_the_same_decision(scene):
@@ -179,6 +182,7 @@ def test_the_same_scene_gets_the_same_decision(scene):
     assert RuleReasoner().decide(Request(scene)).decision == RuleReasoner().decide(Request(again)).decision
 
 
+@pytest.mark.integration
 @settings(max_examples=60, suppress_health_check=list(HealthCheck))
 @given(scene=PLAUSIBLE, distance=st.floats(-0.9, 8.0), words=st.none() | st.sampled_from(["overtake", HOSTILE]))
 def test_no_scene_and_no_words_lead_past_a_red_light(scene, distance, words):

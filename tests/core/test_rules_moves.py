@@ -73,6 +73,7 @@ def test_a_bag_in_the_lane_beside_is_driven_over_on_the_way_past():
     assert (out.side, over.object_id, back.side) == ("left", "it", "right")
 
 
+@pytest.mark.integration
 def test_the_way_over_a_bag_in_the_lane_beside_is_proven_and_driven_to_its_end():
     world = beyond_the_lead()
     seen = drive(world, 40.0)
@@ -87,6 +88,7 @@ def stranded(lead_x=52.0, **more):
     return World(MULTI, [lead, thing("it", y=LANE_M, **{**usual, **more})], y=LANE_M)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("lead_x", [52.0, 60.0])
 def test_in_the_lane_beside_before_a_bag_it_drives_over_it_and_returns(lead_x):
     over, back = behaviors_of(decide(stranded(lead_x)))
@@ -110,6 +112,7 @@ def test_in_the_lane_beside_it_drives_up_to_what_sensors_see_to_see_it_better():
     assert "to see it better" not in near.rationale
 
 
+@pytest.mark.integration
 def test_in_the_lane_beside_that_is_free_again_it_goes_on_and_returns():
     world = World(MULTI, [thing("lead", 52.0, hazard=True, position_sd_m=0.05)], y=LANE_M)
     on, back = behaviors_of(decide(world))

@@ -26,6 +26,7 @@ def test_on_a_free_road_it_drives_on_after_eight_seconds():
     assert plan(World(TWO_WAY)) == [("keep_lane", 5.5)]
 
 
+@pytest.mark.integration
 def test_the_driver_that_never_sets_off_is_moved_by_the_solver():
     world = World(TWO_WAY, cruise_mps=0.0)
     seen = drive(world, 60.0)

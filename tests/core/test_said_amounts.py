@@ -64,6 +64,7 @@ def test_a_parameter_is_what_was_said_within_its_bounds(behavior, heard, name, v
     assert getattr(changed(behavior, heard), name) == pytest.approx(value)
 
 
+@pytest.mark.integration
 @given(st.floats(0.05, 40.0), st.sampled_from(list(GuidanceIntent)))
 def test_words_never_make_a_plan_faster(speed_mps, intent):
     plan = RecoveryPlan(
@@ -83,6 +84,7 @@ def test_without_amounts_the_plan_is_the_same():
     assert as_said(plan, reading("back_up")) is plan
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(("words", "far_m"), [("back up two metres", 2.0), ("reverse 5 m please", 5.0)])
 @pytest.mark.parametrize("reasoner", [RuleReasoner(), DistilledReasoner()], ids=["rules", "student"])
 def test_it_backs_up_as_far_as_it_was_told(words, far_m, reasoner, tmp_path):
@@ -96,6 +98,7 @@ def test_it_backs_up_as_far_as_it_was_told(words, far_m, reasoner, tmp_path):
     assert report.findings == [] and report.underivable == 0
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("reasoner", [RuleReasoner(), DistilledReasoner()], ids=["rules", "student"])
 def test_a_speed_that_was_said_is_the_fastest_of_the_plan(reasoner):
     def fastest_mps(words):
@@ -108,6 +111,7 @@ def test_a_speed_that_was_said_is_the_fastest_of_the_plan(reasoner):
     assert fastest_mps("overtake them, but not faster than 20 km/h") == pytest.approx(5.56)
 
 
+@pytest.mark.integration
 def test_a_named_time_is_waited_instead_of_the_usual_one():
     def begins_s(words):
         seen = drive(World(TWO_WAY, [thing("lead", 75.0)], x=66.0), 75.0, words={0.5: words})

@@ -31,6 +31,7 @@ def executed(seen):
     return found
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("clock", ["lockstep", "latency:1.5", "latency:measured"])
 def test_a_parked_car_is_passed_and_the_road_goes_on(clock):
     world = parked()
@@ -42,6 +43,7 @@ def test_a_parked_car_is_passed_and_the_road_goes_on(clock):
     assert seen.nearest_m > 0.3
 
 
+@pytest.mark.integration
 def test_after_the_plan_the_vehicle_is_handed_back():
     seen = drive(parked(), 25.0)
     last = max(k for k, d in enumerate(seen.directives) if isinstance(d, Execute))
@@ -63,6 +65,7 @@ def test_the_hand_back_comes_while_the_vehicle_still_drives():
     assert speeds[last] > 3.0
 
 
+@pytest.mark.integration
 def test_oncoming_cars_are_let_pass_before_it_goes():
     cars = [thing(name, x, LANE_M, speed=-8.0) for name, x in (("first", 170.0), ("second", 230.0))]
     world = parked(*cars)
@@ -73,6 +76,7 @@ def test_oncoming_cars_are_let_pass_before_it_goes():
     assert world.x > 120.0
 
 
+@pytest.mark.integration
 def test_with_two_lanes_of_our_own_it_changes_there_and_back():
     world = parked(road=MULTI)
     seen = drive(world, 30.0)
@@ -100,6 +104,7 @@ def test_cyclists_are_followed_as_long_as_nobody_says_a_word():
     assert set(map(type, seen.directives)) == {type(CONTINUE)}
 
 
+@pytest.mark.integration
 def test_asked_to_overtake_it_passes_both_cyclists():
     world = cyclists()
     seen = drive(world, 30.0, words={5.0: "please overtake the cyclists"})
@@ -141,6 +146,7 @@ def test_a_red_light_costs_one_look_every_few_seconds():
     assert min(b - a for a, b in itertools.pairwise(calls)) >= 3.0 - 1e-6
 
 
+@pytest.mark.integration
 def test_attempts_are_remembered_for_the_reasoner_until_it_is_recovered():
     """Refused because a solid line may not be crossed, until the policy says yes."""
     world = World(straight_road(oncoming=LineKind.SOLID), [thing("lead", 75.0)])
@@ -159,6 +165,7 @@ def test_attempts_are_remembered_for_the_reasoner_until_it_is_recovered():
     assert EventKind.RECOVERED in seen.kinds()
 
 
+@pytest.mark.integration
 def test_after_a_recovery_the_next_episode_starts_without_memories():
     world = World(TWO_WAY, [thing("lead", 75.0), thing("second", 180.0)], sight_m=120.0)
 
@@ -173,6 +180,7 @@ def test_after_a_recovery_the_next_episode_starts_without_memories():
     assert world.x > 200.0
 
 
+@pytest.mark.integration
 def test_a_refused_reasoner_is_told_why_at_once_and_asked_later_after_that():
     world = parked(sight_m=100.0)
     seen = drive(world, 30.0, ladder=stubborn(cooldown_s=4.0))
@@ -202,6 +210,7 @@ def test_a_plan_with_a_new_route_asks_for_it_at_its_end():
     assert [d for d in seen.directives if isinstance(d, Replan)] == [Replan(route_start="left+60")]
 
 
+@pytest.mark.integration
 def test_every_decision_is_told_with_its_scene_and_verdict():
     seen = drive(parked(), 25.0)
     assert seen.kinds()[:3] == [EventKind.TRIGGERED, EventKind.DECIDED, EventKind.STARTED]
@@ -212,12 +221,14 @@ def test_every_decision_is_told_with_its_scene_and_verdict():
     assert [type(e).model_validate_json(e.model_dump_json()) for e in seen.events] == seen.events
 
 
+@pytest.mark.integration
 def test_the_same_world_is_driven_the_same_way_twice():
     once, again = drive(parked(), 25.0), drive(parked(), 25.0)
     assert once.directives == again.directives
     assert once.events == again.events
 
 
+@pytest.mark.integration
 def test_a_light_that_stays_green_lets_a_plan_pass():
     world = parked(controls=(red_light(12.0, LightState.GREEN),))
     assert EventKind.RECOVERED in drive(world, 25.0).kinds()

@@ -21,6 +21,7 @@ def endings(seen):
     return seen.texts(EventKind.GUIDANCE_ENDED)
 
 
+@pytest.mark.integration
 def test_words_expire_after_30_s_with_the_last_reason_told():
     world = slow_cars(sight_m=60.0)
     seen = drive(world, 40.0, words={5.0: "overtake"})
@@ -31,6 +32,7 @@ def test_words_expire_after_30_s_with_the_last_reason_told():
     assert set(map(type, seen.directives)) == {type(CONTINUE)}
 
 
+@pytest.mark.integration
 def test_after_they_expired_nothing_more_is_asked():
     seen = drive(slow_cars(sight_m=60.0), 50.0, words={5.0: "overtake"})
     assert max(e.time_s for e in seen.events) < 35.2
@@ -53,6 +55,7 @@ def test_new_words_replace_the_old_ones():
     assert not any(isinstance(d, Execute) for d in seen.directives)
 
 
+@pytest.mark.integration
 def test_small_talk_while_a_plan_runs_changes_nothing():
     world = World(TWO_WAY, [thing("lead", 75.0)])
     seen = drive(world, 30.0, words={10.0: "what a lovely day"})
@@ -60,6 +63,7 @@ def test_small_talk_while_a_plan_runs_changes_nothing():
     assert endings(seen) == ['"what a lovely day": nothing is asked of the driving']
 
 
+@pytest.mark.integration
 def test_refused_words_are_tried_again_while_they_last():
     world = slow_cars(sight_m=60.0)
 
@@ -81,6 +85,7 @@ def test_no_words_move_the_vehicle_past_a_red_light(words):
     assert all(len(text) < 600 for text in seen.texts(EventKind.GUIDANCE))
 
 
+@pytest.mark.integration
 def test_words_may_make_an_oncoming_car_no_smaller():
     oncoming = thing("oncoming", 190.0, LANE_M, speed=-9.0)
     world = slow_cars(sight_m=400.0)
@@ -94,6 +99,7 @@ def test_how_long_words_last_is_a_setting():
     assert next(e.time_s for e in seen.events if e.kind is EventKind.GUIDANCE_ENDED) == pytest.approx(9.05, abs=0.06)
 
 
+@pytest.mark.integration
 def test_words_taken_back_before_the_commit_point_end_the_plan_at_once():
     world = World(TWO_WAY, [thing("lead", 100.0)], x=60.0)
     started = next(
@@ -106,6 +112,7 @@ def test_words_taken_back_before_the_commit_point_end_the_plan_at_once():
     assert endings(seen)[0] == '"no, stop, wait": the plan is given up'
 
 
+@pytest.mark.integration
 def test_words_taken_back_in_the_oncoming_lane_let_the_plan_bring_it_back_first():
     def world():
         return World(TWO_WAY, [thing("lead", 100.0)], x=60.0)

@@ -7,6 +7,7 @@ import threading
 import pytest
 from worlds import LANE_M, World, drive, straight_road, thing
 
+from grids import each_value
 from stucksolver.decision import CONTINUE, Execute, GuidanceIntent, RecoveryPlan
 from stucksolver.decision.behaviors import BorrowOncomingLane, ChangeLane, KeepLane, Wait
 from stucksolver.reason import Answer, ReasonerError, Request, RuleReasoner
@@ -81,28 +82,18 @@ NONSENSE = {
 }
 
 
-@pytest.mark.parametrize("road", [TWO_WAY, MULTI], ids=["two way", "multi lane"])
-@pytest.mark.parametrize("behaviors", NONSENSE.values(), ids=NONSENSE)
-def test_nonsense_touches_nobody(behaviors, road):
-    seen = drive(busy_road(road), 30.0, reasoner=planning(*behaviors))
+@pytest.mark.integration
+@pytest.mark.parametrize(("what", "road"), each_value(NONSENSE, [TWO_WAY, MULTI]))
+def test_nonsense_touches_nobody(what, road):
+    seen = drive(busy_road(road), 30.0, reasoner=planning(*NONSENSE[what]))
     assert seen.nearest_m > 0.25
     assert len(seen.directives) == 600
 
 
-CLOCKS = ("lockstep", "latency:0.7", "latency:3")
-PHASES_M = (0.0, 13.0, 27.0, 41.0)
-QUICK = {("latency:0.7", 27.0)}
-"""The other pairs drive as long, among the integration tests."""
-
-
 @pytest.mark.slow
+@pytest.mark.integration
 @pytest.mark.parametrize(
-    ("clock", "phase"),
-    [
-        pytest.param(clock, phase, marks=() if (clock, phase) in QUICK else pytest.mark.integration)
-        for clock in CLOCKS
-        for phase in PHASES_M
-    ],
+    ("phase", "clock"), each_value((0.0, 13.0, 27.0, 41.0), ("lockstep", "latency:0.7", "latency:3"))
 )
 def test_a_reasoner_that_always_borrows_never_meets_the_oncoming_traffic(clock, phase):
     world = busy_road()
@@ -166,6 +157,7 @@ def test_an_answer_to_words_that_nobody_said_changes_nothing(intent):
     assert EventKind.GUIDANCE_ENDED not in seen.kinds()
 
 
+@pytest.mark.integration
 def test_a_car_that_appears_before_the_commit_point_ends_the_plan():
     world = World(TWO_WAY, [thing("lead", 75.0)])
     stood = []
@@ -181,6 +173,7 @@ def test_a_car_that_appears_before_the_commit_point_ends_the_plan():
     assert world.x > 100.0
 
 
+@pytest.mark.integration
 def test_a_stack_that_does_not_move_ends_the_plan_by_its_time_allowance():
     world = World(TWO_WAY, [thing("lead", 75.0)])
     seen = drive(world, 5.0)

@@ -90,6 +90,7 @@ def test_step_status_without_a_field_is_reported_once(field):
     assert len(faults(told)) == 1 and f"status.{field} is missing" in faults(told)[0] and set(orders) == {CONTINUE}
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("period", [2, 3, 7])
 def test_step_status_that_flickers_is_reported_once(period):
     """A fault that comes and goes on single ticks is one fault, and the vehicle is helped in between."""
@@ -113,6 +114,7 @@ def test_step_two_fields_wrong_in_turn_are_two_reports():
 # ---- a plan is under way
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("field", ["time_s", "speed_mps", "progress_m"])
 def test_step_status_lost_during_a_plan_ends_it_and_frees_the_vehicle(field, tmp_path):
     """A running plan is supervised for a while without a status. Then it ends, and the record derives all of it."""
@@ -147,6 +149,7 @@ def slowed(world):
     return now_and_then
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("field", ["time_s", "speed_mps"])
 def test_step_status_lost_for_seconds_is_no_jump_of_the_clock(field):
     """Six seconds without a status are one report; then the vehicle is helped, in the same time as before."""
@@ -199,6 +202,7 @@ def test_step_clock_that_does_not_run_is_reported_once(clock, caplog):
     assert EventKind.STARTED not in [event.kind for event in told]
 
 
+@pytest.mark.integration
 def test_step_clock_that_stands_for_a_while_and_runs_again_helps():
     """A simulation is paused while its loop goes on."""
     world, told = stuck(), []
@@ -211,6 +215,7 @@ def test_step_clock_that_stands_for_a_while_and_runs_again_helps():
     assert EventKind.RECOVERED in [event.kind for event in told]
 
 
+@pytest.mark.integration
 def test_step_clock_that_stands_during_a_plan_frees_the_vehicle():
     begun = []
 
@@ -263,6 +268,7 @@ LATE = {
 }
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("field", LATE)
 def test_step_surroundings_late_are_one_event_and_no_plan(field, caplog):
     world, told, orders = stuck(), [], []

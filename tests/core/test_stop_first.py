@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from worlds import READER, World, ladder, red_light, straight_road, thing
 
+from grids import each_value
 from stucksolver import StuckSolver
 from stucksolver.decision import Execute, SafeStop
 from stucksolver.scene import GuidanceIntent, LineKind
@@ -81,8 +82,7 @@ class Ride:
         return [t for t in self.times(EventKind.STARTED) if t > time_s]
 
 
-@pytest.mark.parametrize("stop_comes_first", [True, False])
-@pytest.mark.parametrize("other", SECOND)
+@pytest.mark.parametrize(("other", "stop_comes_first"), each_value(SECOND, [True, False]))
 def test_stop_and_other_words_in_one_tick_stop_wins(other, stop_comes_first):
     ride = Ride().until_begun()
     for words in ("stop!", other) if stop_comes_first else (other, "stop!"):
@@ -93,8 +93,7 @@ def test_stop_and_other_words_in_one_tick_stop_wins(other, stop_comes_first):
     assert not ride.begun_since(said_s)
 
 
-@pytest.mark.parametrize("clock", CLOCKS)
-@pytest.mark.parametrize("stop", STOP)
+@pytest.mark.parametrize(("stop", "clock"), each_value(STOP, CLOCKS))
 def test_stop_is_acted_on_in_the_same_tick(stop, clock):
     """Whatever is still being read, and with a reader that never answers."""
     ride = Ride("lockstep").until_begun()
@@ -116,8 +115,7 @@ def test_stop_is_acted_on_in_the_same_tick(stop, clock):
     assert not ride.begun_since(said_s)
 
 
-@pytest.mark.parametrize("ticks", [1, 2, 10, 30])
-@pytest.mark.parametrize("other", ["go", "please overtake", "yes, overtake it"])
+@pytest.mark.parametrize(("ticks", "other"), each_value([1, 2, 10, 30], ["go", "please overtake", "yes, overtake it"]))
 def test_stop_words_of_another_soon_after_do_not_undo_it(other, ticks):
     ride = Ride().until_begun()
     ride.solver.guide("stop!")
@@ -129,6 +127,7 @@ def test_stop_words_of_another_soon_after_do_not_undo_it(other, ticks):
     assert ride.withdrawn() and not ride.begun_since(said_s)
 
 
+@pytest.mark.integration
 def test_stop_words_well_after_it_count_again():
     ride = Ride().until_begun()
     ride.solver.guide("stop!")
@@ -139,8 +138,14 @@ def test_stop_words_well_after_it_count_again():
     assert ride.begun_since(said_s)
 
 
-@pytest.mark.parametrize("words", ["please don't do that", "nein, lieber nicht", "no, wait for him", "cancel"])
-@pytest.mark.parametrize("other", ["what a lovely day", "go", "lovely weather, isn't it"])
+@pytest.mark.integration
+@pytest.mark.parametrize(
+    ("words", "other"),
+    each_value(
+        ["please don't do that", "nein, lieber nicht", "no, wait for him", "cancel"],
+        ["what a lovely day", "go", "lovely weather, isn't it"],
+    ),
+)
 def test_stop_that_only_the_network_knows_is_not_overwritten(words, other):
     ride = Ride().until_begun()
     for text in (words, other):
@@ -150,6 +155,7 @@ def test_stop_that_only_the_network_knows_is_not_overwritten(words, other):
     assert ride.withdrawn() and not ride.begun_since(said_s)
 
 
+@pytest.mark.integration
 @settings(max_examples=8, deadline=None)
 @given(
     before=st.lists(st.sampled_from(SECOND), max_size=4),

@@ -100,6 +100,7 @@ def test_each_leg_begins_where_the_last_one_really_ended(error_m):
     assert outcome.finished, outcome.text
 
 
+@pytest.mark.integration
 def test_who_walks_up_while_it_turns_is_let_by():
     stood = []
 
@@ -114,6 +115,7 @@ def test_who_walks_up_while_it_turns_is_let_by():
     assert stood and nearest > 0.9
 
 
+@pytest.mark.integration
 def test_a_car_that_comes_while_it_stands_across_the_road_is_no_reason_to_stay_there_for_ever():
     def arrives(execution, world):
         if 12.0 < world.time_s < 12.1 and not world.objects:

@@ -44,6 +44,7 @@ def before_a_van(*others):
     return World(straight_road(), [thing("lead", 61.0, hazard=True, position_sd_m=0.05), *others])
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(("sd_m", "waits"), [(0.05, True), (None, False)], ids=["sensed", "exact"])
 def test_it_waits_for_who_comes_and_hides_the_lane(sd_m, waits):
     world = before_a_van(thing("car", COMES_M, LANE_M, speed=-8.0, yaw=3.14159, position_sd_m=sd_m))
@@ -56,6 +57,7 @@ def test_it_waits_for_who_comes_and_hides_the_lane(sd_m, waits):
         assert {RejectCode.ONCOMING_SIGHT, RejectCode.ONCOMING_GAP} <= set(told.verdict.codes)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(("comes_s", "goes"), [(SIGHT_COMES_S / 2, True), (2.0 * SIGHT_COMES_S, False)])
 def test_where_nobody_comes_it_waits_for_the_cameras_looks_and_no_longer(comes_s, goes):
     _, there_s = carried_out(before_a_van(), lambda _: ALL_M, 0.05)
@@ -64,6 +66,7 @@ def test_where_nobody_comes_it_waits_for_the_cameras_looks_and_no_longer(comes_s
     assert time_s == pytest.approx(there_s + min(comes_s, SIGHT_COMES_S), abs=0.5)
 
 
+@pytest.mark.integration
 def test_with_exact_sight_it_does_not_wait_for_more():
     _, there_s = carried_out(before_a_van(), lambda _: ALL_M, None)
     told, time_s = carried_out(before_a_van(), lambda _: TOO_LITTLE_M, None)

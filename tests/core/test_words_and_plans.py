@@ -40,6 +40,7 @@ def cyclists():
     return World(TWO_WAY, riders, x=40.0, sight_m=400.0)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(
     "words",
     [
@@ -58,6 +59,7 @@ def test_a_reasoner_cannot_use_words_that_ask_for_something_else(words):
     assert not [d for d in seen.directives if isinstance(d, Execute) and d.path]
 
 
+@pytest.mark.integration
 def test_the_same_plan_is_driven_when_the_passenger_asks_for_it():
     seen = drive(cyclists(), 40.0, words={5.0: "please overtake them"}, reasoner=Untrusted(OVERTAKE))
     assert EventKind.STARTED in seen.kinds()
@@ -105,6 +107,7 @@ def test_a_refusal_holds_for_the_intervention_and_not_for_half_a_minute():
     assert EventKind.STARTED not in seen.kinds()
 
 
+@pytest.mark.integration
 def test_other_words_end_a_refusal():
     world = World(straight_road(left=LineKind.BROKEN, oncoming=None), [thing("lead", 75.0)])
     seen = drive(world, 80.0, ladder=stubborn(), words={6.0: "please don't overtake it", 50.0: "ok, now overtake it"})
@@ -112,6 +115,7 @@ def test_other_words_end_a_refusal():
     assert started and started[0] >= 50.0
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("words", ["cancel", "abort", "no, don't"])
 def test_to_cancel_ends_a_running_plan_by_its_safe_abort(words):
     def world():
@@ -146,6 +150,7 @@ def test_a_reader_that_fails_is_told_of_and_moves_nothing():
     assert not [d for d in seen.directives if isinstance(d, Execute)]
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(("words", "starts"), [("yes please", True), ("no, leave it", False)])
 def test_yes_and_no_in_words_answer_the_open_question(words, starts):
     def world():

@@ -59,6 +59,7 @@ def test_an_empty_road_and_a_bend_have_values() -> None:
         assert math.isfinite(Glance(seen).value(begin(seen)))
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("speed_mps", [0.0, 4.0])
 def test_every_plan_found_is_accepted_by_the_guard(speed_mps: float) -> None:
     world = blocked(thing("other", 40.0, LANE_M, kind=ObjectKind.CAR, speed=speed_mps))
@@ -71,6 +72,7 @@ def test_every_plan_found_is_accepted_by_the_guard(speed_mps: float) -> None:
         assert verdict.accepted, (kinds(one.plan.behaviors), verdict)
 
 
+@pytest.mark.integration
 def test_a_search_finds_the_same_plans_again_and_a_way_past_among_the_first() -> None:
     world = blocked()
     seen = world.surroundings()
@@ -81,7 +83,7 @@ def test_a_search_finds_the_same_plans_again_and_a_way_past_among_the_first() ->
     assert any("change_lane" in kinds(one.plan.behaviors) for one in first)
 
 
-@pytest.mark.slow
+@pytest.mark.release
 @pytest.mark.integration
 def test_a_campaign_ends_with_complete_standstills_and_goes_on_where_it_was(tmp_path: Path) -> None:
     pytest.importorskip("carla")

@@ -29,6 +29,7 @@ def collected(out, *, routes, seeds=(1,), limit_s=25.0):
 
 
 @pytest.mark.integration
+@pytest.mark.release
 def test_a_drive_is_kept_as_moments_and_never_driven_twice(tmp_path):
     route = load_routes("dev")[0].id
     assert len(collected(tmp_path, routes=(route,))) == 1
@@ -49,6 +50,7 @@ def test_a_drive_is_kept_as_moments_and_never_driven_twice(tmp_path):
         collected(tmp_path, routes=(route,), limit_s=30.0)
 
 
+@pytest.mark.integration
 def test_the_answers_of_a_record_are_kept_with_their_scenes(tmp_path):
     record = Recorder(tmp_path / "records")
     drive(World(straight_road(), [thing("lead", 62.0)]), 40.0, record=record)

@@ -21,6 +21,7 @@ def settle(speed, room, lead_speed, deceleration, seconds=60.0, dt=0.02):
     return least, room, speed, -hardest
 
 
+@pytest.mark.integration
 @given(st.floats(0.0, 20.0), st.floats(0.0, 10.0), st.floats(1.5, 3.5))
 def test_a_gap_is_closed_without_overshoot_and_with_about_the_comfortable_braking(extra, lead, deceleration):
     speed = lead + min(extra, 14.0)

@@ -49,6 +49,7 @@ def touched(world, ego, driver, seconds):
     return hit
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("abreast_m", [-7.0, -5.0, -2.0, 0.0, 4.0])
 def test_a_car_that_creeps_past_in_the_lane_beside_is_let_past_first(abreast_m):
     """As in slow traffic on a motorway: it drives 0.4 m/s faster."""
@@ -65,6 +66,7 @@ def test_with_ground_truth_the_lane_is_changed_where_the_route_says():
     assert touched(world, ego, driver, 25.0)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("first_m", [0.0, 10.0, 20.0, 30.0])
 def test_a_faster_stream_is_joined_in_a_gap_at_its_pace(first_m):
     """Its cars brake for nobody."""
@@ -83,6 +85,7 @@ def test_of_two_changes_the_second_looks_at_its_own_lane_even_if_the_first_was_e
     assert ChangeWatch(changes)._due == changes
 
 
+@pytest.mark.integration
 def test_without_a_gap_it_waits_before_its_lane_ends():
     world, ego, driver = scene()
     for k in range(40):

@@ -66,6 +66,7 @@ def test_the_steer_map_is_its_own_inverse(angle):
     assert steer_map.angle(steer_map.steer(angle)) == pytest.approx(angle, abs=0.01)
 
 
+@pytest.mark.integration
 @given(st.floats(0.45, 1.1), st.floats(0.05, 0.6))
 def test_the_steer_map_learns_what_the_wheels_really_do(share, steer):
     steer_map, lock = SteerMap(math.radians(70.0)), math.radians(70.0)

@@ -50,6 +50,7 @@ def test_each_profile_keeps_its_published_braking_distance(behavior, gap):
     assert driver.hazard.gap == pytest.approx(gap, abs=0.4)
 
 
+@pytest.mark.integration
 @settings(max_examples=15)
 @given(st.floats(3.0, 13.0), st.floats(0.0, 8.0), st.floats(1.0, 3.0))
 def test_it_never_runs_into_something_it_could_stop_for(speed, lead_speed, reserve):
@@ -80,6 +81,7 @@ def test_a_lane_change_of_the_route_is_driven():
     assert ego.y == pytest.approx(LANE_Y[-2], abs=0.1)
 
 
+@pytest.mark.integration
 @settings(max_examples=10)
 @given(st.floats(-3.5, 3.5), st.floats(0.0, 8.0))
 def test_release_returns_from_beside_the_lane_and_counts_what_was_passed(beside, speed):

@@ -323,6 +323,7 @@ def test_by_sensors_an_ego_gives_up_only_for_a_new_vehicles_measured_speed():
         assert waits == [not going] * 5
 
 
+@pytest.mark.integration
 def test_by_sensors_it_goes_on_into_the_gap_that_it_took_after_a_long_wait():
     """It needs some tenths of a second to set off: once, not once more at each look."""
     watch = sensed()

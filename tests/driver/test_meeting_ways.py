@@ -37,6 +37,7 @@ def all_ways():
     return [(line, meeting, one) for _, line, found in junctions() for meeting in found for one in meeting.ways]
 
 
+@pytest.mark.integration
 def test_the_town_has_ways_that_cross_and_ways_that_join():
     assert {one.joins for _, _, one in all_ways()} == {True, False}
 

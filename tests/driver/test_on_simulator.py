@@ -161,7 +161,7 @@ def test_it_backs_up_along_a_path_and_stops_for_what_stands_there(avenue):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["Town01", "Town10HD"])
+@pytest.mark.parametrize("name", ["Town01", pytest.param("Town10HD", marks=pytest.mark.release)])
 def test_it_drives_a_route_with_turns_within_the_lane(name):
     with simulator(town_file(name)) as world:
         car, driver = _longest_of_some_routes(world)

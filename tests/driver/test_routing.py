@@ -61,6 +61,7 @@ def test_the_generated_town_has_routes_between_any_two_places():
     assert {"left", "right"} <= turns
 
 
+@pytest.mark.integration
 def test_lane_graph_of_a_town_is_built_once(town):
     """Build the graph of a large town, which takes seconds, on the first call only."""
     carla_map = town("Town04")

@@ -48,13 +48,25 @@ def shown(tmp_path_factory):
     return drive
 
 
+@pytest.fixture(scope="module")
+def both(tmp_path_factory):
+    """The parked car without and with the solver in one demonstration: its folder, the two logs and the page."""
+
+    class Both(DemoSpec):
+        arms = ((PARKED_CAR, ALONE), (PARKED_CAR, HELPED))
+
+    out = tmp_path_factory.mktemp("both")
+    logs, report = demo(Both(out=out, seed=1, oncoming=0, pictures=False), lambda _: None)
+    return out, logs, report
+
+
 def accepted(log):
     return [d for d in log.decisions if d.verdict == "accepted"]
 
 
 @pytest.mark.slow
-def test_the_driver_alone_stays_behind_the_parked_car_until_it_counts_as_blocked(shown):
-    log = shown(arm=ALONE)
+def test_the_driver_alone_stays_behind_the_parked_car_until_it_counts_as_blocked(both):
+    log, _ = both[1]
     result = log.result
     assert (result.status, result.infractions) == ("Failed - Agent got blocked", {"vehicle_blocked": 1})
     assert (result.decisions, result.plans_accepted) == (0, 0)
@@ -67,8 +79,8 @@ def test_the_driver_alone_stays_behind_the_parked_car_until_it_counts_as_blocked
 
 
 @pytest.mark.slow
-def test_with_the_solver_the_ego_gets_past_the_parked_car(shown):
-    log = shown()
+def test_with_the_solver_the_ego_gets_past_the_parked_car(both):
+    _, log = both[1]
     result = log.result
     assert (result.status, result.route_completion_pct, result.infractions) == ("Completed", 100.0, {})
     assert 0.0 < result.time_to_recover_s < 20.0
@@ -82,16 +94,12 @@ def test_with_the_solver_the_ego_gets_past_the_parked_car(shown):
 
 
 @pytest.mark.slow
-def test_demo_figures_are_the_same_on_table_page_and_summary(tmp_path):
+def test_demo_figures_are_the_same_on_table_page_and_summary(both):
     """One drive stands until it fails, the other one recovers."""
-
-    class Both(DemoSpec):
-        arms = ((PARKED_CAR, ALONE), (PARKED_CAR, HELPED))
-
-    logs, report = demo(Both(out=tmp_path, oncoming=0, pictures=False), lambda _: None)
+    out, logs, report = both
     page = json.loads(re.search(r'type="application/json"[^>]*>(.*?)</script>', report.read_text(), re.DOTALL)[1])
     for k, (log, shown) in enumerate(zip(logs, page["runs"], strict=True), 1):
-        (path,) = (tmp_path / "runs" / f"{k}").glob("seed-1/outcomes/*.json")
+        (path,) = (out / "runs" / f"{k}").glob("seed-1/outcomes/*.json")
         outcome = RouteOutcome.model_validate_json(path.read_text())
         figures = recovery_figures([outcome])
         assert (log.result.immobilizations, log.result.recoveries) == (figures.met, figures.left) == (1, k - 1)
@@ -107,8 +115,8 @@ def test_demo_figures_are_the_same_on_table_page_and_summary(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_log_replays_the_run(shown):
-    log = shown()
+def test_the_log_replays_the_run(both):
+    _, log = both[1]
     times = [frame.time_s for frame in log.frames]
     assert times == pytest.approx([k * 0.1 for k in range(len(times))], abs=0.03)
     assert log.actors[0].role == "ego" and {a.role for a in log.actors} == {"ego", "scenario"}
@@ -118,20 +126,20 @@ def test_the_log_replays_the_run(shown):
     assert not log.frames[-1].path
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_the_same_seed_is_the_same_run_with_oncoming_cars_and_cyclists_too(shown):
     first, second = (shown(CYCLISTS, GUIDED, again=k, oncoming=3, road="one_lane") for k in range(2))
     assert first == second
     assert {a.kind for a in first.actors} == {"car", "bicycle"}
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_another_seed_is_another_place_or_other_cars(shown):
     one, other = (shown(seed=seed, oncoming=3, road="one_lane") for seed in (1, 2))
     assert one.actors != other.actors
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_where_there_is_a_lane_of_our_direction_it_changes_into_that(shown):
     log = shown(road="multi_lane")
     assert (log.result.status, log.result.infractions, log.result.plans_accepted) == ("Completed", {}, 1)
@@ -152,14 +160,14 @@ def slow_elsewhere(shown):
 
 
 @pytest.mark.slow
-def test_a_slow_answer_is_a_late_one_and_helps_all_the_same(shown, slow_elsewhere):
-    quick, (slow, _) = shown(), slow_elsewhere
+def test_a_slow_answer_is_a_late_one_and_helps_all_the_same(both, slow_elsewhere):
+    (_, quick), (slow, _) = both[1], slow_elsewhere
     assert slow.result.status == "Completed" and slow.result.infractions == {}
     wait_s = slow.decisions[0].time_s - quick.decisions[0].time_s
     assert wait_s == pytest.approx(2.0, abs=0.11)
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_without_words_nobody_overtakes_the_cyclists(shown):
     result = shown(CYCLISTS).result
     assert (result.status, result.plans_accepted, result.infractions) == ("Completed", 0, {})
@@ -183,7 +191,7 @@ def test_oncoming_cars_are_let_by_before_their_lane_is_borrowed(shown):
     assert "yield" in waits and log.decisions[-1].verdict == "accepted"
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_a_driver_of_one_s_own_stands_behind_the_parked_car_alone_and_gets_past_with_help(shown):
     own = {"driver": "examples.own_driver:PurePursuit"}
     alone, helped = shown(arm=ALONE, **own), shown(**own)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import resource
 from collections.abc import Iterator
@@ -14,13 +15,15 @@ from stucksolver_eval.files import OutputError, require_writable, write_text
 PLENTY = "x" * 100_000
 
 
-@pytest.fixture
+@contextlib.contextmanager
 def full_disk() -> Iterator[None]:
-    """No file may grow beyond a few bytes, as on a disk without room."""
+    """No file may grow beyond a few bytes, as on a disk without room: nor may the one that pytest's output goes to."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, hard))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def test_folders_are_made_and_the_text_is_there(tmp_path: Path) -> None:
@@ -41,10 +44,10 @@ def test_a_file_is_replaced_in_one_go_and_may_be_read_by_whom_the_umask_lets(tmp
     assert path.stat().st_mode & 0o777 == 0o644
 
 
-def test_a_full_disk_is_told_and_the_old_file_kept(tmp_path: Path, full_disk: None) -> None:
+def test_a_full_disk_is_told_and_the_old_file_kept(tmp_path: Path) -> None:
     path = tmp_path / "log.json"
     path.write_text("old")
-    with pytest.raises(OutputError) as told:
+    with pytest.raises(OutputError) as told, full_disk():
         write_text(path, PLENTY)
     assert str(path) in str(told.value) and "File too large" in str(told.value)
     assert path.read_text() == "old"

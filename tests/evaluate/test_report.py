@@ -184,6 +184,7 @@ def test_half_a_character_in_the_title_does_no_harm(tmp_path):
     assert Page(written(tmp_path, [], "cut \ud83d off")).texts("title") == ["cut \ufffd off"]
 
 
+@pytest.mark.integration
 @given(st.recursive(st.text() | st.integers() | st.none(), lambda x: st.lists(x) | st.dictionaries(st.text(), x)))
 def test_embedded_data_cannot_begin_markup_and_reads_back(value):
     text = embedded_json(value)
@@ -218,6 +219,7 @@ def test_folders_are_made_and_nothing_else_is_left(tmp_path):
     assert [entry.name for entry in path.parent.iterdir()] == ["report.html"]
 
 
+@pytest.mark.integration
 def test_a_failed_write_names_path_and_remedy_and_keeps_the_old_report(tmp_path):
     path = tmp_path / "report.html"
     path.write_text("the old report")
@@ -296,6 +298,7 @@ def test_lights_and_paths_are_kept_as_changes():
     assert run["paths"] == [[0, None], [1, [3, [0, 200, 0], [0, 0, 500]]], [3, None]]
 
 
+@pytest.mark.integration
 def test_four_long_busy_runs_stay_small(tmp_path):
     def busy_frame(n):
         poses = ((a, n * 0.83 + a, 3.5 * math.sin(n / 9 + a), n * 0.3 + a) for a in range(60))

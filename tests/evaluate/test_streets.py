@@ -84,6 +84,7 @@ def test_short_streets_come_last():
     assert lengths[-1] < 170
 
 
+@pytest.mark.integration
 def test_a_seed_gives_one_order_and_seeds_differ():
     def order(seed):
         return [(s.start.road_id, s.start.lane_id, s.start.s) for s in find_streets(load("demo_town"), "any", seed)]

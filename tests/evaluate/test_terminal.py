@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -20,6 +21,7 @@ def test_no_line_is_wider_than_the_terminal(rows, width):
     assert max(map(len, table(HEAD, rows, width).splitlines()), default=0) <= width
 
 
+@pytest.mark.integration
 @given(ROWS, st.integers(60, 120))
 def test_every_name_and_every_figure_is_told(rows, width):
     text = table(HEAD, rows, width)

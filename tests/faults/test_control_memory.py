@@ -67,6 +67,7 @@ def test_light_that_comes_back_is_what_it_shows(after):
     assert (RejectCode.RED_LIGHT in street.codes()) is (after not in (S.GREEN, S.OFF))
 
 
+@pytest.mark.integration
 @given(
     shows=st.lists(st.sampled_from([None, *S]), min_size=1, max_size=20),
     steps=st.lists(st.floats(-1.0, 1.4), min_size=20, max_size=20),
@@ -230,6 +231,7 @@ class Flickering(World):
         return super().surroundings()
 
 
+@pytest.mark.integration
 def test_solver_passes_no_red_light_that_flickers(tmp_path):
     """The whole drive, and its record derived again: what the guard saw is in it."""
     world = Flickering(ROAD, [thing("lead", 80.0, hazard=True)], x=63.0, cruise_mps=0.0)

@@ -316,6 +316,7 @@ ANYTHING = st.recursive(
 )
 
 
+@pytest.mark.integration
 @settings(max_examples=300)
 @given(fields=st.fixed_dictionaries({"behaviors": ANYTHING, "replan_route": ANYTHING, "route_start": ANYTHING}))
 def test_read_again_any_fields_give_a_sound_plan_or_one_line(fields):

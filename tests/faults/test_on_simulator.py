@@ -83,7 +83,9 @@ def test_frames_that_freeze_or_jump_on_the_way_stop_no_recovery_and_touch_nobody
     )
 
 
-@pytest.mark.parametrize("name", ["always_left", "always_drive_over", "random"])
+@pytest.mark.parametrize(
+    "name", ["random", *(pytest.param(one, marks=pytest.mark.release) for one in ("always_left", "always_drive_over"))]
+)
 def test_a_hostile_reasoner_touches_nobody(ride: Ride, name: str) -> None:
     ride.place()
     hits = collisions(ride)

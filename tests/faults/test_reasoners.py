@@ -23,6 +23,7 @@ def street(road, seed):
     return World(road, [thing("lead", 75.0), *people, *traffic], x=64.0, sight_m=500.0)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(("road", "seed"), list(zip(ROADS.values(), (0, 2), strict=True)), ids=ROADS)
 @pytest.mark.parametrize("name", TALKATIVE)
 def test_whatever_it_says_nobody_is_touched(name, seed, road):
@@ -57,6 +58,7 @@ def test_a_late_answer_is_judged_by_the_world_as_it_is_now():
     assert seen.nearest_m > 0.3
 
 
+@pytest.mark.integration
 def test_the_same_seed_is_wrong_in_the_same_way():
     once, again = (
         drive(street(ROADS["two way"], 0), 15.0, reasoner=make_faulty("random", 7), ladder=BRIEF) for _ in range(2)
@@ -69,6 +71,7 @@ def test_an_unknown_name_lists_the_known_ones():
         make_faulty("evil")
 
 
+@pytest.mark.integration
 def test_a_listener_that_fails_is_told_of_and_not_called_again():
     calls = []
 

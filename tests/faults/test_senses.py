@@ -66,6 +66,7 @@ def test_without_a_scene_nobody_is_asked():
     assert "the stack has no scene to give" in texts(told, EventKind.FAILED)[0]
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("fault", ["missing", "frozen"])
 def test_surroundings_that_stop_coming_before_the_commit_point_end_the_plan(fault):
     last = []
@@ -93,6 +94,7 @@ def test_a_sensor_that_stamps_old_frames_anew_is_found_out_while_driving():
     assert ages[-1] == pytest.approx(0.95)
 
 
+@pytest.mark.integration
 def test_a_slow_sensor_is_no_frozen_one():
     """Ten frames a second for a loop of twenty ticks."""
     kept = []
@@ -107,6 +109,7 @@ def test_a_slow_sensor_is_no_frozen_one():
     assert EventKind.FAULT not in [e.kind for e in told]
 
 
+@pytest.mark.integration
 def test_a_plan_does_not_run_for_ever_on_nothing():
     seen = []
 
@@ -172,6 +175,7 @@ def test_a_frozen_image_is_found_out_once_the_vehicle_has_moved():
     assert watch.checked(scene, 12.0) == (scene.model_copy(update={"image": None}), "the camera image is frozen")
 
 
+@pytest.mark.integration
 def test_a_black_camera_does_not_keep_the_rules_from_helping():
     world = stuck()
     scene = world.scene
@@ -185,7 +189,8 @@ def test_a_black_camera_does_not_keep_the_rules_from_helping():
 # ---- flickering
 
 
-@pytest.mark.parametrize("phase", [0, *(pytest.param(one, marks=pytest.mark.slow) for one in (1, 2, 3))])
+@pytest.mark.integration
+@pytest.mark.parametrize("phase", [0, *(pytest.param(one, marks=pytest.mark.release) for one in (1, 2, 3))])
 def test_a_flickering_oncoming_car_is_never_met(phase):
     """Seen on every fourth tick only."""
     cars = [thing(f"car{k}", 130.0 + 40.0 * k, LANE_M, speed=-9.0) for k in range(4)]
@@ -236,6 +241,7 @@ def test_what_a_tracker_has_ended_is_kept_only_if_it_is_vulnerable(kind, sd_m, k
 # ---- a position that jumps
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("by", [(3.0, 0.0), (-3.0, 0.0), (0.0, 3.0), (0.0, -3.0)])
 def test_a_position_that_jumps_by_3_m_before_the_commit_point_ends_the_plan(by):
     state = {"jumped": False}
@@ -282,6 +288,7 @@ def undisturbed():
     return jumping(0.0, 0.0)[1]
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize(("jump_s", "when_s"), [(-1000.0, 3.0), (-3.0, 0.5), (5.0, 3.0), (3600.0, 1.2)])
 def test_a_clock_that_jumps_leaves_the_plan_as_it_was(jump_s, when_s, undisturbed):
     told, driven = jumping(jump_s, when_s)

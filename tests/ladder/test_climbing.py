@@ -9,6 +9,7 @@ import pytest
 from climbing import QUICK, STANDING_STILL, TWO_WAY, Says, helpless, planning, stuck, waits
 from worlds import LANE_M, World, drive, ladder, red_light, straight_road, stubborn, thing
 
+from grids import sample
 from stucksolver import CONTINUE, SafeStop, StuckSolver
 from stucksolver.decision import Execute, RecoveryPlan
 from stucksolver.decision.behaviors import BackUp, BorrowOncomingLane, ChangeLane, KeepLane, Wait
@@ -122,6 +123,7 @@ def test_without_a_model_its_rung_is_left_out():
     assert seen.texts(EventKind.ESCALATED)[0] == "to the rung passenger"
 
 
+@pytest.mark.integration
 def test_a_model_is_asked_when_the_rules_are_at_their_end():
     model = Says(lambda scene: RuleReasoner().decide(Request(scene)).decision, "clever")
     world = stuck()
@@ -154,7 +156,8 @@ def test_traffic_that_will_go_on_uses_up_no_tries():
     assert seen.nearest_m > 0.3
 
 
-@pytest.mark.parametrize("spacing_m", [18.0, 24.0])
+@pytest.mark.integration
+@pytest.mark.parametrize("spacing_m", sample([18.0, 24.0], 1))
 def test_in_a_stream_of_cars_beside_us_a_plan_begins_in_the_first_gap_and_meets_nobody(spacing_m):
     """The cars are of the kind that never brakes; they are as quick as the plan."""
     stream = [thing(f"car{k}", 62.0 - spacing_m * k, LANE_M, speed=5.0) for k in range(-2, 14) if k != 3]
@@ -165,6 +168,7 @@ def test_in_a_stream_of_cars_beside_us_a_plan_begins_in_the_first_gap_and_meets_
     assert seen.nearest_m > 0.3
 
 
+@pytest.mark.integration
 def test_a_plan_that_ran_out_of_time_is_not_started_again():
     world = stuck()
     world._along = lambda directive: None
@@ -184,6 +188,7 @@ def test_a_plan_that_was_done_and_changed_nothing_is_not_repeated():
     assert any(a.outcome.startswith("it was done") for e in seen.events if e.scene for a in e.scene.attempts)
 
 
+@pytest.mark.integration
 def test_moves_that_only_prepare_are_not_called_useless():
     seen = drive(stuck(), 20.0, reasoner=planning(BackUp(distance_m=2.0)), ladder=stubborn())
     assert EventKind.FINISHED in seen.kinds()
@@ -215,6 +220,7 @@ def test_the_counters_start_anew_only_after_15_m():
     assert seen.texts(EventKind.ESCALATED)[-1] == "to the rung remote"
 
 
+@pytest.mark.integration
 def test_after_a_recovery_the_next_immobilization_is_a_new_intervention():
     world = World(TWO_WAY, [thing("lead", 75.0), thing("second", 180.0)], x=66.0, sight_m=500.0)
     seen = drive(world, 50.0)
@@ -261,6 +267,7 @@ def test_an_observer_judges_and_does_nothing():
     assert not {EventKind.STARTED, EventKind.ASKED, EventKind.STOPPED} & set(seen.kinds())
 
 
+@pytest.mark.integration
 def test_plans_that_only_wait_do_not_wait_for_ever():
     seen = drive(stuck(), 60.0, reasoner=planning(Wait(duration_s=2.0)), ladder=ladder(rungs=QUICK))
     assert isinstance(seen.directives[-1], SafeStop)

@@ -15,6 +15,7 @@ from stucksolver.solver import EventKind, QuestionError, QuestionKind
 # ---- people
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("answer", ["please go around it", "Pass him."])
 def test_the_passenger_is_asked_and_may_answer_in_words(answer):
     world = stuck()
@@ -163,6 +164,7 @@ def test_only_the_operator_ends_a_stop_that_is_theirs_to_end():
     assert directives[-1] is CONTINUE
 
 
+@pytest.mark.integration
 def test_a_free_way_ends_the_stop_where_the_ladder_says_so():
     _, told, directives = stopped_world(Resume.CLEAR, goes_away)
     released = next(e for e in told if e.kind is EventKind.RELEASED)
@@ -171,6 +173,7 @@ def test_a_free_way_ends_the_stop_where_the_ladder_says_so():
     assert EventKind.CLOSED in kinds(told)
 
 
+@pytest.mark.integration
 def test_a_new_plan_ends_the_stop_where_the_ladder_says_so():
     def road_opens(world, solver):
         if world.time_s > 20.0:
@@ -195,6 +198,7 @@ def test_no_words_end_a_stop_that_is_the_operators_and_the_call_stays_open():
     assert isinstance(directives[-1], SafeStop)
 
 
+@pytest.mark.integration
 def test_a_passengers_words_may_end_the_stop_where_the_ladder_says_so():
     def words(world, solver):
         if world.time_s == 15.0:

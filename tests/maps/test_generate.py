@@ -21,6 +21,7 @@ whole_m = st.integers(-500, 500)
 whole_deg = st.integers(-170, 180)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("name", WRITERS)
 def test_the_committed_file_is_what_the_script_writes(name):
     if name == "demo_town":

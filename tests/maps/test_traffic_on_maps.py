@@ -14,7 +14,9 @@ CARS, TICKS = 25, 800
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["grid_town", "interurban", "motorway"])
+@pytest.mark.parametrize(
+    "name", ["interurban", *(pytest.param(one, marks=pytest.mark.release) for one in ("grid_town", "motorway"))]
+)
 def test_cars_drive_forty_seconds_in_their_lanes(name):
     with serve(name) as port:
         result = traffic(port, CARS, TICKS)

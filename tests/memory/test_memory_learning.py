@@ -61,6 +61,7 @@ def taught(lessons, tmp_path):
     return tmp_path / "m.db"
 
 
+@pytest.mark.integration
 def test_what_a_passenger_said_is_kept_with_the_scene_and_the_end(taught):
     told = EpisodeStore(taught).episodes()[0].episode
     assert (told.text, told.solution, told.ending) == ("Please take another street.", REROUTE, Ending.WORKED)

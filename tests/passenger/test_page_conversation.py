@@ -108,6 +108,7 @@ def test_the_button_stop_ends_the_plan_under_way():
     assert sitting.now.intention == "I am waiting, as you asked. Tell me when I should try again."
 
 
+@pytest.mark.integration
 def test_where_a_stop_would_not_be_safe_the_plan_is_finished_and_the_car_says_so():
     sitting = going_round(4.0)
     sitting.until(lambda now: "executing" not in now.state)
@@ -115,6 +116,7 @@ def test_where_a_stop_would_not_be_safe_the_plan_is_finished_and_the_car_says_so
     assert "I have ended that, as you asked." not in sitting.car()
 
 
+@pytest.mark.integration
 def test_the_same_refusal_is_told_once():
     sitting = Sitting(parked(sight_m=40.0))
     sitting.say("please go round it")

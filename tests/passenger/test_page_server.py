@@ -89,6 +89,7 @@ def test_without_a_server_a_desk_says_where_it_looked(tmp_path):
         Desk(tmp_path / "nobody")
 
 
+@pytest.mark.integration
 def test_a_server_that_goes_away_does_not_stop_the_car():
     world = parked()
     with PassengerServer() as going:
@@ -154,6 +155,7 @@ def test_the_names_that_are_answered_to_are_those_of_the_address():
     assert "[::1]:9" in PageOptions(listen="::1").addresses(9)
 
 
+@pytest.mark.integration
 def test_with_a_certificate_it_is_https(tmp_path):
     cert, key = tmp_path / "cert.pem", tmp_path / "key.pem"
     made = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost"]

@@ -36,6 +36,7 @@ def here(server):
 WRONG = ["", "x", "o.AAAA", "p.car-1.AAAA", "p.car-2", "\u00e4", "a" * 5000]
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("token", WRONG)
 def test_access_after_wrong_tokens_serves_valid_ones(token):
     """Wrong tokens are throttled; nobody else from the same address is."""
@@ -184,6 +185,7 @@ def test_streams_opened_at_once_are_counted(here):
             one.close()
 
 
+@pytest.mark.integration
 def test_stop_on_ipv6_beside_held_connections_is_answered():
     with (
         PassengerServer(PageOptions(listen="::1")) as server,
@@ -200,6 +202,7 @@ def test_stop_on_ipv6_beside_held_connections_is_answered():
                 one.close()
 
 
+@pytest.mark.integration
 def test_requests_in_a_pipeline_are_all_answered(here):
     """One connection, three requests sent at once, of which the second needs a token and has none."""
     with here.connect() as one:

@@ -21,7 +21,7 @@ from stucksolver.passenger.told import Command
 from stucksolver.words.halting import halts
 
 BLIND = Path(__file__).parents[2] / "results" / "words"
-EVERY = int(os.environ.get("STUCKSOLVER_BLIND_EVERY", "15"))
+EVERY = int(os.environ.get("STUCKSOLVER_BLIND_EVERY", "30"))
 """One in so many of the 1,500 is sent; with 1 all of them are, in some five minutes."""
 
 

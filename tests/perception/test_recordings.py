@@ -107,6 +107,7 @@ def assert_alike(one, other):
             np.testing.assert_allclose(ours, theirs, rtol=1e-6)
 
 
+@pytest.mark.integration
 @settings(max_examples=30)
 @given(st.lists(SHAPES, max_size=8))
 def test_a_drive_comes_back_as_it_was_recorded(shapes):

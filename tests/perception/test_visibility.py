@@ -107,6 +107,7 @@ def test_a_slope_is_ground_and_not_a_wall(slope):
     assert not seen(space((15.0, 0.0, 2.0, 1.0, 2.0), slope=slope), 20.0, 0.0)
 
 
+@pytest.mark.integration
 @settings(max_examples=25, deadline=None)
 @given(st.floats(7.0, 40.0), st.floats(-math.pi, math.pi), st.floats(1.2, 3.0), st.integers(0, 99))
 def test_the_middle_of_a_vehicle_is_never_called_free(distance, angle, height, seed):
@@ -114,6 +115,7 @@ def test_the_middle_of_a_vehicle_is_never_called_free(distance, angle, height, s
     assert not seen(space((x, y, 0.9, 0.9, height), dropped=0.45, seed=seed), x, y)
 
 
+@pytest.mark.integration
 @settings(max_examples=25, deadline=None)
 @given(st.floats(6.0, 40.0), st.floats(-20.0, 20.0), st.floats(0.3, 2.5), st.integers(0, 9))
 def test_one_more_thing_never_shows_more_of_the_space_behind_it(x, y, height, seed):

@@ -105,6 +105,7 @@ def test_a_plan_of_one_point_is_refused() -> None:
         driver.set_plan(plan_along(world, 10, 11))
 
 
+@pytest.mark.integration
 def test_attach_takes_the_planner_and_leaves_its_driving_as_it_is() -> None:
     ways = []
     for attached in (False, True):

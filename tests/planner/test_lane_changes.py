@@ -38,6 +38,7 @@ def test_the_changes_of_a_route_are_found_with_the_room_there_is_for_them() -> N
     assert offsets == pytest.approx([0.0, 3.5], abs=0.05)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("abreast_m", [-8.0, -3.0, 0.0, 4.0, 9.0])
 def test_nobody_abreast_is_touched_and_the_lane_is_reached(abreast_m) -> None:
     world, ego, driver = scene()
@@ -48,6 +49,7 @@ def test_nobody_abreast_is_touched_and_the_lane_is_reached(abreast_m) -> None:
     assert abs(ego.y - RIGHT) < 0.3
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("gap_m", [24.0, 30.0])
 def test_a_stream_faster_than_the_limit_is_joined_without_being_run_into(gap_m) -> None:
     """Its cars brake for nobody."""

@@ -29,6 +29,7 @@ def scene(lane=RIGHT, speed=0.0, x=10.0):
     return world, ego, driver
 
 
+@pytest.mark.integration
 def test_a_parked_car_is_passed_out_of_reach_of_its_door_and_within_the_lane() -> None:
     world, ego, driver = scene()
     world.add("vehicle.a", 120.0, PARKED_Y)
@@ -41,6 +42,7 @@ def test_a_parked_car_is_passed_out_of_reach_of_its_door_and_within_the_lane() -
     assert abs(seen[-1, 1] - RIGHT) < 0.1
 
 
+@pytest.mark.integration
 def test_beside_what_has_no_doors_it_keeps_to_the_middle() -> None:
     world, ego, driver = scene()
     world.add("static.prop.container", 120.0, PARKED_Y, bounding_box=box(0.6, 0.6, 0.8))
@@ -48,6 +50,7 @@ def test_beside_what_has_no_doors_it_keeps_to_the_middle() -> None:
     assert np.abs(seen[:, 1] - RIGHT).max() < 0.1
 
 
+@pytest.mark.integration
 def test_a_car_that_waits_in_the_lane_beside_is_no_parked_car() -> None:
     world, ego, driver = scene()
     world.add("vehicle.a", 120.0, LEFT + 0.6)
@@ -64,6 +67,7 @@ def test_it_goes_aside_for_blue_lights_behind_it_and_for_nobody_else(lit, aside)
     assert (seen[-1, 1] > RIGHT - 0.4) == aside
 
 
+@pytest.mark.integration
 def test_it_comes_back_once_the_emergency_vehicle_is_past() -> None:
     world, ego, driver = scene(LEFT, 8.0, 60.0)
     other = world.add("vehicle.ford.ambulance", 30.0, LEFT, speed=8.5)
@@ -75,6 +79,7 @@ def test_it_comes_back_once_the_emergency_vehicle_is_past() -> None:
     assert abs(seen[-1, 1] - LEFT) < 0.3
 
 
+@pytest.mark.integration
 def test_its_way_out_from_between_parked_cars_is_that_of_the_first_driver() -> None:
     ways = []
     for kind in (BehaviorDriver, PlannerDriver):

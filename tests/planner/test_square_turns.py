@@ -144,6 +144,7 @@ def test_it_crosses_in_gaps_in_which_a_body_fits_and_in_no_shorter_ones() -> Non
     assert not sets_off(15.0)
 
 
+@pytest.mark.integration
 @given(st.floats(WAIT_S - 2.0, 90.0), st.floats(0.0, 8.0), st.floats(60.0, 110.0), st.booleans())
 def test_it_never_stops_in_the_stream(front, speed, car_x, going) -> None:
     gives_way = watch()

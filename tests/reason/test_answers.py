@@ -153,6 +153,7 @@ def held_to_its_promises(text: str) -> None:
         execution.tick(VIEW, 0.0)
 
 
+@pytest.mark.integration
 @settings(max_examples=300, suppress_health_check=list(HealthCheck))
 @given(st.one_of(spoilt_answers(), st.text(max_size=200)))
 def test_no_answer_crashes_leaves_the_schema_or_passes_the_guard(text):

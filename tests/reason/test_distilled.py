@@ -72,6 +72,7 @@ def student() -> DistilledReasoner:
 # ---- the scene's text
 
 
+@pytest.mark.integration
 @given(scenes())
 @settings(max_examples=60, deadline=None)
 def test_a_scene_survives_its_text(one):
@@ -117,6 +118,7 @@ def test_nonsense_is_never_a_scene(text):
         read_prompt(text)
 
 
+@pytest.mark.integration
 @given(scenes())
 @settings(max_examples=60, deadline=None)
 def test_the_scene_of_a_prompt_is_read_back(one):
@@ -153,6 +155,7 @@ def test_what_is_no_chain_is_refused(text):
 # ---- numbers
 
 
+@pytest.mark.integration
 @given(scenes())
 @settings(max_examples=30, deadline=None)
 def test_all_numbers_are_small_and_of_the_shape_that_the_card_names(one):
@@ -175,6 +178,7 @@ def test_every_behaviour_of_the_registry_is_in_the_vocabulary():
 # ---- what the student does
 
 
+@pytest.mark.integration
 @given(scenes())
 @settings(max_examples=60, deadline=None)
 def test_its_answer_is_short_and_valid_wherever_it_is_read(student, one):
@@ -187,6 +191,7 @@ def test_its_answer_is_short_and_valid_wherever_it_is_read(student, one):
         assert one.offers(behavior.name)
 
 
+@pytest.mark.integration
 @given(scenes())
 @settings(max_examples=60, deadline=None)
 def test_its_answer_to_a_prompt_is_what_a_language_model_may_answer(student, one):
@@ -194,6 +199,7 @@ def test_its_answer_to_a_prompt_is_what_a_language_model_may_answer(student, one
     parse_answer(json.dumps(answer_of(answer.decision)), one)
 
 
+@pytest.mark.integration
 @given(scenes())
 @settings(max_examples=20, deadline=None)
 def test_the_same_scene_always_gets_the_same_answer(student, one):
@@ -321,6 +327,7 @@ def test_words_that_nobody_has_read_move_nothing(student):
     assert student.decide(Request(one)).decision.plan is None
 
 
+@pytest.mark.integration
 def test_it_drives_past_a_parked_car_without_touching_it(student):
     world = World(ROAD, [thing("a", 62.0)], ())
     seen = drive(world, 60.0, reasoner=student)
@@ -328,6 +335,7 @@ def test_it_drives_past_a_parked_car_without_touching_it(student):
     assert seen.nearest_m > 0.3
 
 
+@pytest.mark.integration
 def test_its_decisions_are_derived_again_from_the_record(student, tmp_path):
     drive(World(ROAD, [thing("a", 62.0)], ()), 40.0, reasoner=student, record=Recorder(tmp_path))
     (path,) = tmp_path.rglob("*.jsonl")

@@ -35,6 +35,7 @@ def record(server, folder, *scenes):
     return [reasoner.decide(Request(s)).decision for s in scenes]
 
 
+@pytest.mark.integration
 def test_the_same_questions_get_the_same_answers_without_the_network(server, tmp_path):
     made = record(server, tmp_path, scene(60.0), scene(62.0))
     count = len(server.requests)

@@ -306,6 +306,7 @@ def stucksolver(*words, folder, **environment):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False, env=env)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("own", [False, True])
 def test_configuration_file_of_a_folder_gets_no_key(server, tmp_path, own):
     """Here a file that somebody else wrote names the server; with `--send-key` the user lets it have the key."""
@@ -318,6 +319,7 @@ def test_configuration_file_of_a_folder_gets_no_key(server, tmp_path, own):
     assert KEY not in done.stderr + done.stdout
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("place", ["argument", "file", "variable"])
 def test_login_of_an_address_is_not_printed(server, tmp_path, place):
     """Nor kept in a result: the words with which a command was called are repeated in many places."""
@@ -332,6 +334,7 @@ def test_login_of_an_address_is_not_printed(server, tmp_path, place):
     assert not [text for text in (done.stdout, done.stderr, *kept) if "anna" in text or "pa55" in text]
 
 
+@pytest.mark.integration
 def test_send_key_is_no_setting(tmp_path):
     """A file cannot say it for the user."""
     (tmp_path / "stucksolver.toml").write_text("[cases]\nsend-key = true\n")
@@ -339,6 +342,7 @@ def test_send_key_is_no_setting(tmp_path):
     assert done.returncode == 2 and "no setting 'send-key'" in done.stderr
 
 
+@pytest.mark.integration
 def test_send_key_without_a_server_or_a_key_says_what_is_missing(tmp_path):
     assert "no server is named" in stucksolver("cases", "--send-key", folder=tmp_path).stderr
     words = ("cases", "--send-key", "--reasoner", "openai:m@http://h/v1")

@@ -68,6 +68,7 @@ def spoilt(sc, change):
 # ---- the way there and back
 
 
+@pytest.mark.integration
 def test_a_parked_car_in_our_lane_is_passed_by_the_free_lane(server):
     decision = reasoner(server).decide(Request(scene())).decision
     assert isinstance(decision.plan.behaviors[0], ChangeLane)

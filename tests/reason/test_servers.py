@@ -53,6 +53,7 @@ def as_openai(server, model=MODEL, deadline_s=20.0):
 # ---- the call
 
 
+@pytest.mark.integration
 def test_a_server_of_ones_own_is_asked_by_schema_first(server):
     assert asking(server).decide(Request(scene())).decision.plan is not None
     request = server.requests[0]

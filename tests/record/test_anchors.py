@@ -75,6 +75,7 @@ def whole(tmp_path_factory):
     return recorder.files[0]
 
 
+@pytest.mark.integration
 def test_heads_are_saved_and_checked_without_naming_the_records_again(whole, tmp_path, capsys):
     heads = tmp_path / "heads.txt"
     assert main(["replay", str(whole), "--save-heads", str(heads)]) == 0
@@ -85,6 +86,7 @@ def test_heads_are_saved_and_checked_without_naming_the_records_again(whole, tmp
     assert f"agrees with the anchor at line {head.line}" in capsys.readouterr().out
 
 
+@pytest.mark.integration
 def test_a_forged_record_passes_without_its_anchor_and_is_refused_with_it(whole, tmp_path, capsys):
     record, heads = tmp_path / "r.jsonl", tmp_path / "heads.txt"
     record.write_bytes(whole.read_bytes())

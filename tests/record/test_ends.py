@@ -35,6 +35,7 @@ def broken(tmp_path_factory):
     return file
 
 
+@pytest.mark.integration
 def test_a_run_that_ends_with_an_intervention_under_way_writes_its_end(tmp_path):
     with Recorder(tmp_path) as recorder:
         drive(in_front_of_a_parked_car(), UNDER_WAY_S, record=recorder)
@@ -45,6 +46,7 @@ def test_a_run_that_ends_with_an_intervention_under_way_writes_its_end(tmp_path)
     assert main(["replay", str(file)]) == 0
 
 
+@pytest.mark.integration
 def test_a_run_that_dies_writes_no_end_but_all_that_went_before(broken):
     assert last_line(broken)["kind"] == "step"
     report = replay(broken)
@@ -56,6 +58,7 @@ def test_a_record_that_breaks_off_is_no_success(broken, capsys):
     assert "incomplete: the run failed" in capsys.readouterr().out
 
 
+@pytest.mark.integration
 def test_a_script_gets_each_replay_as_json(broken, tmp_path, capsys):
     with Recorder(tmp_path) as recorder:
         drive(in_front_of_a_parked_car(), 30.0, record=recorder)
@@ -73,6 +76,7 @@ def test_a_script_gets_each_replay_as_json(broken, tmp_path, capsys):
     assert (saved["anchored_line"], checked["anchored_line"]) == (None, second["lines"])
 
 
+@pytest.mark.integration
 def test_one_that_breaks_off_among_whole_ones_is_no_success_either(broken, tmp_path):
     with Recorder(tmp_path) as recorder:
         drive(in_front_of_a_parked_car(), 30.0, record=recorder)
@@ -80,6 +84,7 @@ def test_one_that_breaks_off_among_whole_ones_is_no_success_either(broken, tmp_p
     assert main(["replay", str(broken), *map(str, recorder.files)]) == 1
 
 
+@pytest.mark.integration
 def test_an_intervention_that_was_over_keeps_its_own_end(tmp_path):
     with Recorder(tmp_path) as recorder:
         drive(in_front_of_a_parked_car(), 30.0, record=recorder)
@@ -128,6 +133,7 @@ def drive_an_arm(recorder):
     arm.close(seat.world.time_s)
 
 
+@pytest.mark.integration
 def test_a_route_that_ends_under_way_writes_the_end_of_its_record(tmp_path):
     recorder = Recorder(tmp_path)
     drive_an_arm(recorder)

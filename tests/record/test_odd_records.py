@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from worlds import World, drive, straight_road, thing
 
+from grids import each_value
 from stucksolver.cli import main
 from stucksolver.cli.lines import json_lines
 from stucksolver.cli.main import main as command
@@ -68,8 +69,10 @@ TAILS = {
 }
 
 
-@pytest.mark.parametrize("what", TAILS)
-@pytest.mark.parametrize("read", [replay, read_digests, head_of, lambda path: list(read_decisions(path))])
+READERS = [replay, read_digests, head_of, lambda path: list(read_decisions(path))]
+
+
+@pytest.mark.parametrize(("what", "read"), each_value(TAILS, READERS))
 def test_record_bytes_after_its_end_are_refused(what, read, whole, tmp_path):
     copy = tmp_path / whole.name
     copy.write_bytes(whole.read_bytes() + TAILS[what])
@@ -79,6 +82,7 @@ def test_record_bytes_after_its_end_are_refused(what, read, whole, tmp_path):
     assert f"line {last + 1}: there is something after the record's last line" in one_line(error)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("more", [b'{"kind":"step"}', b'{"kind":"fault","event":{}}', b'{"kind":"end","how":"twice"}'])
 def test_record_lines_chained_on_after_its_end_are_refused(more, whole, tmp_path):
     copy = rechained(tmp_path / "record.jsonl", [*bodies(whole), more])
@@ -86,6 +90,7 @@ def test_record_lines_chained_on_after_its_end_are_refused(more, whole, tmp_path
         replay(copy)
 
 
+@pytest.mark.integration
 def test_record_without_an_end_may_have_half_a_line(whole, tmp_path):
     """A killed process leaves that."""
     copy = rechained(tmp_path / "record.jsonl", bodies(whole)[:-1])
@@ -93,8 +98,7 @@ def test_record_without_an_end_may_have_half_a_line(whole, tmp_path):
     assert replay(copy).ended is None
 
 
-@pytest.mark.parametrize("depth", DEPTHS)
-@pytest.mark.parametrize("place", [0, 1, 5, -1])
+@pytest.mark.parametrize(("depth", "place"), each_value(DEPTHS, [0, 1, 5, -1]))
 def test_record_deep_line_is_one_line(place, depth, whole, tmp_path, capsys):
     lines = bodies(whole)
     lines[place] = lines[place][:-1] + b',"deep":' + nested(depth) + b"}"
@@ -123,8 +127,7 @@ NO_JSON = {
 }
 
 
-@pytest.mark.parametrize("what", NO_JSON)
-@pytest.mark.parametrize("place", [0, 1, 4])
+@pytest.mark.parametrize(("what", "place"), each_value(NO_JSON, [0, 1, 4]))
 def test_record_odd_line_is_one_line(place, what, whole, tmp_path):
     lines = bodies(whole)
     lines[place] = NO_JSON[what]
@@ -140,6 +143,7 @@ ANY_JSON = st.recursive(
 )
 
 
+@pytest.mark.integration
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150, deadline=None)
 @given(data=st.data())
 def test_record_any_field_of_any_line_replaced_raises_only_record_errors(data, whole, tmp_path):
@@ -158,6 +162,7 @@ def test_record_any_field_of_any_line_replaced_raises_only_record_errors(data, w
         assert "\n" not in str(error)
 
 
+@pytest.mark.integration
 def test_record_long_line_is_one_line(whole, tmp_path, monkeypatch):
     monkeypatch.setattr(chained, "LONGEST_LINE_BYTES", 100_000)
     assert replay(whole).matches

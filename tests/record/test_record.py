@@ -60,6 +60,7 @@ def told(line, kind):
     return [one[kind] for one in line.get("told", ()) if kind in one]
 
 
+@pytest.mark.integration
 def test_a_recovery_leaves_one_file_that_matches(one):
     report = replay(one)
     assert report.matches
@@ -69,6 +70,7 @@ def test_a_recovery_leaves_one_file_that_matches(one):
     assert report.underivable == 0
 
 
+@pytest.mark.integration
 def test_words_on_signs_are_kept_in_the_record_and_change_nothing(tmp_path):
     class Signed(World):
         def scene(self, seen=None):
@@ -104,6 +106,7 @@ def rewritten(file, folder, change):
     return copy.path
 
 
+@pytest.mark.integration
 def test_a_record_is_judged_by_its_own_policy(tmp_path):
     _, (file,) = recorded(tmp_path / "own", guard=Guard(OWN))
     assert GuardPolicy.model_validate(lines(file)[0]["policy"]) == OWN
@@ -147,6 +150,7 @@ def test_legitimate_waits_leave_no_file(tmp_path):
     assert files == [] and list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.integration
 def test_each_intervention_has_a_file_and_none_is_written_over(tmp_path):
     world = World(TWO_WAY, [thing("lead", 75.0), thing("second", 150.0)], x=66.0, sight_m=500.0)
     _, files = recorded(tmp_path, world, 45.0)
@@ -171,6 +175,7 @@ HARD = {
 }
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("case", HARD.values(), ids=HARD)
 def test_refusals_aborts_and_repairs_are_derived_again(case, tmp_path):
     world = case["world"]()
@@ -182,6 +187,7 @@ def test_refusals_aborts_and_repairs_are_derived_again(case, tmp_path):
     assert report.plans >= 1
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("name", ["random", "always_left", "contradictory", "late"])
 def test_the_answers_of_other_reasoners_are_parsed_again(name, tmp_path):
     _, files = recorded(tmp_path, seconds=12.0, reasoner=make_faulty(name, seed=3))
@@ -190,6 +196,7 @@ def test_the_answers_of_other_reasoners_are_parsed_again(name, tmp_path):
     assert report.underivable == 0 and report.decisions >= 1
 
 
+@pytest.mark.integration
 def test_a_plan_that_is_not_repeated_is_derived_again(tmp_path):
     """Waiting is done once; the same again is refused, and so it is offline."""
 
@@ -208,6 +215,7 @@ def test_a_plan_that_is_not_repeated_is_derived_again(tmp_path):
     assert report.findings == [] and report.plans > 1
 
 
+@pytest.mark.integration
 def test_words_that_take_a_plan_back_are_derived_again(tmp_path):
     world = World(TWO_WAY, [thing("lead", 100.0)], x=80.0)
     seen, files = recorded(tmp_path, world, 25.0, words={6.0: "no, stop, wait"})
@@ -215,6 +223,7 @@ def test_words_that_take_a_plan_back_are_derived_again(tmp_path):
     assert all(replay(file).findings == [] for file in files)
 
 
+@pytest.mark.integration
 def test_a_verdict_that_comes_out_otherwise_is_named_with_its_line(one, tmp_path):
     """As if a forger had made the whole chain anew."""
     forged = tmp_path / "forged.jsonl"
@@ -253,6 +262,7 @@ def test_a_line_taken_out_is_found(one, number, tmp_path):
         list(read_chain(tmp_path / "short.jsonl"))
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
 def test_a_record_that_breaks_off_is_good_up_to_its_last_line(one, share, tmp_path):
     content = one.read_bytes()
@@ -262,6 +272,7 @@ def test_a_record_that_breaks_off_is_good_up_to_its_last_line(one, share, tmp_pa
     assert report.matches and report.lines > 3
 
 
+@pytest.mark.integration
 def test_the_image_lies_beside_it_and_is_proven_by_its_digest(tmp_path):
     world = World(TWO_WAY, [thing("lead", 75.0)], x=66.0)
     scene, picture = world.scene, os.urandom(4000)
@@ -307,6 +318,7 @@ def test_the_road_is_written_once_and_a_tick_in_a_few_hundred_bytes(one):
 # ---- failing
 
 
+@pytest.mark.integration
 def test_a_full_disk_ends_the_record_and_nothing_else():
     """/dev/full takes nothing: the system's own full disk."""
     full = Recorder(Path("/dev/full/nowhere"))
@@ -318,6 +330,7 @@ def test_a_full_disk_ends_the_record_and_nothing_else():
     assert EventKind.RECOVERED in seen.kinds()
 
 
+@pytest.mark.integration
 def test_what_was_written_before_the_disk_was_full_stays_whole(tmp_path):
     """A limit on the size of files stands for the disk: the system refuses to write on, in the middle of a line."""
     code = """
@@ -345,6 +358,7 @@ print([e.kind.value for e in seen.events if e.kind.value in ("fault", "recovered
     assert report.matches and report.ended is None and report.ticks > 5
 
 
+@pytest.mark.integration
 def test_the_command_says_whether_it_matches_and_names_a_changed_line(one, tmp_path, capsys):
     assert main(["replay", str(one)]) == 0
     assert "everything matches" in capsys.readouterr().out
@@ -356,6 +370,7 @@ def test_the_command_says_whether_it_matches_and_names_a_changed_line(one, tmp_p
     assert "cannot read" in capsys.readouterr().err
 
 
+@pytest.mark.integration
 def test_the_picture_shows_the_moments_asked_for(one, tmp_path, capsys):
     pytest.importorskip("matplotlib")
     few, many = tmp_path / "few.png", tmp_path / "new" / "many.png"

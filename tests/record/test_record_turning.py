@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import pytest
 from test_guard_turning import WIDE
 from test_record import recorded
 from test_turning import Turner
@@ -27,6 +28,7 @@ class TurnsRound:
         return Answer(Decision(observation=observation, analysis=analysis, plan=plan, rationale="a test"), self.name)
 
 
+@pytest.mark.integration
 def test_a_turn_is_derived_again_to_the_last_verdict(tmp_path):
     world = Turner(WIDE, cruise_mps=0.0)
     seen, files = recorded(tmp_path, world, 60.0, reasoner=TurnsRound())

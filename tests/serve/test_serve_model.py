@@ -237,6 +237,7 @@ def test_half_sent_request_is_ended(student):
                 assert one.recv(1000) == b""
 
 
+@pytest.mark.integration
 def test_command_without_a_usable_address_names_the_remedy():
     command = [sys.executable, "-m", "stucksolver", "serve-model", "--listen", "nowhere"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
@@ -250,6 +251,7 @@ JSON = st.recursive(
 )
 
 
+@pytest.mark.integration
 @given(
     st.dictionaries(st.sampled_from(["model", "messages", "tools", "tool_choice", "stream", "response_format"]), JSON)
 )
@@ -258,6 +260,7 @@ def test_no_request_makes_it_fail(client, sent):
     wrong(client.post(PATH, json=sent))
 
 
+@pytest.mark.integration
 @given(st.data())
 @settings(max_examples=100, deadline=None)
 def test_a_damaged_scene_never_makes_it_fail(client, data):
@@ -269,6 +272,7 @@ def test_a_damaged_scene_never_makes_it_fail(client, data):
     assert response.status_code == 200 or wrong(response)
 
 
+@pytest.mark.integration
 def test_missing_weights_end_the_command_with_the_remedy(tmp_path):
     command = [sys.executable, "-m", "stucksolver", "serve-model", "--weights", str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)

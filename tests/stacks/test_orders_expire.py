@@ -34,6 +34,7 @@ def silent(stage, car, stack, directive, seconds):
     return np.array(speeds)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("says_nothing", [True, False])
 def test_in_silence_the_path_is_stopped_on_and_then_the_driver_drives_itself(stage, says_nothing):
     car, stack = stage.ego(STREET, STREET_END)
@@ -64,6 +65,7 @@ def test_the_silent_vehicle_goes_no_further_than_a_stop_takes(stage):
     assert begun.distance(car.get_location()) < STOP_M + 1.0
 
 
+@pytest.mark.integration
 def test_in_silence_a_path_is_finished_where_a_stop_would_not_do(stage):
     car, stack = stage.ego(STREET, STREET_END)
     order = swerve(stack, LEFT_M, 40.0)
@@ -91,6 +93,7 @@ def test_a_safe_stop_does_not_expire(stage):
     assert silent(stage, car, stack, None, 3.0).max() < 0.1
 
 
+@pytest.mark.integration
 def test_hold_expires_once_it_stands(stage):
     car, stack = stage.ego(STREET, STREET_END)
     stage.drive(car, stack, 3.0)

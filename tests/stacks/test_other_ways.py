@@ -68,6 +68,7 @@ def barrier(x, y):
     )
 
 
+@pytest.mark.integration
 def test_who_has_begun_to_turn_right_may_still_go_straight_on():
     (way,) = ways_from(6)
     assert way.turn == "straight" and way.distance_m < 5.0

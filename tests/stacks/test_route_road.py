@@ -42,6 +42,7 @@ def lanes_at(road: RouteRoad, arc_m: float) -> list[tuple]:
     return [(round(offset, 1), *rest) for offset, *rest in sorted(found)]
 
 
+@pytest.mark.integration
 def test_on_the_street_the_oncoming_lane_lies_to_the_left_behind_a_broken_line():
     assert lanes_at(demo_road(*STREET), 200.0) == [
         (-3.5, "sidewalk", "same", "kerb"),
@@ -94,6 +95,7 @@ def _changes_lanes(road: RouteRoad) -> bool:
     return any(a[:2] == b[:2] and a[2] != b[2] for a, b in pairs)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("name", TOWNS)
 def test_the_own_lane_has_no_offset_and_spans_the_whole_slice(name):
     for road in some_roads(name):
@@ -104,6 +106,7 @@ def test_the_own_lane_has_no_offset_and_spans_the_whole_slice(name):
         assert all(s.direction is LaneDirection.SAME and s.speed_limit_mps == 10.0 for s in own)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("name", TOWNS)
 def test_every_lane_lies_where_the_map_has_it_also_in_bends(name):
     town_map, checked, bent = town(name), 0, 0

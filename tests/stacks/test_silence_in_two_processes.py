@@ -85,7 +85,7 @@ def drives_a_path(recovery):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seconds", [0.3, 2.5])
+@pytest.mark.parametrize("seconds", [pytest.param(0.3, marks=pytest.mark.release), 2.5])
 def test_a_stopped_solver_holds_no_tick_up_and_is_heard_again_when_it_goes_on(stage, stuck, seconds):
     car, make, told = stuck
     bumps = collisions_of(stage, car)
@@ -126,7 +126,7 @@ def killed(stage, car, recovery, at_mps, stops):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("clock", ["wall", "lockstep"])
+@pytest.mark.parametrize("clock", ["wall", pytest.param("lockstep", marks=pytest.mark.release)])
 def test_killed_before_the_commit_point_it_leaves_a_vehicle_that_stops_and_then_drives_itself(stage, stuck, clock):
     car, make, _told = stuck
     bumps = collisions_of(stage, car)

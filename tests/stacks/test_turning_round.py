@@ -103,7 +103,7 @@ def is_turn(question):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_over_a_solid_line_the_passenger_is_asked_before_the_vehicle_moves(solid_stage):
     car, stack = solid_stage.ego((1, -1, 50.0), (3, 1, 150.0))
     close(solid_stage, BARRIER_AT_M)
@@ -123,7 +123,7 @@ def test_over_a_solid_line_the_passenger_is_asked_before_the_vehicle_moves(solid
     assert stack.status().at_destination, trail[-1]
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_after_a_no_the_vehicle_stays_where_it_is(solid_stage):
     car, stack = solid_stage.ego((1, -1, 50.0), (3, 1, 150.0))
     close(solid_stage, BARRIER_AT_M)

@@ -99,6 +99,7 @@ def test_who_shouts_to_hold_back_is_never_left_with_not_understood(text, situati
     assert READER.read(text, situation).intent in STAYS
 
 
+@pytest.mark.integration
 @settings(max_examples=12, deadline=None)
 @given(text=st.text(max_size=600), situation=st.text(max_size=300))
 def test_any_text_gets_a_reading_and_the_same_one_again(text, situation):

@@ -26,6 +26,7 @@ from conftest import Camera
 FRAMES, WARM, GROWTH_MB = 1000, 200, 5.0
 
 
+@pytest.mark.integration
 def test_the_same_world_gives_the_same_bytes(world) -> None:
     for number in range(4):
         add(world, x=40.0 + 9.0 * number)
@@ -33,6 +34,7 @@ def test_the_same_world_gives_the_same_bytes(world) -> None:
     assert (Camera(world).rgb() == Camera(copy).rgb()).all()
 
 
+@pytest.mark.integration
 def test_a_stage_is_built_the_same_way_again(town) -> None:
     for one, other in zip(build_static_scene(town).chunks, build_static_scene(town).chunks, strict=True):
         assert one.center == other.center and list(one.layers) == list(other.layers)
@@ -61,6 +63,7 @@ def test_threads_do_not_disturb_each_other(world) -> None:
             assert all((one == other).all() for one, other in zip(alone, together, strict=True))
 
 
+@pytest.mark.integration
 def test_nothing_at_body_height_stands_on_a_lane(town) -> None:
     pavement = pave(read_roads(check_opendrive(town.file.text, "town")))
     items = scenery(pavement, 1, [])
@@ -73,6 +76,7 @@ def test_nothing_at_body_height_stands_on_a_lane(town) -> None:
             assert not len(lanes.query(shapely.MultiPoint(low[:, :2]).convex_hull, predicate="intersects"))
 
 
+@pytest.mark.integration
 def test_another_map_has_other_scenery(town) -> None:
     pavement = pave(read_roads(check_opendrive(town.file.text, "town")))
     one, other = ([item.place for item in scenery(pavement, seed, [])] for seed in (1, 2))
@@ -96,6 +100,7 @@ def test_depth_can_be_decoded_as_carla_says(metres) -> None:
     assert (red + 256 * green + 65536 * blue) / 0xFFFFFF * 1000 == pytest.approx(min(metres, 1000.0), abs=1e-3)
 
 
+@pytest.mark.integration
 def test_a_crowd_of_cameras_leaves_the_world_alone(town) -> None:
     one, other = World(town), World(town)
     add(one, x=50.0)
@@ -107,7 +112,7 @@ def test_a_crowd_of_cameras_leaves_the_world_alone(town) -> None:
     assert one.bodies.record.tobytes() == other.bodies.record.tobytes()
 
 
-@pytest.mark.slow
+@pytest.mark.release
 @pytest.mark.integration
 def test_memory_is_flat_over_a_thousand_frames(world) -> None:
     for number in range(6):

@@ -35,7 +35,7 @@ def port() -> Iterator[int]:
         yield port
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_three_thousand_actors_are_spawned_moved_and_destroyed(port: int) -> None:
     healthy, raw = Healthy(port), Raw(port)
     raw.call("set_episode_settings", SYNCHRONOUS)

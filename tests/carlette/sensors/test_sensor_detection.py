@@ -21,6 +21,7 @@ def detections(one: Mounted) -> np.ndarray:
     return np.frombuffer(one.body(), "<f4").reshape(-1, 4)
 
 
+@pytest.mark.integration
 def test_the_radar_measures_range_and_closing_speed_of_the_car_ahead() -> None:
     world = street()
     own, other = add(world, x=50.0), add(world, x=80.0)

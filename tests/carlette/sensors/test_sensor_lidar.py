@@ -67,6 +67,7 @@ def test_sidewalks_lie_a_kerb_higher(world) -> None:
     assert np.median(walk[:, 2]) == pytest.approx(0.15 - ON_ROOF_M, abs=2e-3)
 
 
+@pytest.mark.integration
 def test_a_rising_road_is_seen_rising() -> None:
     world = street(slope=0.1)
     world.tick()

@@ -114,6 +114,7 @@ def test_a_change_of_attitude_is_read_as_the_rotation_that_made_it(rate: float, 
     assert turn_between(before, about_z @ before) == pytest.approx([0.0, 0.0, rate], abs=1e-9)
 
 
+@pytest.mark.integration
 def test_rays_see_the_road_the_sidewalk_and_what_stands_beside_it(scene: Scene) -> None:
     spot = scene.world.roads.spawn_points()[3]
     pose = Pose(spot.apply(Vector(z=2.0)), spot.rotation)

@@ -118,7 +118,7 @@ def test_in_asynchronous_mode_pictures_begin_when_the_map_is_built(gated: tuple[
     camera.destroy()
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_the_first_measurements_on_the_largest_town_are_of_the_first_tick() -> None:
     folders = [Path(one) for one in os.environ.get("STUCKSOLVER_MAPS", "").split(os.pathsep) if one]
     if not any((one / "Town04.xodr").is_file() for one in folders):

@@ -158,7 +158,7 @@ def test_a_junction_gets_cars_from_its_other_entries(drive):
     assert any(m > 30.0 for m in coming.ahead_m().get(0, []))
 
 
-@pytest.mark.parametrize("before_m", [15.0, *(pytest.param(one, marks=pytest.mark.slow) for one in (30.0, 40.0))])
+@pytest.mark.parametrize("before_m", [15.0, *(pytest.param(one, marks=pytest.mark.release) for one in (30.0, 40.0))])
 def test_nobody_waits_for_the_hero_in_a_junction(drive, before_m):
     waiting = drive(road=5, start_m=40.0, length_m=330)
     for light in waiting.world.get_actors().filter("*traffic_light*"):

@@ -34,7 +34,7 @@ def results(wordings, tmp_path_factory):
     return run_cases(cases, "rules", tmp_path_factory.mktemp("wordings"), pictures=False)
 
 
-@pytest.mark.slow
+@pytest.mark.release
 @pytest.mark.integration
 def test_who_asks_to_pass_is_driven_past_and_nobody_else(results):
     assert [passed_s(result) is not None for result in results] == [True, False, False]
@@ -42,13 +42,13 @@ def test_who_asks_to_pass_is_driven_past_and_nobody_else(results):
     assert outcome(results[1]).startswith("stays behind")
 
 
-@pytest.mark.slow
+@pytest.mark.release
 @pytest.mark.integration
 def test_each_was_read_as_its_author_meant_it(results, wordings):
     assert [read_as(result).intent.value for result in results] == [wording.meant for wording in wordings]
 
 
-@pytest.mark.slow
+@pytest.mark.release
 @pytest.mark.integration
 def test_the_figure_has_a_row_for_each(results, wordings, tmp_path):
     from PIL import Image

@@ -18,7 +18,7 @@ from chat_server import ChatServer
 
 if find_spec("openai") is None:  # importing it takes as long as collecting five hundred tests
     pytest.skip("the openai package is not installed: add the extra [llm] (README, Install)", allow_module_level=True)
-pytestmark = [pytest.mark.integration, pytest.mark.slow]
+pytestmark = [pytest.mark.integration, pytest.mark.release]
 
 DRIVE_S = {"pedestrians": 37.0, "open_door": 25.0, "cyclists": 28.0}
 """Until the people have crossed, and each plan is over: a picture costs more than everything else in a tick."""

@@ -9,7 +9,7 @@ import pytest
 from stucksolver.decision.behaviors import ChangeLane, DriveOver
 from stucksolver_eval.cases import CASES, run_cases
 
-pytestmark = [pytest.mark.integration, pytest.mark.slow]
+pytestmark = [pytest.mark.integration, pytest.mark.release]
 
 DRIVE_S = {"cyclists": 12.0, "paper_bag": 34.0}
 """Until the cyclists are being overtaken, and until the bag is behind the vehicle."""

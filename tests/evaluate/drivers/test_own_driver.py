@@ -242,7 +242,7 @@ def test_an_agent_for_the_leaderboard_is_given_what_it_asks_for(tmp_path):
     ("name", "why"),
     [
         ("Nonsense", "throttle nan"),
-        ("Breaks", "the user's own fault"),
+        pytest.param("Breaks", "the user's own fault", marks=pytest.mark.release),
     ],
 )
 def test_an_agent_that_fails_costs_its_route_alone_and_is_named(name, why, tmp_path):

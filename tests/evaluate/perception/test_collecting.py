@@ -20,7 +20,7 @@ from stucksolver_eval.perception.scoring.samples import (
     seen_rectangles,
 )
 
-pytestmark = [pytest.mark.integration, pytest.mark.slow]
+pytestmark = [pytest.mark.integration, pytest.mark.release]
 
 
 @pytest.fixture(scope="module")

@@ -25,6 +25,7 @@ def swept(folder: Path, completions: dict[str, float]) -> str:
     return write_tradeoff(summaries, folder)
 
 
+@pytest.mark.integration
 def test_every_setting_is_a_row_for_people_and_for_scripts(tmp_path: Path) -> None:
     told = swept(tmp_path, HALF)
     rows = list(csv.DictReader((tmp_path / "tradeoff.csv").read_text().splitlines()))

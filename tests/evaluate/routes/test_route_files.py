@@ -68,6 +68,7 @@ def refused(folder: Path, text: str) -> str:
     return str(told.value)
 
 
+@pytest.mark.integration
 @given(routes=st.lists(ROUTES, min_size=1, max_size=3, unique_by=lambda route: route.id).map(tuple))
 def test_what_is_written_is_read_again(routes: tuple[Route, ...], tmp_path_factory: pytest.TempPathFactory) -> None:
     path = tmp_path_factory.mktemp("routes") / "routes.xml"

@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import pytest
 
+from grids import sample
+
 carla = pytest.importorskip("carla")
 
 from playing import Playing, shipped  # noqa: E402
@@ -93,12 +95,15 @@ def test_cars_of_a_flow_keep_the_spacing_asked_for(play, kind):
 
 @pytest.mark.parametrize(
     "kind",
-    [
-        "SignalizedJunctionLeftTurn",
-        "SignalizedJunctionRightTurn",
-        "SignalizedJunctionLeftTurnEnterFlow",
-        "CrossingBicycleFlow",
-    ],
+    sample(
+        [
+            "SignalizedJunctionLeftTurn",
+            "SignalizedJunctionRightTurn",
+            "SignalizedJunctionLeftTurnEnterFlow",
+            "CrossingBicycleFlow",
+        ],
+        2,
+    ),
 )
 def test_the_heros_light_is_red_for_five_seconds_and_green_from_then_on(play, kind):
     # Not all junctions with bicycle lanes have lights.

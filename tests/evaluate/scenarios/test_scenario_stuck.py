@@ -48,9 +48,9 @@ IN_ONCOMING_LANE = ("DoubleParkedVan", "PictureOfTrafficLight", "ClosedBoxInLane
 
 
 def first_quick(kinds):
-    """Kinds to play for the better part of a minute each: the first in every run, the others with the slow tests."""
+    """Kinds to play for the better part of a minute each: the first in every run, the others before a release."""
     first, *others = kinds
-    return [first, *(pytest.param(one, marks=pytest.mark.slow) for one in others)]
+    return [first, *(pytest.param(one, marks=pytest.mark.release) for one in others)]
 
 
 @pytest.fixture

@@ -66,6 +66,7 @@ spells_made = st.lists(st.tuples(times, st.floats(1.0, 90.0), st.booleans()), ma
 plans_made = st.lists(st.tuples(times, st.booleans()), max_size=4)
 
 
+@pytest.mark.integration
 @given(spells_made, plans_made)
 def test_result_has_the_figures_of_the_summary(spells, plans):
     changes = {

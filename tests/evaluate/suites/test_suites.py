@@ -95,7 +95,7 @@ def test_an_unknown_suite_is_refused_with_those_there_are():
         suite("bench2drive")
 
 
-@pytest.mark.slow
+@pytest.mark.release
 @pytest.mark.integration
 def test_the_committed_files_are_what_the_script_writes():
     assert make.main(["--check"]) == 0

@@ -91,6 +91,7 @@ def driven(
     return alignment, said
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("turned_deg", [2.0, -2.0, 1.6, -3.4])
 def test_a_turned_camera_is_noticed_and_its_angle_is_told(turned_deg: float) -> None:
     alignment, _ = driven(turned_deg)
@@ -98,6 +99,7 @@ def test_a_turned_camera_is_noticed_and_its_angle_is_told(turned_deg: float) -> 
     assert math.degrees(alignment.turned_rad) == pytest.approx(turned_deg, abs=0.3)
 
 
+@pytest.mark.integration
 def test_a_healthy_camera_is_not_accused() -> None:
     alignment, said = driven(0.0)
     assert alignment.turned_rad is None
@@ -105,6 +107,7 @@ def test_a_healthy_camera_is_not_accused() -> None:
     assert abs(float(np.median(said))) < 0.3
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("lidar_turned_deg", [2.0, -3.0])
 def test_a_turned_lidar_does_not_accuse_a_healthy_camera(lidar_turned_deg: float) -> None:
     alignment, said = driven(0.0, lidar_turned_deg)
@@ -112,6 +115,7 @@ def test_a_turned_lidar_does_not_accuse_a_healthy_camera(lidar_turned_deg: float
     assert abs(float(np.median(said))) < 0.3
 
 
+@pytest.mark.integration
 def test_a_camera_that_is_turned_together_with_the_lidar_is_noticed() -> None:
     alignment, _ = driven(2.0, 2.0)
     assert alignment.turned_rad is not None

@@ -103,17 +103,20 @@ def drive(monitor, poses, opaque=None, grey=200, rig=AHEAD, light=1.0, own=None)
     return first
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("light", [1.0, 0.12], ids=["day", "night"])
 @pytest.mark.parametrize("rig", [AHEAD, BACK], ids=["front", "rear"])
 def test_a_long_straight_road_with_solid_lines_is_no_dirt(rig, light):
     assert drive(LensMonitor(rig), straight(250.0), rig=rig, light=light) is None
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("rig", [AHEAD, BACK], ids=["front", "rear"])
 def test_turns_below_clouds_and_houses_far_away_are_no_dirt(rig):
     assert drive(LensMonitor(rig), turning(720.0), rig=rig) is None
 
 
+@pytest.mark.integration
 def test_a_car_ahead_at_the_same_speed_is_no_dirt():
     def followed(rgb):
         rgb[95:150, 165:235] = 30  # its lower edge is 10 m away
@@ -123,6 +126,7 @@ def test_a_car_ahead_at_the_same_speed_is_no_dirt():
     assert drive(LensMonitor(AHEAD), straight(250.0), own=followed) is None
 
 
+@pytest.mark.integration
 def test_a_car_ahead_all_around_a_roundabout_is_no_dirt():
     def followed(rgb):
         rgb[95:150, 80:150] = 30
@@ -132,6 +136,7 @@ def test_a_car_ahead_all_around_a_roundabout_is_no_dirt():
     assert drive(LensMonitor(AHEAD), turning(720.0, 2000.0), own=followed) is None
 
 
+@pytest.mark.integration
 def test_the_own_shadow_and_the_cone_of_the_headlights_are_no_dirt():
     def dark(rgb):
         rgb[205:, 100:300] //= 2
@@ -147,6 +152,7 @@ def test_the_own_shadow_and_the_cone_of_the_headlights_are_no_dirt():
     assert drive(LensMonitor(AHEAD), straight(200.0) + turning(480.0), light=0.12, own=lit) is None
 
 
+@pytest.mark.integration
 def test_a_bonnet_across_the_image_is_no_dirt():
     rim = 205.0 + 15.0 * ((np.arange(400) - 200.0) / 200.0) ** 2
     bonnet = np.arange(225)[:, None] > rim
@@ -169,12 +175,14 @@ def test_grains_all_over_the_lens_are_noticed_within_40_m(size_px, share, grey, 
     assert monitor.dirt.is_too_much
 
 
+@pytest.mark.integration
 def test_salt_is_noticed_at_night_and_by_the_rear_camera_and_when_reversing():
     assert drive(LensMonitor(AHEAD), straight(40.0), grains(24, 0.05), light=0.12) is not None
     assert drive(LensMonitor(BACK), straight(40.0), grains(24, 0.05), rig=BACK) is not None
     assert drive(LensMonitor(AHEAD), straight(40.0)[::-1], grains(24, 0.05)) is not None
 
 
+@pytest.mark.integration
 def test_the_shipped_cameras_images_are_watched_as_well():
     rig = load_rig().camera
     opaque = np.kron(grains(24, 0.05), np.ones((4, 4)))
@@ -182,6 +190,7 @@ def test_the_shipped_cameras_images_are_watched_as_well():
     assert drive(LensMonitor(rig), straight(40.0), rig=rig) is None
 
 
+@pytest.mark.integration
 def test_a_smear_in_one_place_is_noticed_once_the_vehicle_has_turned():
     monitor, opaque = LensMonitor(AHEAD), disc(120, 250, 30, soft_px=10.0)
     assert drive(monitor, straight(200.0), opaque, grey=30) is None
@@ -191,6 +200,7 @@ def test_a_smear_in_one_place_is_noticed_once_the_vehicle_has_turned():
     assert monitor.dirt.is_too_much
 
 
+@pytest.mark.integration
 def test_a_spot_is_known_with_its_place_and_only_what_it_touches_is_not_read():
     monitor, opaque = LensMonitor(AHEAD), disc(60, 100, 8)
     drive(monitor, turning(240.0), opaque, grey=20)
@@ -213,6 +223,7 @@ def test_a_spot_on_the_horizon_ends_the_look_into_the_distance():
     assert is_dirty(CameraFrame(0.0, np.zeros((900, 1600, 3), np.uint8), cells), rig)
 
 
+@pytest.mark.integration
 def test_a_lens_that_was_cleaned_is_believed_again_after_some_tens_of_metres():
     monitor = LensMonitor(AHEAD)
     drive(monitor, straight(60.0), grains(24, 0.05))
@@ -223,6 +234,7 @@ def test_a_lens_that_was_cleaned_is_believed_again_after_some_tens_of_metres():
     assert monitor.dirt is None
 
 
+@pytest.mark.integration
 def test_a_smear_that_was_wiped_away_is_forgotten_in_the_next_turns():
     monitor = LensMonitor(AHEAD)
     drive(monitor, turning(240.0), disc(120, 250, 30), grey=30)
@@ -231,6 +243,7 @@ def test_a_smear_that_was_wiped_away_is_forgotten_in_the_next_turns():
     assert monitor.dirt is None
 
 
+@pytest.mark.integration
 def test_nothing_is_learned_while_the_vehicle_stands():
     salted = behind(scene(pose_at()), grains(24, 0.05), 200)
     monitor = LensMonitor(AHEAD)
@@ -243,6 +256,7 @@ def test_nothing_is_learned_while_the_vehicle_stands():
         assert monitor.checked(CameraFrame(0.0, scene(pose_at())), None, "camera")[0] is None
 
 
+@pytest.mark.integration
 def test_health_names_the_dirt_of_each_camera_and_does_not_believe_its_images():
     health = SensorHealth(load_rig().lidar, lenses={"camera": LensMonitor(AHEAD), "rear camera": LensMonitor(BACK)})
     for pose in straight(60.0):

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from scanner import RIG
 from test_residual import named, tracked, turn
 
+from grids import sample
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.lidar.flanks import without_flanks
 from stucksolver.perception.lidar.residual import standing_returns
@@ -28,9 +31,9 @@ def test_nobody_is_in_the_side_of_a_van(beside_m, seed):
     assert left(FAR_M, LEFT_M + beside_m, VAN, seed=seed) == []
 
 
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("beside_m", [0.25, 0.3, 0.5])
-@pytest.mark.parametrize("x", [7.3, 10.0, FAR_M])
+@pytest.mark.parametrize(
+    ("x", "beside_m", "seed"), sample(itertools.product([7.3, 10.0, FAR_M], [0.25, 0.3, 0.5], range(4)), 12)
+)
 def test_who_stands_beside_a_van_is_kept_even_if_the_box_is_a_little_nearer(x, beside_m, seed):
     person = (x, LEFT_M + beside_m, *PERSON)
     for off_m in (-0.15, 0.0, 0.1):

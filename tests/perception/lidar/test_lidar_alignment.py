@@ -146,6 +146,7 @@ def test_a_turned_lidar_is_noticed_within_some_tens_of_metres_and_its_angle_is_t
     assert drive.told_deg == pytest.approx(turned_deg, abs=0.25)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("seed", range(4))
 def test_a_healthy_lidar_is_not_accused(seed: int) -> None:
     drive = Drive(street(seed), seed=seed).go(200.0)
@@ -154,16 +155,19 @@ def test_a_healthy_lidar_is_not_accused(seed: int) -> None:
     assert max(map(abs, drive.matches)) < HEALTHY_DEG
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("turned_deg", [0.5, -0.8])
 def test_what_mounting_tolerances_and_crosswind_add_up_to_is_no_fault(turned_deg: float) -> None:
     assert Drive(street(), turned_deg=lambda _: turned_deg).go(200.0).noticed_m is None
 
 
+@pytest.mark.integration
 def test_a_mount_that_gives_way_on_the_road_is_noticed_soon() -> None:
     drive = Drive(street(), turned_deg=lambda driven: 2.0 if driven > 80.0 else 0.0).go(200.0)
     assert drive.noticed_m is not None and 80.0 < drive.noticed_m < 130.0
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("turned_deg", [0.0, 2.0, -2.5])
 def test_in_a_bend_it_is_noticed_as_well_and_nothing_else_is(turned_deg: float) -> None:
     # 60 m of radius at 7 m/s: 0.8 m/s2
@@ -175,18 +179,21 @@ def test_in_a_bend_it_is_noticed_as_well_and_nothing_else_is(turned_deg: float) 
         assert drive.told_deg == pytest.approx(turned_deg, abs=0.35)
 
 
+@pytest.mark.integration
 def test_a_body_that_slips_in_a_tight_bend_is_not_a_turned_lidar() -> None:
     # 12 m of radius at 6.5 m/s, round and round: 3.5 m/s2, and the body slips by 2 degrees all the time.
     drive = Drive(ring(12.0), lambda _: 6.5, lambda _: 6.5 / 12.0, slip_per_mps2=math.radians(0.57)).go(200.0)
     assert drive.noticed_m is None
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("radius_m", [9.0, 20.0, 34.0])
 def test_a_vehicle_with_another_wheelbase_that_goes_round_slowly_is_not_accused(radius_m: float) -> None:
     drive = Drive(ring(radius_m), lambda _: 3.0, lambda _: 3.0 / radius_m, rear_axle_m=REAR_AXLE_M + 0.5).go(120.0)
     assert drive.noticed_m is None
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("turned_deg", [0.0, -2.0])
 def test_a_gyro_that_is_off_neither_accuses_nor_hides(turned_deg: float) -> None:
     drive = Drive(
@@ -198,6 +205,7 @@ def test_a_gyro_that_is_off_neither_accuses_nor_hides(turned_deg: float) -> None
         assert drive.told_deg == pytest.approx(turned_deg, abs=0.4)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("turned_deg", [0.0, 2.0])
 def test_backing_up_counts_as_well(turned_deg: float) -> None:
     drive = Drive(street(), lambda _: -2.0, turned_deg=lambda _: turned_deg).go(55.0)
@@ -206,6 +214,7 @@ def test_backing_up_counts_as_well(turned_deg: float) -> None:
         assert drive.told_deg == pytest.approx(turned_deg, abs=0.3)
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("turned_deg", [0.0, 5.0])
 def test_where_nothing_stands_upright_nothing_is_said(turned_deg: float) -> None:
     drive = Drive(np.zeros((0, 2)), turned_deg=lambda _: turned_deg).go(200.0)
@@ -236,11 +245,13 @@ def corners_of(box: Floats) -> Floats:
     return np.concatenate([line(four[i - 1], four[i]) for i in range(4)])
 
 
+@pytest.mark.integration
 def test_a_column_of_lorries_that_is_known_to_move_says_nothing() -> None:
     drive = Drive(np.zeros((0, 2)), others=convoy, others_known=lorries).go(160.0)
     assert drive.matches == []
 
 
+@pytest.mark.integration
 @pytest.mark.parametrize("turned_deg", [0.0, 2.0])
 @pytest.mark.parametrize("known", [True, False])
 def test_lorries_in_a_street_neither_accuse_nor_hide(turned_deg: float, known: bool) -> None:

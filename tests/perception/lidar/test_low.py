@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from scanner import seconds
 
+from grids import sample
 from stucksolver.perception.labels import LABELS
 from stucksolver.perception.lidar.low import BARE_M, NEAR_M, with_measured_heights
 from stucksolver.perception.measurements import Detections
@@ -37,9 +40,9 @@ def measured(thing, detections, slope=0.0, seed=0):
     return with_measured_heights(detections, points)
 
 
-@pytest.mark.parametrize("height_m", [0.08, 0.12, 0.2, 0.4])
-@pytest.mark.parametrize("x", [5.0, 7.5, 9.0])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    ("height_m", "x", "seed"), sample(itertools.product([0.08, 0.12, 0.2, 0.4], [5.0, 7.5, 9.0], range(3)), 12)
+)
 def test_the_height_of_a_thing_nearby_is_that_of_its_highest_returns(height_m, x, seed):
     told = measured(box(x, 0.4, 0.45, 0.35, height_m), found(x, 0.4), seed=seed)
     # A ray may pass closely above the highest one that meets it.

@@ -73,6 +73,7 @@ def test_a_truck_and_a_person_are_told_apart_up_to_25_m(
     assert found.center[0, 1] == pytest.approx(3.0, abs=0.4)
 
 
+@pytest.mark.integration
 def test_from_look_to_look_the_place_of_what_stands_hardly_changes(detector: LidarDetector) -> None:
     """It is what the tracker lives on: the velocity of a single look is wrong by metres a second (see below)."""
     looks = [sure(detector.detect(seconds([np.array([car(15.0, 3.5)])] * TICKS, seed), 0.45)) for seed in range(5)]

@@ -30,6 +30,7 @@ LOW, HIGH = 1.5, 8.1
 """Chi-square with 4 degrees of freedom: 99.8 % of the means over 6 independent drives lie between these."""
 
 
+@pytest.mark.integration
 def test_after_ten_seconds_of_driving_the_error_is_small_and_stated_honestly():
     off, nees, _ = judged(np.arange(4.0, 12.01, 1.0), town, 12.05, gyro=0.004, slope=0.4)
     assert math.sqrt((off[:, 6, :2] ** 2).sum(-1).mean()) < 0.4
@@ -38,6 +39,7 @@ def test_after_ten_seconds_of_driving_the_error_is_small_and_stated_honestly():
     assert LOW < nees.mean() < HIGH
 
 
+@pytest.mark.integration
 def test_a_vehicle_that_stands_does_not_wander():
     places = []
     for t, truth, localiser in drive(1, standing, 60.0, gyro=0.004, slope=0.4):
@@ -50,6 +52,7 @@ def test_a_vehicle_that_stands_does_not_wander():
     assert np.ptp(places[:, 2]) < 0.03
 
 
+@pytest.mark.integration
 def test_without_satellites_it_goes_on_and_says_how_uncertain_it_is():
     def cruise(t, speed):
         return (2.0 if speed < 10.0 else 0.0), town(t, speed)[1]

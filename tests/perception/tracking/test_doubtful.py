@@ -22,6 +22,7 @@ def two(time_s, rng, first=0.9, second=0.5):
     return joined(bicycle, detections(time_s, [(12.1, 3.0)], rng, label=BARRIER, size=(1.5, 0.5, 1.0), score=second))
 
 
+@pytest.mark.integration
 def test_one_thing_under_two_labels_is_one_object():
     rng, tracker = np.random.default_rng(0), ObjectTracker()
     for k in range(20):

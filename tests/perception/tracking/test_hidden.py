@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from tests.perception.tracking.scenes import STEP_S, detections, follow, nothing, pose
 
 from stucksolver.perception.rig import load_rig
@@ -50,6 +51,7 @@ def test_what_lies_below_the_lowest_beam_is_remembered():
     assert len(told) == 1
 
 
+@pytest.mark.integration
 def test_what_lies_before_the_nose_is_not_forgotten_while_the_ego_stands():
     """Rays pass above it, and nobody has seen it go."""
     tracker, bag = ObjectTracker(), {"label": 7, "size": (0.5, 0.4, 0.15)}

@@ -44,6 +44,7 @@ def test_a_moving_car_keeps_its_id_and_its_velocity_is_found():
     assert track.hits == 40
 
 
+@pytest.mark.integration
 @settings(max_examples=25, deadline=None)
 @given(st.floats(0.0, 0.5))
 def test_predict_goes_on_with_the_velocity_and_changes_nothing(ahead):
@@ -88,6 +89,7 @@ def test_who_is_hidden_by_a_truck_is_remembered_and_its_place_grows_uncertain():
     assert after.last_seen_s == pytest.approx(2.9)
 
 
+@pytest.mark.integration
 def test_a_moving_car_is_remembered_for_less_long_than_a_standing_one():
     lasted = []
     for path in (parked, lambda t: ((15.0, 2.0 * t - 6.0), (0.0, 2.0))):
@@ -140,6 +142,7 @@ def test_cars_that_meet_do_not_swap_their_ids():
     assert sorted(map(len, seen.values())) == [1, 1]
 
 
+@pytest.mark.integration
 @settings(max_examples=20, deadline=None)
 @given(st.floats(-3.1, 3.1), st.floats(-100, 100), st.floats(-100, 100))
 def test_tracks_are_the_same_wherever_the_local_frame_begins(yaw, x, y):

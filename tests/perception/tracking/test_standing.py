@@ -12,6 +12,7 @@ def parked(_):
     return (10.0, 3.0), (0.0, 0.0)
 
 
+@pytest.mark.integration
 def test_parked_cars_never_seem_to_move_however_noisy_the_looks():
     rng = np.random.default_rng(1)
     places = np.array([[x, y] for x in (-20, -10, 10, 20) for y in (-6, 6)], float)
