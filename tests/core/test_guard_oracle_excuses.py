@@ -11,9 +11,11 @@ from dataclasses import replace
 
 import pytest
 from benchmarks.guard_oracle import causes
+from benchmarks.guard_oracle.bodies import Body
 from benchmarks.guard_oracle.campaign import proposal_of
 from benchmarks.guard_oracle.case import Case
 from benchmarks.guard_oracle.contact import contact_with
+from benchmarks.guard_oracle.counterfactual import stop_avoids
 from benchmarks.guard_oracle.drive import drive, judged
 from benchmarks.guard_oracle.others import AlongLane
 from benchmarks.guard_oracle.recording import Recording, copied
@@ -55,11 +57,11 @@ def case_of(setting, orders, manner=None, silent_from=math.inf, again=lambda _: 
     raise AssertionError("no contact")
 
 
-def crosses_slowly(reach_m, mps=8.0, pace=1.2, kind=K.CAR, meets_s=12.0):
+def crosses_slowly(reach_m, mps=8.0, pace=1.2, kind=K.CAR, meets_s=12.0, stops_at_s=25.0):
     """A slow ego is hit in its side by a steady vehicle from the left, which is visible within this distance."""
     car = crossing("car", STREET, EGO_S + LENGTH_M / 2 + 10.0, mps * meets_s, -math.pi / 2, mps, "crosses", kind)
     setting = Setting(STREET, [car], ego_s=EGO_S, ego_speed=pace, reach_m=reach_m)
-    return case_of(setting, [(along(pace), 25.0)])
+    return case_of(setting, [(along(pace), stops_at_s), (STOP, 25.0)])
 
 
 @pytest.mark.parametrize(
@@ -207,11 +209,46 @@ def test_vehicle_that_sets_off_is_excused_only_if_we_were_alongside():
     assert causes.excused_by(early) is None
 
 
-def test_vehicle_that_sets_off_is_not_excused_if_it_could_not_brake():
-    """The ego came into its way only when it had no time left to react."""
-    case = sets_off(-0.3)
-    case.__dict__["in_its_way_since"] = case.last - round(0.5 / DT)
-    assert not causes.sets_off(case)
+def test_who_sets_off_is_not_excused_on_foot_or_if_he_had_hardly_stood():
+    """A pedestrian steps off at any time (A5), and a vehicle that hardly stands has not stopped for anybody."""
+    on_foot, hardly = sets_off(-0.3), sets_off(-0.3)
+    on_foot.contact.kind = "pedestrian"
+    assert not causes.sets_off(on_foot)
+    hardly.recording.start.others[0].stood = -hardly.contact.t
+    assert not causes.sets_off(hardly)
+
+
+def test_crosser_is_not_excused_if_the_ego_stopped_in_its_path_and_need_not_have():
+    """Seen when no stop avoids it any more, but going on would have: the guard's own stop was the fault."""
+    goes_on, stops = crosses_slowly(25.0, pace=1.2), crosses_slowly(25.0, pace=2.5, meets_s=8.5, stops_at_s=5.5)
+    assert causes.hidden_crosser(goes_on)
+    assert stops.stops.latest(stops.first_visible or 0) is None
+    assert not causes.hidden_crosser(stops)
+
+
+def between(late_m=24.0, again=lambda _: True):
+    """The ego stops for somebody in the far lane who comes into sight late, in the path of somebody in the near one."""
+    far = crossing("far", STREET, EGO_S + LENGTH_M / 2 + 14.0, -66.0, math.pi / 2, 6.0, "crosses")
+    near = crossing("near", STREET, EGO_S + LENGTH_M / 2 + 9.5, 60.0, -math.pi / 2, 4.0, "crosses")
+    setting = Setting(STREET, [far, near], ego_s=EGO_S, ego_speed=1.2, reach_m=150.0)
+    corner = Body(EGO_S + 10.0, -late_m - 10.0, 0.0, 20.0, 20.0)
+    setting.walls.append((corner, 9.0))
+    return case_of(setting, [(along(1.2), 9.6), (STOP, 12.0)], again=again)
+
+
+def test_who_gives_way_to_a_late_comer_is_excused_only_if_all_goes_well_without_him():
+    asked = []
+    case = between(again=lambda names: asked.append(names) or True)
+    assert case.contact.name == "near" and case.came_into_sight.keys() == {"far"}
+    assert causes.caught_between(case) and asked == [frozenset({"far"})]
+    assert not causes.caught_between(between(again=lambda _: False))
+
+
+@pytest.mark.parametrize(("room_m", "avoids"), [(0.3, True), (0.05, False)])
+def test_stop_that_leaves_no_room_to_who_crosses_avoids_nothing(room_m, avoids):
+    car = crossing("car", STREET, EGO_S + LENGTH_M / 2 + 0.95 + room_m, 30.0, -math.pi / 2, 8.0, "crosses")
+    world = World(Setting(STREET, [car], ego_s=EGO_S), Manner())
+    assert stop_avoids(world, "car", 3.0, 4.0) is avoids
 
 
 def silent_case(orders, silent_from, awake=True, reach_m=200.0):
@@ -311,7 +348,7 @@ def test_ego_that_pushes_its_side_into_somebody_who_steps_off_is_not_excused():
 
 
 def test_every_excuse_names_what_it_stands_for():
-    assert len(causes.EXCUSES) == 11
+    assert len(causes.EXCUSES) == 12
     assert all("Stands for" in (holds.__doc__ or "") for holds in causes.EXCUSES.values())
 
 

@@ -114,6 +114,7 @@ def stop_out_of_paths(
     meets_s = min(times_s[view.objects[i].id] for i in np.flatnonzero(met))
     spans_s = (until_s, meets_s + case.policy.stopping.stands_s, meets_s + case.policy.rss.reaction_s)
     on = ahead[(ahead >= here + later_m) & beside[: len(ahead)]]
+    stops = [stop for stop, ends in zip(stops, ends_beside, strict=True) if ends.all()]
     found = (_between_paths(case, on, which, min(span_s, until_s), stops) for span_s in spans_s)
     return next((braking for braking in found if braking is not None), None)
 
