@@ -13,6 +13,9 @@ FOUND = {
     "stood longer than the stop was looked at": (60, 1000315, 5),
     "of two stops that both touch, the longer one": (60, 3000172, 3),
     "a stop that had begun was not made harder": (60, 4000108, 1),
+    "went on from rest for a gap that was too short": (70, 1000210, 1),
+    "waited with the nose in a lane that was still empty": (70, 1000049, 4),
+    "found no stop, though a hard one keeps clear": (80, 1000140, 4),
     "counted on a delay of brakes that acted already": (61, 3000084, 4),
 }
 

@@ -105,9 +105,15 @@ def in_junction(x_m: float, speed_mps: float, *others):
 
 
 def test_recheck_path_begins_far_ahead_does_not_yield_yet():
-    """Traffic may turn off before, so the ego yields only at the last stop before its path."""
-    world, proven = in_junction(59.0, 1.0, crosser(90.0, 6.0, 1, 75.0))
+    """Traffic may turn off before, so an ego inside the junction yields only at the last stop before its path."""
+    world, proven = in_junction(62.0, 1.0, crosser(90.0, 6.0, 1, 77.0))
     assert GUARD.recheck(proven, world.view()).abort in (None, Abort.FINISH)
+
+
+def test_recheck_nose_still_before_the_nearest_lane_yields_at_once():
+    """Somebody may come along that lane while it waits further inside for the one whom it sees."""
+    world, proven = in_junction(59.0, 1.0, crosser(90.0, 6.0, 1, 75.0))
+    assert GUARD.recheck(proven, world.view()).abort is Abort.GIVE_WAY
 
 
 def test_recheck_last_stop_before_path_yields_long_before_contact():

@@ -32,6 +32,7 @@ class CheckContext:
         error_rad: Heading error against the proven path (rad, left positive).
         commit_s: Arc length up to which the plan is checked again on every tick and may end in a stop (m). None if
             everything must be certain now.
+        sets_off: The ego stands for others, before a junction, and asks whether to go on.
     """
 
     view: FrenetScene
@@ -44,6 +45,7 @@ class CheckContext:
     error_m: float = 0.0
     error_rad: float = 0.0
     commit_s: float | None = None
+    sets_off: bool = False
 
     @cached_property
     def quick(self) -> Rollout:

@@ -23,7 +23,7 @@ from stucksolver.guard.tracking import swung, tracked
 from stucksolver.guard.turning import ProvenLeg, prove_turn, recheck_leg
 from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
 from stucksolver.guard.ways_out import FINISH, WayOut, brakes_hard, least_harm
-from stucksolver.guard.yielding import stop_out_of_paths, yields_now
+from stucksolver.guard.yielding import stop_out_of_paths, waits_outside, yields_now
 from stucksolver.scene.attempts import PlanFailure, RejectCode
 from stucksolver.scene.road import LaneDirection, ZoneKind
 from stucksolver.scene.sound import why_unsound
@@ -141,6 +141,7 @@ class Guard:
             red = checks.stop_line(case)
             if red:
                 return Verdict(rejects=tuple(red), abort=Abort.STOP, brake_mps2=brakes_hard(case))
+        case = replace(case, sets_off=bool(giving_way) and waits_outside(case))
         rejects = ([off] if off else []) + checks.collision(case)
         pressing = [] if proven.reverse else traffic.unyielding(case, giving_way)
         way = self._after_commit(case, proven, rejects, pressing, bool(giving_way))

@@ -165,7 +165,7 @@ def _gaps_straight_on(
 
     braking = np.minimum(t[:, None], speed / policy.braking_mps2)
     stopping_m = speed * braking - policy.braking_mps2 * braking**2 / 2
-    early_m = speed * (policy.sure_running_s if case.running else policy.sure_s)
+    early_m = speed * (policy.sure_running_s if case.running and not case.sets_off else policy.sure_s)
     nearest = np.minimum(gaps(speed * t[:, None], early_m), gaps(stopping_m, np.zeros(len(speed))))
     sets_off = (speed < policy.sets_off_mps) & ~view.on_foot[which[straight.member]]
     if not sets_off.any():

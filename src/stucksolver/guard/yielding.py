@@ -110,12 +110,18 @@ def stop_out_of_paths(
         free = left_m[k] >= stop.least_m and bool(ends_beside[k].all())
         if free and stop_is_clear(case, giving_way, stop.braking_mps2, stop.least_m, stop.lag_s):
             return stop.braking_mps2
-    # Where nothing lasts, whoever is met first is let by first.
+    # Where nothing lasts, whoever is met first is let by first, and for as short as that once no later stop will do.
     meets_s = min(times_s[view.objects[i].id] for i in np.flatnonzero(met))
-    spans_s = (until_s, meets_s + case.policy.stopping.stands_s, meets_s + case.policy.rss.reaction_s)
+    lasts_s, short_s = (
+        min(meets_s + more_s, until_s) for more_s in (case.policy.stopping.stands_s, case.policy.rss.reaction_s)
+    )
     on = ahead[(ahead >= here + later_m) & beside[: len(ahead)]]
-    stops = [stop for stop, ends in zip(stops, ends_beside, strict=True) if ends.all()]
-    found = (_between_paths(case, on, which, min(span_s, until_s), stops) for span_s in spans_s)
+    in_lane = [stop for stop, ends in zip(stops, ends_beside, strict=True) if ends.all()]
+    tries = [(until_s, in_lane), (lasts_s, in_lane)]
+    if ahead[meets[0]] <= here + min(later_m, 2 * stops[0].way_m) + every_m:
+        # To stand in an oncoming lane is the last thing to do.
+        tries += [(short_s, in_lane), (short_s, stops[-1:])]
+    found = (_between_paths(case, on, which, span_s, some) for span_s, some in tries)
     return next((braking for braking in found if braking is not None), None)
 
 
@@ -136,19 +142,22 @@ def _between_paths(case: CheckContext, places: Array, which: Array, until_s: flo
     t = np.arange(0.0, until_s + step_s, step_s)
     on = profiles(case, t)
     waits = np.minimum(on, places[:, None, None]) if len(places) else np.zeros((0, *on.shape))
-    if _untouched(case, waits, which, t).any():
+    if _untouched(case, waits, which, t, case.policy.harm.touch_m).any():
         return 0.0
     for stop in stops:
         ends = here + np.array([stop.soonest_m, stop.way_m])
-        if _untouched(case, np.minimum(on[-1:], ends[:, None, None]), which, t).all():
+        if _untouched(case, np.minimum(on[-1:], ends[:, None, None]), which, t, stop.least_m).all():
             return stop.braking_mps2
     return None
 
 
-def _untouched(case: CheckContext, stations: Array, which: Array, t: Array) -> Mask:
-    """(places,): True if nobody touches the ego at `stations` (places, profiles, instants) at the instants `t` (s)."""
+def _untouched(case: CheckContext, stations: Array, which: Array, t: Array, least_m: float) -> Mask:
+    """(places,): True if nobody comes nearer than `least_m` to the ego.
+
+    It is at `stations` (places, profiles, instants) (m) at the instants `t` (s).
+    """
     gap = moving_gaps(case, stations.reshape(-1, len(t)), which, t)
-    hit = (gap < case.policy.harm.touch_m) & (gap < gap[:, :1] - case.policy.clearance.nearer_m)
+    hit = (gap < least_m) & (gap < gap[:, :1] - case.policy.clearance.nearer_m)
     touched: Mask = hit.any(axis=(1, 2)).reshape(stations.shape[:2])
     return np.asarray(~touched.any(axis=1))
 
@@ -195,16 +204,28 @@ def _beside_oncoming_lanes(case: CheckContext, stations: Array) -> Mask:
     return result
 
 
-def _enters_junction(case: CheckContext, stations: Array, stop_m: float) -> Mask:
-    """(stations,): True where the body is in a junction that it does not enter yet if it stops at `stop_m` (m).
+def waits_outside(case: CheckContext) -> bool:
+    """True if the ego stands, and its nose is no further inside a junction than the nearest lane."""
+    ego, policy = case.view.ego, case.policy.stopping
+    nose, rear = float(case.path.s[0]) + ego.length_m / 2, float(case.path.s[0]) - ego.length_m / 2
+    inside = (
+        zone.kind is ZoneKind.JUNCTION and zone.start_m + policy.nose_in_junction_m < nose and rear < zone.end_m
+        for zone in case.view.surroundings.road.zones
+    )
+    return abs(ego.speed_mps) < policy.rests_mps and not any(inside)
 
-    Traffic that is not in sight yet may come along any lane there.
+
+def _enters_junction(case: CheckContext, stations: Array, stop_m: float) -> Mask:
+    """(stations,): True where the body is further inside a junction than if it stops at `stop_m` (m).
+
+    Traffic that is not in sight yet may come along any lane there. It makes no difference for a nose that is beyond the
+    nearest lane by then.
     """
     half, nose_m = case.view.ego.length_m / 2, case.policy.stopping.nose_in_junction_m
     result: Mask = np.zeros(len(stations), dtype=bool)
     for zone in case.view.surroundings.road.zones:
         if zone.kind is ZoneKind.JUNCTION and stop_m + half <= zone.start_m + nose_m:
-            result |= (stations + half > zone.start_m + nose_m) & (stations - half < zone.end_m)
+            result |= (stations + half > max(zone.start_m, stop_m + half)) & (stations - half < zone.end_m)
     return result
 
 

@@ -81,10 +81,8 @@ class StoppingPolicy(Model):
     """Distance between the places to yield at that are compared with the paths of others: a station of the path."""
     places_ahead_m: PositiveFloat = 25.0
     """Places to yield at are looked for over this distance: the width of a large junction, a bound on the work."""
-    nose_in_junction_m: NonNegativeFloat = 1.0
-    """A vehicle that reaches no further into a junction than this (m) counts as one that waits before it. Ours: its
-    nose is then still outside the nearest crossing lane.
-    """
+    nose_in_junction_m: NonNegativeFloat = 3.5
+    """A vehicle whose nose is no further inside a junction than this (m), a lane's width, yields as early as it can."""
     stands_s: NonNegativeFloat = 3.0
     """Time after the stop for which it is checked: later checks cover what follows."""
     past_end_m: NonNegativeFloat = 0.5
