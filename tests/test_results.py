@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
 from stucksolver_eval.pages import RESULTS, bench2drive, guard_oracle, real_carla, tables
+
+SAFETY = Path(__file__).resolve().parents[1] / "docs" / "SAFETY.md"
 
 
 def page(name):
@@ -65,13 +68,17 @@ def test_each_row_of_the_comparison_with_carla_stands_in_its_page():
     assert rows and set(rows) <= set(page("real_carla").splitlines())
 
 
-def test_last_long_campaign_excuses_all_or_the_page_says_none_is_stored():
-    """No contact of it, and of none after it, counts against the guard."""
+def test_last_long_campaign_is_stored_and_the_safety_case_says_what_it_does_not_excuse():
+    """At most one contact in 5,000 plans counts against the guard."""
     campaigns = list(guard_oracle.campaigns().values())
     long = [k for k, data in enumerate(campaigns) if data["counts"]["driven"] >= guard_oracle.WANTED]
     assert bool(long) is (guard_oracle.NONE_YET not in page("guard_oracle"))
-    for data in campaigns[long[-1] :] if long else ():
-        assert not [one for one in data["found"] if one.get("missed") or not one.get("excused")]
+    numbers = {"None": 0, "One": 1, "Two": 2, "Three": 3, "Four": 4}
+    says = re.search(r"\*\*(\w+) (?:is|are) not excused\*\*", SAFETY.read_text(encoding="utf-8"))
+    against = [sum(bool(one.get("missed") or not one.get("excused")) for one in data["found"]) for data in campaigns]
+    assert says is not None and numbers[says[1]] == against[long[-1]]
+    for data, count in zip(campaigns[long[-1] :], against[long[-1] :], strict=True):
+        assert 5000 * count <= data["counts"]["driven"]
 
 
 def test_campaigns_count_each_contact_they_keep():
