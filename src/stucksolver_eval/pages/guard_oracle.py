@@ -39,7 +39,8 @@ the other has passed. A contact with somebody hidden, or on a crossing road, is 
 avoids it, nor going on instead of the stop that the guard made; one with a vehicle that sets off only if no stop avoids
 it since it is seen to move. Who is hit while he crosses before a vehicle that gives way to a late comer is excused only
 if the plan goes well without that one. An excuse that rests on what others or the stack do is checked on the drive:
-they could have stopped at 3.5 m/s², or a stack that follows its leader avoids the contact. [causes.py](../benchmarks/guard_oracle/causes.py) names for each excuse the sentence of
+they could have stopped at 3.5 m/s², or a stack that follows its leader avoids the contact.
+[causes.py](../benchmarks/guard_oracle/causes.py) names for each excuse the sentence of
 SAFETY.md that it stands for. Everything else is **not excused** and counts against the guard."""
 EARLIER = """These campaigns drove earlier guards, and judged by earlier excuses. They kept no drives, so that their
 contacts cannot be judged again. One excuse was wrong: crossing traffic was excused if it was not in sight 15 m before
