@@ -131,6 +131,16 @@ def test_recheck_ego_lies_in_path_does_not_stop_there():
     assert GUARD.recheck(proven, world.view()).abort in (None, Abort.FINISH)
 
 
+@pytest.mark.parametrize("kind", [ZoneKind.CROSSWALK, ZoneKind.LEVEL_CROSSING])
+def test_recheck_place_to_yield_is_on_rails_does_not_stop_there(kind):
+    """A stop on a crosswalk lets others by, one on rails is left to the rules of least harm, which rank it low."""
+    nose_m = 65.0 - 1.9 / 2 - 0.6
+    world, proven = in_junction(nose_m - HALF_M - 0.45, 1.0, crosser(60.0, 6.0, 1, 65.0))
+    world.road = straight_road(zones=(*JUNCTION.zones, Zone(kind=kind, start_m=62.0, end_m=63.5)))
+    yields = GUARD.recheck(proven, world.view()).abort is Abort.GIVE_WAY
+    assert yields is (kind is ZoneKind.CROSSWALK)
+
+
 def test_recheck_stopped_for_far_traffic_stays_until_it_has_passed():
     """While giving way, the ego does not creep on towards a path that it would still lie in."""
     stop_m = 65.0 - 1.9 / 2 - 0.5 - 1.0 - HALF_M

@@ -94,7 +94,8 @@ def stop_out_of_paths(
     meets = np.flatnonzero((lacks[: len(ahead), met[which]] > 0.0).any(axis=1))
     if not len(meets):
         return None
-    beside, lack = _beside_oncoming_lanes(case, places), lacks.max(axis=1, initial=-math.inf)
+    off_rails, lack = _off_rails(case, places), lacks.max(axis=1, initial=-math.inf)
+    beside = off_rails & _beside_oncoming_lanes(case, places)
     fits = beside[: len(ahead)] & (ahead < ahead[meets[0]]) & (ahead >= here + later_m)
     later = lack[: len(ahead)][fits & ~_enters_junction(case, ahead, here + stops[0].way_m)]
     # The brakes may act at any time up to the stated one, and the rear may then still be in a path.
@@ -120,7 +121,7 @@ def stop_out_of_paths(
     tries = [(until_s, in_lane), (lasts_s, in_lane)]
     if ahead[meets[0]] <= here + min(later_m, 2 * stops[0].way_m) + every_m:
         # To stand in an oncoming lane is the last thing to do.
-        tries += [(short_s, in_lane), (short_s, stops[-1:])]
+        tries += [(short_s, in_lane), (short_s, stops[-1:] if off_rails[-2:].all() else [])]
     found = (_between_paths(case, on, which, span_s, some) for span_s, some in tries)
     return next((braking for braking in found if braking is not None), None)
 
@@ -201,6 +202,16 @@ def _beside_oncoming_lanes(case: CheckContext, stations: Array) -> Mask:
     for lane in case.oncoming_lanes(float(stations.max())):
         right, left = (np.interp(stations, lane.s, row) for row in (lane.right, lane.left))
         result &= np.minimum(d + reach - right, left - d + reach) <= case.policy.lanes.standing_edge_m
+    return result
+
+
+def _off_rails(case: CheckContext, stations: Array) -> Mask:
+    """(stations,): True where no part of the body is on a level crossing."""
+    half = case.view.ego.length_m / 2
+    result: Mask = np.ones(len(stations), dtype=bool)
+    for zone in case.view.surroundings.road.zones:
+        if zone.kind is ZoneKind.LEVEL_CROSSING:
+            result &= (stations + half < zone.start_m) | (stations - half > zone.end_m)
     return result
 
 
