@@ -145,6 +145,7 @@ package.__path__.append({folder!r})
 """Run at the start of each process that drives a route: the template's file counts as one of the package."""
 
 
+@pytest.mark.release
 @pytest.mark.slow
 @pytest.mark.integration
 def test_the_scenario_is_staged_and_the_motorcycle_is_passed(tmp_path):

@@ -79,6 +79,7 @@ def _end(one):
     one.close() if isinstance(one, LeaderboardAgent) else one.destroy()
 
 
+@pytest.mark.release
 @pytest.mark.slow
 def test_it_sees_a_car_that_stands_in_its_lane_goes_round_it_and_touches_nothing(client, drive, tmp_path):
     world = client.get_world()

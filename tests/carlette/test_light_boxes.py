@@ -9,6 +9,7 @@ from carlette.camera.models.trafficlights import HEAD_HALF
 from carlette.worlds import open_world
 
 
+@pytest.mark.release
 @pytest.mark.slow
 @pytest.mark.integration
 def test_the_boxes_of_a_light_are_where_its_heads_are_drawn() -> None:

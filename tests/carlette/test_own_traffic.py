@@ -50,6 +50,7 @@ def collisions(world: World, count: int) -> list[tuple[int, int]]:
     return hits
 
 
+@pytest.mark.release
 @pytest.mark.slow
 def test_fifty_cars_never_touch_in_the_demo_town(demo_roads: RoadNetwork) -> None:
     world = busy(demo_roads, 50)

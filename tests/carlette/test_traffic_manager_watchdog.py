@@ -390,6 +390,7 @@ def burn() -> None:
         pass
 
 
+@pytest.mark.release
 @pytest.mark.slow
 def test_traffic_goes_on_while_all_cores_are_busy() -> None:
     pytest.importorskip("carla")

@@ -92,6 +92,7 @@ def test_an_error_prints_nothing_on_standard_output(capsys: pytest.CaptureFixtur
         assert said.out == "" and said.err.startswith("error: ") and said.err.count("\n") == 1
 
 
+@pytest.mark.release
 @pytest.mark.slow
 @pytest.mark.integration
 def test_the_demonstration_prints_its_runs_and_the_report(

@@ -99,6 +99,7 @@ def test_figures_say_how_long_it_was_visible_and_the_latest_stop():
     assert crosses_slowly(9.0, mps=6.0).figures()["stop_s"] is None
 
 
+@pytest.mark.release
 @pytest.mark.integration
 @pytest.mark.slow
 def test_stop_in_the_way_of_another_vehicle_does_not_count():

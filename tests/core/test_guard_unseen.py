@@ -101,6 +101,7 @@ def test_whoever_comes_out_of_what_is_hidden_at_the_limit_at_any_moment_touches_
     assert least > 0.3
 
 
+@pytest.mark.release
 @pytest.mark.slow
 def test_the_oracle_sees_a_guard_that_asks_for_too_little_sight():
     """With half of what is asked for, the car that appears right after the commit point is met."""

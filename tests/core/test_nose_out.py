@@ -101,6 +101,7 @@ def test_a_stream_without_a_gap_is_not_waited_for_for_ever(monkeypatch):
     assert nearest > 0.25 and GUARD.may_stand(world.view()) and abs(world.speed) < 0.2
 
 
+@pytest.mark.release
 @pytest.mark.slow
 @settings(max_examples=6, deadline=None, phases=(Phase.explicit, Phase.generate))
 @given(st.floats(5.0, 12.0), st.floats(2.0, 6.0), st.floats(0.0, 1.0), st.floats(1.2, 4.0))

@@ -159,6 +159,7 @@ def slow_elsewhere(shown):
         return log, not settings.synchronous_mode
 
 
+@pytest.mark.release
 @pytest.mark.slow
 def test_a_slow_answer_is_a_late_one_and_helps_all_the_same(both, slow_elsewhere):
     (_, quick), (slow, _) = both[1], slow_elsewhere

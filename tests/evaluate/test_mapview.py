@@ -30,6 +30,7 @@ def area(lane):
     return shapely.Polygon([*lane.left, *reversed(lane.right)])
 
 
+@pytest.mark.release
 @pytest.mark.integration
 @settings(max_examples=25)
 @given(st.integers(0, len(DRIVING) - 1))

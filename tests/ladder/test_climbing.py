@@ -141,6 +141,7 @@ def test_tries_are_counted_and_pauses_kept():
     assert seen.texts(EventKind.ESCALATED) == ["to the rung passenger"]
 
 
+@pytest.mark.release
 @pytest.mark.slow
 @pytest.mark.integration
 def test_traffic_that_will_go_on_uses_up_no_tries():

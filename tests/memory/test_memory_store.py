@@ -172,6 +172,7 @@ def test_processes_that_write_at_once_lose_nothing(path):
     assert len(set(texts(path))) == 120
 
 
+@pytest.mark.release
 @pytest.mark.integration
 def test_a_process_that_is_killed_while_it_writes_leaves_a_whole_file(path):
     code = (

@@ -37,6 +37,7 @@ async def one_page(client, vehicle, is_over):
     raise AssertionError("the stream ended by itself")
 
 
+@pytest.mark.release
 @pytest.mark.slow
 def test_fifty_pages_are_served_at_once_while_the_vehicle_drives():
     """How late the loop's ticks begin meanwhile is for docs/passenger.md, not for a test: machines are noisy."""

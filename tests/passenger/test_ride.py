@@ -30,6 +30,7 @@ def call(url, token, path="", body=None):
         return json.load(answer)
 
 
+@pytest.mark.release
 @pytest.mark.slow
 @pytest.mark.integration
 def test_a_ride_past_a_parked_car_with_a_passenger_who_says_yes():

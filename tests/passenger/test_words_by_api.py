@@ -67,6 +67,7 @@ class Riding(Serving):
         self.board.take(Frame(Topic.NOW, "car-1", told), self._deliver)
 
 
+@pytest.mark.release
 @pytest.mark.slow
 @pytest.mark.integration
 def test_the_blind_sentences_are_understood_through_the_api_as_by_the_reader_alone(monkeypatch):

@@ -76,6 +76,7 @@ def test_backing_up_goes_straight_back_and_stands(stage, distance_m):
     assert abs(trail[-1][2]) < 0.2
 
 
+@pytest.mark.release
 def test_backing_up_first_it_swings_out_from_close_behind(stage):
     car, stack = stage.ego(STREET, STREET_END)
     parked = stage.add(CAR, (11, -1, 47.5))

@@ -73,7 +73,11 @@ def short(folder: Path) -> Path:
 
 @pytest.mark.parametrize(
     ("variant", "stops_m", "gain"),
-    [("hints", 4.3, 1.2), pytest.param("plain", 4.3, 1.2, marks=pytest.mark.release), ("plain", 5.3, 0.45)],
+    [
+        ("hints", 4.3, 1.2),
+        pytest.param("plain", 4.3, 1.2, marks=pytest.mark.release),
+        pytest.param("plain", 5.3, 0.45, marks=pytest.mark.release),
+    ],
 )
 def test_example_with_each_form_of_agents_arrives(server, tmp_path, variant, stops_m, gain):
     """One steers late. The others stop so near to the parked car that the guard refuses to pass before backing up."""

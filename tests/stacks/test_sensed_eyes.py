@@ -72,6 +72,7 @@ def test_it_knows_where_it_is_and_what_stands_ahead(world: Any, street: tuple[An
         eyes.close()
 
 
+@pytest.mark.release
 def test_the_stack_tells_the_solver_what_the_sensors_saw(world: Any, street: tuple[Any, Any]) -> None:
     ego, other = street
     eyes = looked(world, ego)
@@ -142,6 +143,7 @@ def test_a_black_picture_makes_no_light_green(world: Any, street: tuple[Any, Any
         eyes.close()
 
 
+@pytest.mark.release
 @pytest.mark.parametrize(
     ("blueprint", "kind"), [("vehicle.ford.ambulance", ObjectKind.EMERGENCY), (CAR, ObjectKind.CAR)]
 )

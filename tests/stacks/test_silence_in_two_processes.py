@@ -150,6 +150,7 @@ def test_killed_past_the_commit_point_the_way_round_is_finished(stage, stuck):
     assert not bumps
 
 
+@pytest.mark.release
 def test_in_lockstep_nothing_is_different_from_before(stage, stuck):
     car, make, told = stuck
     bumps = collisions_of(stage, car)

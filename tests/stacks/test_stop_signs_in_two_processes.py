@@ -38,6 +38,7 @@ def before(stage, sign, metres=30.0):
     return lane.previous(metres)[0], lane.next(metres)[0]
 
 
+@pytest.mark.release
 def test_every_stop_sign_reaches_the_solver_where_it_stands(signed):
     signs = list(signed.world.get_actors().filter("*traffic.stop*"))
     assert len(signs) > 3

@@ -82,6 +82,7 @@ def drive(stage, car, stack, seconds, ladder="evaluation", answer=None):
     return events, trail
 
 
+@pytest.mark.release
 @pytest.mark.slow
 def test_before_a_closed_road_the_vehicle_turns_round_and_reaches_its_destination_by_another(stage):
     car, stack = stage.ego((1, -1, 50.0), (3, 1, 150.0))

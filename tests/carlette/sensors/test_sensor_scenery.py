@@ -103,6 +103,7 @@ def test_a_server_ends_while_a_map_is_built(tmp_path: Path) -> None:
         # The block's end asserts that it goes, though the map is never built.
 
 
+@pytest.mark.release
 @pytest.mark.slow
 def test_in_asynchronous_mode_pictures_begin_when_the_map_is_built(gated: tuple[int, Gate]) -> None:
     port, gate = gated

@@ -219,6 +219,7 @@ def test_while_nobody_reads_a_sensor_only_its_latest_data_is_kept():
         listening.read(600, time.monotonic())
 
 
+@pytest.mark.release
 @pytest.mark.slow
 @pytest.mark.integration
 def test_an_agent_for_the_leaderboard_is_given_what_it_asks_for(tmp_path):

@@ -30,6 +30,7 @@ def test_a_scheduler_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch)
         list(run_on_cluster([], "tcp://127.0.0.1:9"))
 
 
+@pytest.mark.release
 @pytest.mark.slow
 @pytest.mark.integration
 def test_two_workers_drive_a_suite_and_send_the_files_back(tmp_path: Path) -> None:

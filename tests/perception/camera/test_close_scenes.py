@@ -38,6 +38,7 @@ def of(tick: Recorded, actor: int) -> int:
     return int(row)
 
 
+@pytest.mark.release
 @pytest.mark.integration
 def test_each_image_has_one_part_of_the_vehicles_switched(scenes: list[list[Recorded]]) -> None:
     switched = 0

@@ -30,6 +30,7 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     return Recording(folder)
 
 
+@pytest.mark.release
 @pytest.mark.slow
 @pytest.mark.integration
 def test_a_drive_shows_each_scene_twice_with_vehicles_far_ahead(drive: Recording) -> None:
