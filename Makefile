@@ -28,7 +28,7 @@ demo: $(VENV)/.sim
 
 # The type checker and the benchmarks run beside the tests: the first of them has one thread. A third worker has
 # something to do while others wait for a server, a browser or the clock. `ALL=1` runs the slow tests and the site's as
-# well, as CI does.
+# well, as CI does with `SLOW=1`.
 test: lint
 	$(MAKE) --jobs 2 checks $(if $(ALL),all-tests,tests) WORKERS=3
 
