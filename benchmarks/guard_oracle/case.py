@@ -77,7 +77,7 @@ class Case:
         """
         if since is None:
             return True
-        first = -(-since // EVERY) * EVERY
+        first = _first_look(since)
         return not (or_going_on and self.stops.going_on_avoids(first)) and self.stops.latest(first) is None
 
     def needs_mps2(self, since: int | None, reaction_s: float) -> float:
@@ -93,20 +93,11 @@ class Case:
         return rest[0].other_speed ** 2 / (2 * way) if way > 0.0 else math.inf
 
     @cached_property
-    def in_its_way_since(self) -> int | None:
-        """The tick from which on the ego was in the way of the other; None if it was not, just before the contact."""
-        return self._since(lambda frame: frame.in_its_way)
-
-    @cached_property
     def stands_since(self) -> int | None:
         """The tick from which on the ego stood; None if it moved, just before the contact."""
-        return self._since(lambda frame: abs(frame.ego_speed) < AT_REST_MPS)
-
-    def _since(self, holds: Callable[[Frame], bool]) -> int | None:
-        """The first of the ticks up to the one before the contact at which all of this holds."""
         found = None
         for k in range(self.last - 1, -1, -1):
-            if not holds(self.frames[k]):
+            if abs(self.frames[k].ego_speed) >= AT_REST_MPS:
                 break
             found = k
         return found
@@ -118,8 +109,13 @@ class Case:
         None if no stop avoids it.
         """
         first = self.first_visible
-        latest = None if first is None else self.stops.latest(-(-first // EVERY) * EVERY)
+        latest = None if first is None else self.stops.latest(_first_look(first))
         return {
             "visible_s": 0.0 if first is None else round((self.last - first) * DT, 2),
             "stop_s": None if latest is None else round((self.last - latest) * DT, 2),
         }
+
+
+def _first_look(tick: int) -> int:
+    """The first tick from this one on at which the guard looks."""
+    return -(-tick // EVERY) * EVERY

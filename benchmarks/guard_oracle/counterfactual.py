@@ -10,6 +10,7 @@ import math
 from dataclasses import replace
 
 from benchmarks.guard_oracle.bodies import Body, distance
+from benchmarks.guard_oracle.drive import EVERY
 from benchmarks.guard_oracle.others import AlongLane, Other, Straight
 from benchmarks.guard_oracle.recording import Recording, copied, other_of
 from benchmarks.guard_oracle.vehicle import STATED_LAG_S
@@ -29,8 +30,6 @@ SPARE_M = 0.1
 """A stop that leaves less room to the vehicle that crosses does not count as one that avoids a contact. Ours: places
 are known no better, and assumption A3 grants a tracking error 0.15 m.
 """
-EVERY = 2
-"""A stop begins when the guard looks, at every other tick."""
 SPARE_S = 0.5
 """Nor does going on if it passes by less than this. Ours: half of what SAFETY.md grants to one who crosses early."""
 RESUMES_S = (1.0, 2.5)
@@ -70,10 +69,10 @@ def _stop_avoids(
     order = Execute(behavior=Wait(duration_s=1.0), brake_mps2=brake_mps2)
     stood_s, least_m = 0.0, min(SPARE_M, room_m(world, name))
     while world.t < MOST_S and (stood_s < STANDS_S or world.t < contact_s + WATCHED_S):
-        goes_on = path is not None and world.t >= at_s
-        if goes_on and world.ego.path_is_done:
+        on = path if world.t >= at_s else None
+        if on is not None and world.ego.path_is_done:
             break
-        world.step(path if goes_on and path is not None else order)
+        world.step(order if on is None else on)
         rests = abs(world.ego.speed) < AT_REST_MPS
         if any(other.name == name or not (rests and keeps_distance(other)) for other in world.all_touched()):
             return False
@@ -130,7 +129,7 @@ class Stops:
         if tick not in self._known:
             world = self._worlds[tick]
             levels = (GENTLY_MPS2, HARD_MPS2)
-            path = next((order for order in reversed(self._orders[: tick + 1]) if _goes_on(order)), None)
+            path = self._path_until(tick + 1)
             self._known[tick] = any(stop_avoids(world, self._name, b, self._contact_s, path) for b in levels)
         return self._known[tick]
 
@@ -146,10 +145,14 @@ class Stops:
     def going_on_avoids(self, first: int) -> bool:
         """Did the ego, from this tick on, stop for the contact that it would not have had if it had gone on?"""
         stops = next((k for k in range(first, len(self._orders)) if not _goes_on(self._orders[k])), None)
-        path = next((order for order in reversed(self._orders[:stops]) if _goes_on(order)), None)
+        path = self._path_until(stops)
         if path is None or stops is None:
             return False
         return going_on_avoids(self._worlds[stops], self._name, path, self._contact_s)
+
+    def _path_until(self, tick: int | None) -> Directive | None:
+        """The last order before this tick to drive along a path; None if there was none."""
+        return next((order for order in reversed(self._orders[:tick]) if _goes_on(order)), None)
 
 
 def _goes_on(order: Directive) -> bool:

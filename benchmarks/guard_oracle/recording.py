@@ -12,18 +12,14 @@ from benchmarks.guard_oracle.others import AlongLane, Other
 from benchmarks.guard_oracle.world import ANSWERS_S, HARD_MPS2, World
 from stucksolver.decision import Directive
 
-FAR_M = 150.0
-"""Length of the strip ahead of another vehicle in which the ego is in its way."""
-
 
 @dataclass(frozen=True)
 class Frame:
     """The ego and one other at one tick.
 
     `t` in s; `ego`, `other`: their bodies; `ego_speed`, `other_speed` in m/s; `ego_d`, `other_d`: their offsets to the
-    left of the road's line (m). `visible`: is the other in sight? `in_its_way`: is a part of the ego in the strip ahead
-    of the other? `abreast`: has the other, in a lane of our direction, come as far as the ego's rear? `stops_behind`:
-    could it still stop behind the ego?
+    left of the road's line (m). `visible`: is the other in sight? `abreast`: has the other, in a lane of our direction,
+    come as far as the ego's rear? `stops_behind`: could it still stop behind the ego?
     """
 
     t: float
@@ -34,7 +30,6 @@ class Frame:
     other_speed: float
     other_d: float
     visible: bool
-    in_its_way: bool
     abreast: bool = False
     stops_behind: bool = False
 
@@ -87,17 +82,9 @@ def frame_of(world: World, other: Other) -> Frame:
     ego, body = world.ego_body(), replace(other.body)
     s, d = world.road.find(ego.x, ego.y, world.ego_s)
     _, other_d = world.road.find(body.x, body.y, s)
-    frame = Frame(world.t, ego, world.ego.speed, d, body, other.speed, other_d, world.sees(other), False)
-    if not isinstance(other, AlongLane):
-        c, n = math.cos(body.yaw), math.sin(body.yaw)
-        strip = Body(body.x + c * FAR_M / 2, body.y + n * FAR_M / 2, body.yaw, FAR_M, body.width)
-        return replace(frame, in_its_way=ego.polygon().intersects(strip.polygon()))
-    rear, front, right, left = world.ego_span()
-    half, ahead = body.width / 2, front > other.s if other.way > 0 else rear < other.s
+    frame = Frame(world.t, ego, world.ego.speed, d, body, other.speed, other_d, world.sees(other))
+    if not isinstance(other, AlongLane) or other.way < 0:
+        return frame
+    rear = world.ego_span()[0]
     stop_m = other.v * ANSWERS_S + other.v**2 / (2 * HARD_MPS2)
-    return replace(
-        frame,
-        in_its_way=ahead and right < other.d + half and left > other.d - half,
-        abreast=other.way > 0 and other.front > rear,
-        stops_behind=other.way > 0 and other.front < rear - stop_m,
-    )
+    return replace(frame, abreast=other.front > rear, stops_behind=other.front < rear - stop_m)

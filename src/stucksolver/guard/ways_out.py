@@ -149,10 +149,10 @@ def _stopping(
     return _worse(standing, _with_moving(case, both, t)), float(stations[-1])
 
 
-def _worse(one: Contact | None, other: Contact | None) -> Contact | None:
-    if one is None or other is None:
-        return one or other
-    return Contact(one.person or other.person, max(one.speed_mps, other.speed_mps), max(one.time_s, other.time_s))
+def _worse(met: Contact | None, other: Contact | None) -> Contact | None:
+    if met is None or other is None:
+        return met or other
+    return Contact(met.person or other.person, max(met.speed_mps, other.speed_mps), max(met.time_s, other.time_s))
 
 
 def _standing(case: CheckContext) -> Array:

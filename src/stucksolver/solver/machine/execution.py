@@ -350,9 +350,11 @@ class Execution:
             landed_s = self._way_back.end_s - landing_m(view.ego.speed_mps)
             done = abs(view.ego_d) < BACK_IN_LANE_M or view.ego_s >= landed_s
             return self._ending if done else self._go_back(self._way_back, view)
+        if abs(view.ego.speed_mps) < STOPPED_MPS:
+            return self._ending
         hard = None if self._proven is None else self._guard.harder_stop(self._proven, view)
         self._directive = self._directive if hard is None else stand(hard)
-        return self._ending if abs(view.ego.speed_mps) < STOPPED_MPS else self._directive
+        return self._directive
 
     def _go_back(self, path: Manoeuvre, view: FrenetScene) -> Step | ExecutionOutcome:
         """Continue on the way back, or stop for someone who would be touched. Hand over if the ego stands."""
