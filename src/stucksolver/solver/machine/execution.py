@@ -35,15 +35,11 @@ from stucksolver.guard import (
 from stucksolver.guard.turning import unreleased_line
 from stucksolver.scene.view import FrenetScene
 from stucksolver.solver.machine.history import moving, passes
-from stucksolver.solver.machine.paths import along_leg, facing, path_points
+from stucksolver.solver.machine.paths import ARRIVED_M, along_leg, facing, has_arrived, path_points
 from stucksolver.solver.machine.segments import segments_of
 from stucksolver.solver.machine.steps import ExecutionOutcome, Step, stand
 from stucksolver.solver.machine.waiting import STOPPED_MPS, Waiting, sight_may_come, to_let_by
 
-ARRIVED_M = 1.5
-"""A behaviour counts as driven at this distance before its end; a whole path at the distance that `landing_m` gives."""
-SHORT_M = 5.0
-"""A path up to this long is driven in a creep for its own sake and counts as driven when a quarter is left."""
 BACK_IN_LANE_M = 0.4
 LEG_LEFT_M = 1.0
 """A leg of a turn counts as driven at this distance before its end, or at half its length if it is shorter, once
@@ -200,7 +196,7 @@ class Execution:
             late = Reject(code=RejectCode.TIMEOUT, detail="it took longer than its time allowance")
             self.last_verdict = Verdict(rejects=(late,), abort=Abort.STOP)
             return self._abort(Abort.STOP, self.last_verdict, view)
-        if _arrived(proven, seen) or (self._behavior.done(view) and not proven.committed(seen.ego_s)):
+        if has_arrived(proven, seen) or (self._behavior.done(view) and not proven.committed(seen.ego_s)):
             self._proven = None
             return self._next(view, now_s)
         while self._index < len(proven.ends_s) - 1 and seen.ego_s >= proven.ends_s[self._index] - ARRIVED_M:
@@ -391,10 +387,3 @@ class Execution:
             ignore=proven.path.over,
             over_red="red_light" in self._approvals.operator,
         )
-
-
-def _arrived(proven: Proven, seen: FrenetScene) -> bool:
-    left, way = proven.path.end_s - seen.ego_s, proven.path.end_s - float(proven.path.s[0])
-    if proven.path.stops:
-        return left < min(ARRIVED_M, way / 2) and abs(seen.ego.speed_mps) < STOPPED_MPS
-    return left <= (landing_m(seen.ego.speed_mps) if way > SHORT_M else way / 4)

@@ -5,11 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.decision import Execute, PathPoint
-from stucksolver.decision.manoeuvre import Manoeuvre
+from stucksolver.decision.manoeuvre import Manoeuvre, landing_m
 from stucksolver.decision.turning import driven_line
 from stucksolver.guard import Proven, ProvenLeg
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.view import FrenetScene
+from stucksolver.solver.machine.waiting import STOPPED_MPS
+
+ARRIVED_M = 1.5
+"""A behaviour counts as driven at this distance before its end; a whole path at the distance that `landing_m` gives."""
+SHORT_M = 5.0
+"""A path up to this long is driven in a creep for its own sake and counts as driven when a quarter is left."""
 
 
 def along_leg(proven: ProvenLeg, view: FrenetScene) -> Execute:
@@ -31,3 +37,11 @@ def path_points(path: Manoeuvre, view: FrenetScene, no_stop: Array | bool = Fals
     rows = np.stack([x, y, path.speed], axis=1).round(3).tolist()
     bound = np.broadcast_to(no_stop, len(rows)).tolist()
     return tuple(PathPoint(x_m=a, y_m=b, speed_mps=v, no_stop=c) for (a, b, v), c in zip(rows, bound, strict=True))
+
+
+def has_arrived(proven: Proven, seen: FrenetScene) -> bool:
+    """Return True if a path counts as driven; `seen` faces in its direction."""
+    left, way = proven.path.end_s - seen.ego_s, proven.path.end_s - float(proven.path.s[0])
+    if proven.path.stops:
+        return left < min(ARRIVED_M, way / 2) and abs(seen.ego.speed_mps) < STOPPED_MPS
+    return left <= (landing_m(seen.ego.speed_mps) if way > SHORT_M else way / 4)
