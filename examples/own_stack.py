@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from stucksolver import Directive, Execute, Scene, Status, StuckSolver, Surroundings
-from stucksolver.decision.behaviors import describe
+from stucksolver.plan.behaviors import describe
 from stucksolver.scene import (
     EgoState,
     LaneDirection,
@@ -22,8 +22,8 @@ from stucksolver.scene import (
     RoadGeometry,
     TrackedObject,
 )
-from stucksolver.scene.build import build_scene
-from stucksolver.scene.view import FrenetScene
+from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.scene_builder import build_scene
 
 DT_S = 0.05
 STATIONS = 301

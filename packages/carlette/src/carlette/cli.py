@@ -14,8 +14,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
+from carlette.client_versions import DEFAULT_VERSION, VERSIONS
 from carlette.errors import UsageError
-from carlette.versions import DEFAULT_VERSION, VERSIONS
 
 if TYPE_CHECKING:
     from carlette.simulator import Simulator
@@ -134,8 +134,8 @@ def _is_there(module: str) -> bool:
 
 
 def _write_root(options: argparse.Namespace) -> int:
-    from carlette.as_carla_root import write_carla_root
-    from carlette.opendrive.document import map_folders
+    from carlette.carla_root import write_carla_root
+    from carlette.opendrive.map_file import map_folders
 
     folders = map_folders([one for many in options.maps for one in many.split(os.pathsep)])
     towns = write_carla_root(Path(options.as_carla_root), folders, options.client_version)
@@ -145,7 +145,7 @@ def _write_root(options: argparse.Namespace) -> int:
 
 def _serve(options: argparse.Namespace) -> int:
     # Imported here, so that a missing package is reported in one line and `--help` is fast.
-    from carlette.memory import share_one_store
+    from carlette.allocator import share_one_store
     from carlette.server import Server
 
     share_one_store()
@@ -164,8 +164,8 @@ def _serve(options: argparse.Namespace) -> int:
 
 
 def _simulator(options: argparse.Namespace) -> Simulator:
-    from carlette.opendrive.document import find_map, map_folders
-    from carlette.opendrive.roads import RoadNetwork
+    from carlette.opendrive.map_file import find_map, map_folders
+    from carlette.opendrive.road_network import RoadNetwork
     from carlette.simulator import Simulator
     from carlette.world.settings import EpisodeSettings
 

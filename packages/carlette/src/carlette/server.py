@@ -12,14 +12,14 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from carlette.rpc.client_timeouts import overstayed, unnamed
 from carlette.rpc.connection import RpcConnection
+from carlette.rpc.deferred_replies import HeldAnswers
 from carlette.rpc.handlers import ALL
-from carlette.rpc.held import HeldAnswers
-from carlette.rpc.patience import overstayed, unnamed
 from carlette.rpc.session import Session
 from carlette.simulator import Simulator
 from carlette.sockets import listen_pair, prepared
-from carlette.stream.hub import Subscriber
+from carlette.streaming import Subscriber
 from carlette.watchdog.pacing import ASK_LIMIT_S, PARTING_LIMIT_S, PARTING_REST_S, Pacing
 from carlette.watchdog.traffic_manager import TrafficManagerWatchdog
 from carlette.wire.token import WORLD_STREAM

@@ -8,23 +8,23 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
+from carlette.allocator import hand_back
 from carlette.blueprints import load_catalogue
+from carlette.client_versions import ClientVersion
 from carlette.errors import RequestError
-from carlette.memory import hand_back
-from carlette.opendrive.bounds import check_bounds
-from carlette.opendrive.document import MapFile, available_towns, check_opendrive, find_town
-from carlette.opendrive.roads import RoadNetwork
+from carlette.opendrive.map_file import MapFile, available_towns, check_opendrive, find_town
+from carlette.opendrive.road_network import RoadNetwork
+from carlette.opendrive.value_limits import check_bounds
 from carlette.recorder import Recorder, Replay, ReplayOptions, default_folder
-from carlette.sensors.suite import Suite
+from carlette.sensors.sensor_manager import Suite
 from carlette.sensors.workers import build_faces, build_static_scene
-from carlette.stream.hub import Hub
-from carlette.versions import ClientVersion
+from carlette.streaming import Hub
 from carlette.wire import encode
 from carlette.wire.snapshot import MAP_CHANGE, sensor_header, world_header
 from carlette.wire.token import WORLD_STREAM, stream_token
 from carlette.world.actor import Actor
+from carlette.world.map_trial import try_out
 from carlette.world.settings import EpisodeSettings
-from carlette.world.trial import try_out
 from carlette.world.world import World
 
 MAP_PREFIX = "Carla/Maps/"

@@ -1,7 +1,7 @@
 """The kinds of actors that carlette knows, under CARLA's ids."""
 
-from carlette.blueprints.catalogue import Catalogue, load_catalogue
 from carlette.blueprints.definitions import Attribute, AttributeType, Definition
+from carlette.blueprints.library import Catalogue, load_catalogue
 from carlette.blueprints.tables import PropModel, VehicleModel, WalkerModel
 
 __all__ = [

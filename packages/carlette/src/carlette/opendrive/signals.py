@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 from carlette.geometry import Box, Pose, Rotation, Vector, wrap_degrees
 from carlette.opendrive.light_order import spawn_order
-from carlette.opendrive.roads import RoadNetwork
+from carlette.opendrive.road_network import RoadNetwork
 from carlette.opendrive.unlisted import unlisted_stops
 
 LIGHT_TYPE, STOP_TYPE = "1000001", "206"

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.geometry import Floats, Pose, Rotation, Vector
-from carlette.physics.table import Table, flags, numbers
+from carlette.physics.column_table import Table, flags, numbers
 from carlette.wire.snapshot import RECORD, Records
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from carlette.geometry import Box, Floats
 from carlette.physics.bodies import Bodies
-from carlette.physics.table import Table, flags, indices, numbers
+from carlette.physics.column_table import Table, flags, indices, numbers
 
 SWING_S = 0.8
 REACH_M = 0.9

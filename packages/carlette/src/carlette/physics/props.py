@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.physics.bodies import Bodies
-from carlette.physics.table import Table, indices
+from carlette.physics.column_table import Table, indices
 from carlette.physics.walkers import SLIDE_MPS2, slowed
 
 SPIN_KEPT = 0.8

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.geometry import Floats, Vector
-from carlette.opendrive.roads import RoadNetwork
+from carlette.opendrive.road_network import RoadNetwork
 from carlette.physics.bodies import Bodies
-from carlette.physics.fleet import GRAVITY
-from carlette.physics.table import Table, flags, indices, numbers
+from carlette.physics.column_table import Table, flags, indices, numbers
+from carlette.physics.vehicle_dynamics import GRAVITY
 
 STEP_M = 0.3
 RELOOK_M = 1.5

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from carlette.geometry import Floats, Vector
 from carlette.physics.bodies import Bodies
-from carlette.physics.table import Table, flags, indices, numbers
+from carlette.physics.column_table import Table, flags, indices, numbers
 
 TURN_DEG_PER_S = 720.0
 SLIDE_MPS2 = 5.0

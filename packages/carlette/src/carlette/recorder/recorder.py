@@ -10,7 +10,7 @@ from typing import BinaryIO
 import numpy as np
 
 from carlette.errors import RequestError
-from carlette.recorder.tape import MAGIC, pack
+from carlette.recorder.log_file import MAGIC, pack
 from carlette.world.actor import Kind
 from carlette.world.world import World
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from carlette.blueprints import AttributeType, load_catalogue
 from carlette.errors import RequestError
 from carlette.geometry import Floats, Pose, Rotation, Vector
-from carlette.recorder.tape import Entry, Frame, Tape
+from carlette.recorder.log_file import Entry, Frame, Tape
 from carlette.world.actor import Actor
-from carlette.world.lights import Color
 from carlette.world.spawn import spawn
+from carlette.world.traffic_lights import Color
 from carlette.world.world import SPECTATOR, World
 
 HIGH_M = 5000.0

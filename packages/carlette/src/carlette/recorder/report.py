@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from carlette.recorder.tape import Entry, Tape
+from carlette.recorder.log_file import Entry, Tape
 
 KINDS = {"vehicle.": "v", "walker.": "w", "traffic.": "t"}
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import msgpack
 
-from carlette.rpc.frames import BAD_BYTES, Frames
+from carlette.rpc.request_framing import BAD_BYTES, Frames
 
 READ_BYTES = 1 << 20
 MOST_UNREAD_BYTES = 16 << 20

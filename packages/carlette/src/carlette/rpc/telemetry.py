@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from carlette.physics.fleet import BRAKE, GRAVITY, STEER, THROTTLE
-from carlette.physics.parameters import EFFICIENCY
+from carlette.physics.vehicle_dynamics import BRAKE, GRAVITY, STEER, THROTTLE
+from carlette.physics.vehicle_parameters import EFFICIENCY
 from carlette.rpc.vehicle_physics import parameters_of_actor
 from carlette.world.actor import Actor
 from carlette.world.world import World

@@ -10,7 +10,7 @@ from typing import Any
 from carlette.blueprints import load_catalogue
 from carlette.errors import RequestError
 from carlette.geometry import Vector
-from carlette.physics.parameters import PhysicsParameters, Wheel
+from carlette.physics.vehicle_parameters import PhysicsParameters, Wheel
 from carlette.world.actor import Actor
 from carlette.world.world import World
 

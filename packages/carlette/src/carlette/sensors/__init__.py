@@ -1,7 +1,6 @@
 """Sensors: what their actors measure on each tick. A new one is a new file and a line in `ALL`."""
 
 from carlette.errors import RequestError
-from carlette.sensors.base import Body, LateSensor, Moment, Sensor, Settings
 from carlette.sensors.camera import ColorCamera, DepthCamera, InstanceCamera, SemanticCamera
 from carlette.sensors.collision import CollisionSensor
 from carlette.sensors.gnss import GnssSensor
@@ -9,7 +8,8 @@ from carlette.sensors.imu import ImuSensor
 from carlette.sensors.lidar import LidarSensor, SemanticLidarSensor
 from carlette.sensors.obstacle import ObstacleSensor
 from carlette.sensors.radar import RadarSensor
-from carlette.sensors.scene import Scene
+from carlette.sensors.sensor import Body, LateSensor, Moment, Sensor, Settings
+from carlette.sensors.sensor_scene import Scene
 from carlette.world.actor import Attributes
 
 __all__ = ["ALL", "Body", "LateSensor", "Moment", "Scene", "Sensor", "Settings", "make_sensor"]

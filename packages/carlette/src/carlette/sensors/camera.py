@@ -13,10 +13,10 @@ from weakref import WeakKeyDictionary
 
 from carlette.camera.arrays import Bytes
 from carlette.camera.rendering.renderer import Renderer, Shot
-from carlette.camera.rendering.shots import Seen, encode_depth, notice, the_renderer
+from carlette.camera.rendering.scene_capture import Seen, encode_depth, notice, the_renderer
 from carlette.camera.rendering.view import View
-from carlette.sensors.base import Body, LateSensor, Moment, Settings
-from carlette.sensors.scene import Scene
+from carlette.sensors.sensor import Body, LateSensor, Moment, Settings
+from carlette.sensors.sensor_scene import Scene
 from carlette.sensors.workers import build_static_scene, drawer
 from carlette.world.world import World
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from carlette.sensors.base import Body, Moment, Sensor
+from carlette.sensors.sensor import Body, Moment, Sensor
 from carlette.wire.collision import encode
 
 

@@ -11,7 +11,7 @@ import msgpack
 import numpy as np
 
 from carlette.geometry import Vector
-from carlette.sensors.base import Body, Moment, Sensor, Settings
+from carlette.sensors.sensor import Body, Moment, Sensor, Settings
 
 EARTH_RADIUS_M = 6378137.0
 SMALLEST_SEED, LARGEST_SEED = -(1 << 31), (1 << 31) - 1

@@ -11,10 +11,10 @@ import msgpack
 import numpy as np
 
 from carlette.geometry import Floats
-from carlette.physics.fleet import GRAVITY
-from carlette.sensors.base import Body, Moment, Sensor, Settings
-from carlette.sensors.frames import axes, turn_between
+from carlette.physics.vehicle_dynamics import GRAVITY
 from carlette.sensors.gnss import seeded
+from carlette.sensors.rotations import axes, turn_between
+from carlette.sensors.sensor import Body, Moment, Sensor, Settings
 
 _AXES = ("x", "y", "z")
 SHORTEST_STEP_S = 1e-6

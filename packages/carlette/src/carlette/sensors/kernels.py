@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from carlette.compiling import compiled
+from carlette.jit import compiled
 
 Array = Any
 """A numpy array, as numba sees it."""

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from carlette.errors import RequestError
 from carlette.geometry import Floats
-from carlette.sensors.base import Body, LateSensor, Moment, Settings
-from carlette.sensors.faces import Indices, Singles
 from carlette.sensors.gnss import seeded
-from carlette.sensors.scene import Scene, Sweep
+from carlette.sensors.ray_surfaces import Indices, Singles
+from carlette.sensors.sensor import Body, LateSensor, Moment, Settings
+from carlette.sensors.sensor_scene import Scene, Sweep
 from carlette.sensors.workers import build_faces, caster
 from carlette.world.world import World
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from carlette.camera.rendering import tags
 from carlette.geometry import Floats
-from carlette.sensors.base import Body, LateSensor, Moment, Settings
-from carlette.sensors.faces import Faces
-from carlette.sensors.frames import axes
-from carlette.sensors.scene import Scene
+from carlette.sensors.ray_surfaces import Faces
+from carlette.sensors.rotations import axes
+from carlette.sensors.sensor import Body, LateSensor, Moment, Settings
+from carlette.sensors.sensor_scene import Scene
 from carlette.sensors.workers import build_faces, caster
 from carlette.world.actor import Actor, Kind
 from carlette.world.world import World

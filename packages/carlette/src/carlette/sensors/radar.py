@@ -8,9 +8,9 @@ from concurrent.futures import Future
 import numpy as np
 
 from carlette.geometry import Floats
-from carlette.sensors.base import Body, LateSensor, Moment, Settings
-from carlette.sensors.frames import axes
 from carlette.sensors.lidar import MOST_POINTS_PER_S, MOST_RANGE_M, MOST_RAYS, require_kernels
+from carlette.sensors.rotations import axes
+from carlette.sensors.sensor import Body, LateSensor, Moment, Settings
 from carlette.sensors.workers import build_faces, caster
 from carlette.world.world import World
 

@@ -10,11 +10,11 @@ from functools import lru_cache
 from carlette.blueprints import load_catalogue
 from carlette.camera.models.animals import animal_mesh
 from carlette.camera.models.cycles import cycle_mesh
-from carlette.camera.models.figures import clothes_of, person
+from carlette.camera.models.doors_and_stop_arm import door_mesh
 from carlette.camera.models.mesh import EMPTY, Color, Mesh
-from carlette.camera.models.openings import door_mesh
+from carlette.camera.models.people import clothes_of, person
 from carlette.camera.models.props import prop_mesh
-from carlette.camera.models.trafficlights import post_mesh, repeater_mesh
+from carlette.camera.models.traffic_lights import post_mesh, repeater_mesh
 from carlette.camera.models.vehicles import vehicle_mesh
 from carlette.geometry import Box, Pose
 from carlette.world.actor import Actor, Kind

@@ -13,10 +13,10 @@ from queue import SimpleQueue
 from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
-from carlette.camera.rendering.shots import static_scene_of
-from carlette.memory import hand_back
-from carlette.opendrive.roads import RoadNetwork
-from carlette.sensors.faces import static_faces
+from carlette.allocator import hand_back
+from carlette.camera.rendering.scene_capture import static_scene_of
+from carlette.opendrive.road_network import RoadNetwork
+from carlette.sensors.ray_surfaces import static_faces
 
 T = TypeVar("T")
 

@@ -20,7 +20,7 @@ from carlette.blueprints import load_catalogue
 from carlette.camera.arrays import Bytes
 from carlette.camera.models.signs import post_sign
 from carlette.camera.rendering import tags
-from carlette.camera.rendering.light import (
+from carlette.camera.rendering.lighting import (
     CLOUDINESS,
     DEPOSITS,
     FOG_DENSITY,
@@ -30,17 +30,17 @@ from carlette.camera.rendering.light import (
     WETNESS,
 )
 from carlette.camera.rendering.renderer import Part
-from carlette.camera.rendering.shots import take, the_renderer
+from carlette.camera.rendering.scene_capture import take, the_renderer
 from carlette.camera.rendering.view import View, matrix_of
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.maps import DEMO_TOWN
-from carlette.opendrive.document import load_map
-from carlette.opendrive.roads import RoadNetwork
+from carlette.opendrive.map_file import load_map
+from carlette.opendrive.road_network import RoadNetwork
 from carlette.physics.doors import ALL, STOP_ARM
 from carlette.world.actor import Actor, Kind
-from carlette.world.lights import Color
 from carlette.world.settings import CLEAR_NOON
 from carlette.world.spawn import spawn
+from carlette.world.traffic_lights import Color
 from carlette.world.world import World
 
 WIDTH = 800

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from carlette.blueprints import AttributeType
 from carlette.camera.rendering import tags
 from carlette.geometry import Floats, Pose, Rotation, Vector
-from carlette.opendrive.document import find_map, map_folders
-from carlette.opendrive.roads import RoadNetwork
+from carlette.opendrive.map_file import find_map, map_folders
+from carlette.opendrive.road_network import RoadNetwork
 from carlette.sensors import Moment, Scene, make_sensor
-from carlette.sensors.frames import axes
+from carlette.sensors.rotations import axes
 from carlette.world.spawn import spawn
 from carlette.world.world import World
 

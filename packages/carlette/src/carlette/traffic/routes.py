@@ -6,8 +6,8 @@ from zlib import crc32
 
 import numpy as np
 
-from carlette.traffic.grid import Ints
-from carlette.traffic.lanes import LaneGraph
+from carlette.traffic.lane_graph import LaneGraph
+from carlette.traffic.lane_point_grid import Ints
 
 AHEAD_POINTS = 100
 """How far cars look ahead, in lane points of about a metre."""

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from carlette.blueprints import Attribute, AttributeType, Definition
+from carlette.client_versions import ClientVersion
 from carlette.geometry import Box, Pose, Rotation, Vector
-from carlette.versions import ClientVersion
 
 Wire = Any
 """Anything that msgpack can pack: only the client's compiled library knows its types."""

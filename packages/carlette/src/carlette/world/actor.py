@@ -7,7 +7,7 @@ from enum import IntEnum
 
 from carlette.blueprints import AttributeType
 from carlette.geometry import Box, Pose
-from carlette.physics.parameters import PhysicsParameters
+from carlette.physics.vehicle_parameters import PhysicsParameters
 
 
 class Kind(IntEnum):

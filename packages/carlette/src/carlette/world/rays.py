@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from carlette.geometry import Box, Pose, Rotation, Vector, rotate
-from carlette.opendrive.roads import RoadNetwork
+from carlette.opendrive.road_network import RoadNetwork
 from carlette.world.actor import Kind
 from carlette.world.world import World
 

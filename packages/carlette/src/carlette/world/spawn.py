@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from carlette.blueprints import Catalogue, load_catalogue
-from carlette.blueprints.paint import painted
-from carlette.blueprints.sensors import IN_THE_CLIENT
+from carlette.blueprints.default_color import painted
+from carlette.blueprints.sensor_definitions import IN_THE_CLIENT
 from carlette.errors import RequestError, SpawnCollision
 from carlette.geometry import Box, Pose, Vector
 from carlette.physics.bodies import Bodies
 from carlette.physics.contacts import is_free
-from carlette.physics.parameters import parameters_of
+from carlette.physics.vehicle_parameters import parameters_of
 from carlette.world.actor import Actor, Attributes, Kind
-from carlette.world.limits import pass_signs
 from carlette.world.skeleton import gesture
+from carlette.world.speed_limits import pass_signs
 from carlette.world.world import World
 
 MOST_ACTORS = 4096

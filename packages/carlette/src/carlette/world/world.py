@@ -11,23 +11,23 @@ from numpy.typing import NDArray
 
 from carlette.errors import UnknownActor
 from carlette.geometry import Box, Pose, Vector, turned
-from carlette.opendrive.document import check_opendrive
-from carlette.opendrive.roads import RoadNetwork
+from carlette.opendrive.map_file import check_opendrive
+from carlette.opendrive.road_network import RoadNetwork
 from carlette.opendrive.signals import ACTOR_TYPES, LIGHT_TYPE, read_signals
 from carlette.physics.ackermann import Ackermann
 from carlette.physics.bodies import Bodies
 from carlette.physics.contacts import Contact, collide
 from carlette.physics.doors import Doors
-from carlette.physics.fleet import STEER, Fleet
 from carlette.physics.props import LooseProps
 from carlette.physics.surface import Surface
+from carlette.physics.vehicle_dynamics import STEER, Fleet
 from carlette.physics.walkers import LIES_S, Walkers
 from carlette.world.actor import Actor, Attributes, Kind
 from carlette.world.fork import forked, shared
-from carlette.world.lights import Signals
-from carlette.world.limits import pass_signs
 from carlette.world.settings import CLEAR_NOON, EpisodeSettings
-from carlette.world.triggers import watch_lights
+from carlette.world.speed_limits import pass_signs
+from carlette.world.traffic_light_triggers import watch_lights
+from carlette.world.traffic_lights import Signals
 
 SPECTATOR = "spectator"
 shared(RoadNetwork)

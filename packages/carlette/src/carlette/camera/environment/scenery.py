@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import shapely
 
-from carlette.camera.environment.lines import Road
-from carlette.camera.environment.pavement import Pavement
+from carlette.camera.environment.road_surface import Pavement
+from carlette.camera.environment.sampled_roads import Road
 from carlette.camera.models.mesh import Builder, Color, Mesh, Point, mix, shade
 from carlette.camera.rendering import tags
 from carlette.geometry import Floats

@@ -11,18 +11,18 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from carlette.camera.arrays import Bytes
-from carlette.camera.environment import furniture
-from carlette.camera.environment.junctions import fill_gaps
-from carlette.camera.environment.lines import read_roads
-from carlette.camera.environment.pavement import Pavement, pave, upward
-from carlette.camera.environment.repeaters import repeaters_of
+from carlette.camera.environment import road_furniture
+from carlette.camera.environment.junction_surface import fill_gaps
+from carlette.camera.environment.repeater_lights import repeaters_of
+from carlette.camera.environment.road_surface import Pavement, pave, upward
+from carlette.camera.environment.sampled_roads import read_roads
 from carlette.camera.environment.scenery import Item, scenery
 from carlette.camera.models.mesh import EMPTY, Mesh, corner_colors, quads
 from carlette.camera.rendering import tags
-from carlette.camera.rendering.light import Light
+from carlette.camera.rendering.lighting import Light
 from carlette.geometry import Floats, Vector
-from carlette.opendrive.document import check_opendrive
-from carlette.opendrive.roads import RoadNetwork
+from carlette.opendrive.map_file import check_opendrive
+from carlette.opendrive.road_network import RoadNetwork
 from carlette.opendrive.signals import LIGHT_TYPE, Signal, read_signals
 
 CHUNK_M = 48.0
@@ -82,9 +82,9 @@ def build_static_scene(network: RoadNetwork) -> StaticScene:
     roads = read_roads(root)
     pavement = pave(roads)
     signals = read_signals(network, root)
-    posts = furniture.signs(root, roads, signals)
-    paint = [*pavement.paint, *furniture.crosswalks(network), *furniture.stop_lines(signals)]
-    paint += furniture.stencils(root, roads)
+    posts = road_furniture.signs(root, roads, signals)
+    paint = [*pavement.paint, *road_furniture.crosswalks(network), *road_furniture.stop_lines(signals)]
+    paint += road_furniture.stencils(root, roads)
     taken = [(float(place[0]), float(place[1])) for _, place in posts]
     taken += [(one.pose.location.x, one.pose.location.y) for one in signals]
     taken += _repeaters(network, signals)

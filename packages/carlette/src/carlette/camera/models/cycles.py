@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from carlette.camera.models.figures import TOPS, Clothes, clothes_of, person
 from carlette.camera.models.mesh import Builder, Color, Mesh, Point
+from carlette.camera.models.people import TOPS, Clothes, clothes_of, person
 from carlette.camera.rendering import tags
 from carlette.geometry import Box
 

@@ -6,9 +6,9 @@ import itertools
 import math
 from enum import IntFlag
 
-from carlette.camera.models.coachwork import Frame, body_kind, frame_of
 from carlette.camera.models.cycles import lamp_places
 from carlette.camera.models.mesh import Builder, Color, Mesh, Point, shade
+from carlette.camera.models.vehicle_body import Frame, body_kind, frame_of
 from carlette.geometry import Box
 
 BLINK_S, BLINK_LIT = 0.7, 0.7

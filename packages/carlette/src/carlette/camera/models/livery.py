@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from carlette.camera.models.coachwork import SEAM, TYRE, UP, Frame
-from carlette.camera.models.font import lettering
+from carlette.camera.models.lettering import lettering
 from carlette.camera.models.mesh import Builder, Point
+from carlette.camera.models.vehicle_body import SEAM, TYRE, UP, Frame
 
 
 def dress_car(builder: Builder, type_id: str, frame: Frame) -> None:

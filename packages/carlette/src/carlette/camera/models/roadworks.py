@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from carlette.camera.models.font import lettering
+from carlette.camera.models.lettering import lettering
 from carlette.camera.models.mesh import Builder, Color, Point, shade
 from carlette.camera.models.palette import AMBER, DARK, ORANGE, STEEL, low_of
 from carlette.camera.models.signs import RED, UP, WHITE

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 
-from carlette.camera.models.font import lettering
+from carlette.camera.models.lettering import lettering
 from carlette.camera.models.mesh import Builder, Color, Mesh, Point
 from carlette.camera.rendering import tags
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from carlette.camera.models.coachwork import (
+from carlette.camera.models.livery import dress_car
+from carlette.camera.models.mesh import Builder, Color, Mesh, Point, mix, shade
+from carlette.camera.models.trucks_and_buses import build_bus, build_truck
+from carlette.camera.models.vehicle_body import (
     BUMPER,
     GLASS,
     SEAM,
@@ -15,9 +18,6 @@ from carlette.camera.models.coachwork import (
     frame_of,
     wheels,
 )
-from carlette.camera.models.heavy import build_bus, build_truck
-from carlette.camera.models.livery import dress_car
-from carlette.camera.models.mesh import Builder, Color, Mesh, Point, mix, shade
 from carlette.geometry import Box
 
 

@@ -9,15 +9,15 @@ from functools import lru_cache
 import numpy as np
 
 from carlette.blueprints import load_catalogue
-from carlette.camera.environment.repeaters import repeaters_of
-from carlette.camera.models import cycles, lamps, openings, trafficlights
+from carlette.camera.environment.repeater_lights import repeaters_of
+from carlette.camera.models import cycles, doors_and_stop_arm, lamps, traffic_lights
 from carlette.camera.models.animals import animal_mesh
-from carlette.camera.models.figures import ORANGE, VEST, Clothes, clothes_of, person, stride
 from carlette.camera.models.mesh import EMPTY, Builder, Color, Mesh, Point
+from carlette.camera.models.people import ORANGE, VEST, Clothes, clothes_of, person, stride
 from carlette.camera.models.props import prop_mesh
 from carlette.camera.models.vehicles import vehicle_mesh
 from carlette.camera.rendering import tags
-from carlette.camera.rendering.light import Light
+from carlette.camera.rendering.lighting import Light
 from carlette.camera.rendering.renderer import Part
 from carlette.camera.rendering.view import matrix_of
 from carlette.geometry import Box, Floats, Pose, Rotation, Vector
@@ -145,7 +145,7 @@ def _traffic_light(world: World, actor: Actor, pose: Pose) -> Iterator[Part]:
     if repeater is not None:
         there = matrix.copy()
         there[:3, 3] = matrix[:3, :3] @ np.array(repeater) + matrix[:3, 3]
-        yield from _heads(actor, there, trafficlights.repeater_mesh(), _repeater_lights(color))
+        yield from _heads(actor, there, traffic_lights.repeater_mesh(), _repeater_lights(color))
 
 
 def _heads(actor: Actor, matrix: Floats, post: Mesh, lights: tuple[Mesh, Mesh]) -> Iterator[Part]:
@@ -231,14 +231,14 @@ _cycle_lamps = lru_cache(maxsize=256)(lamps.cycle_lamp_meshes)
 _beam = lru_cache(maxsize=256)(lamps.beam_mesh)
 _prop_mesh = lru_cache(maxsize=512)(prop_mesh)
 _animal = lru_cache(maxsize=256)(animal_mesh)
-_post = lru_cache(maxsize=256)(trafficlights.post_mesh)
-_lights = lru_cache(maxsize=512)(trafficlights.lamps_mesh)
-_repeater_lights = lru_cache(maxsize=8)(trafficlights.repeater_lamps_mesh)
+_post = lru_cache(maxsize=256)(traffic_lights.post_mesh)
+_lights = lru_cache(maxsize=512)(traffic_lights.lamps_mesh)
+_repeater_lights = lru_cache(maxsize=8)(traffic_lights.repeater_lamps_mesh)
 
 
 @lru_cache(maxsize=256)
 def _door(type_id: str, box: Box, door: int, swing: float, color: Color) -> Mesh:
-    return openings.door_mesh(type_id, box, door, swing, color)
+    return doors_and_stop_arm.door_mesh(type_id, box, door, swing, color)
 
 
 @lru_cache(maxsize=256)

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 
 from carlette.camera.arrays import Pixels
-from carlette.compiling import compiled
+from carlette.jit import compiled
 
 _MASK, _BYTE, _QUARTER = numba.uint32(0x00FF00FF), numba.uint32(8), numba.uint32(2)
 

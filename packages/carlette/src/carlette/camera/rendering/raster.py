@@ -51,7 +51,7 @@ class Raster:
         A quad's front is where (second - first) x (last - first) points to; backs are not drawn. Where two quads are
         equally near, the first one stays.
         """
-        from carlette.camera.rendering.quads import draw_quads  # numba takes half a second to load
+        from carlette.camera.rendering.quad_rasterizer import draw_quads  # numba takes half a second to load
 
         if matrix is not None:
             self.place(matrix)

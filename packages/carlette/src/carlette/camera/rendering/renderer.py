@@ -14,7 +14,7 @@ from carlette.camera.arrays import Bytes, Pixels, Singles
 from carlette.camera.environment.static_scene import DETAIL, LAYERS, NIGHT, PAINT, SOLID, WATER, Chunk, StaticScene
 from carlette.camera.models.mesh import Mesh, corner_colors
 from carlette.camera.rendering import tags
-from carlette.camera.rendering.light import Light
+from carlette.camera.rendering.lighting import Light
 from carlette.camera.rendering.raster import Raster
 from carlette.camera.rendering.sky import dome, fill_sky
 from carlette.camera.rendering.view import View

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from carlette.camera.arrays import Singles
 from carlette.camera.models.mesh import Builder, Color, Mesh, Point, mix, shade
 from carlette.camera.rendering import tags
-from carlette.camera.rendering.light import Light
+from carlette.camera.rendering.lighting import Light
 from carlette.camera.rendering.view import View
 
 DISTANCE_M = 880.0

@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from carlette.maps.build.junctions import build_junction
 from carlette.maps.build.plan import Plan
-from carlette.maps.build.signs import junction_roadside, street_roadside
+from carlette.maps.build.roadside import junction_roadside, street_roadside
 from carlette.maps.build.streets import build_street, number
 
 GEO_REFERENCE = (

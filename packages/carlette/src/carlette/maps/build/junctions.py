@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element, SubElement
 from carlette.maps.build.plan import Node
 from carlette.maps.build.sections import KERB, NONE, Lane
 from carlette.maps.build.streets import Arm, complete_road, lane_element, mark_element, road_element
-from carlette.maps.lines import Pose2D, lead
+from carlette.maps.reference_lines import Pose2D, lead
 
 _STRAIGHT_RAD = math.radians(30)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from carlette.maps.build.sections import Section
-from carlette.maps.lines import Pose2D
+from carlette.maps.reference_lines import Pose2D
 
 Control = Literal["light", "stop", "yield", "none"]
 

@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from carlette.maps.build.plan import End, Node, Street
 from carlette.maps.build.sections import Lane, Mark, Section
-from carlette.maps.lines import Pose2D, Segment, end_of, lead
+from carlette.maps.reference_lines import Pose2D, Segment, end_of, lead
 
 PAINT_M = 0.125
 

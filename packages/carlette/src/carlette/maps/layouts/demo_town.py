@@ -21,10 +21,10 @@ from xml.etree import ElementTree
 
 from scenariogeneration import xodr
 
-from carlette.maps.junctions import SignalisedJunction
-from carlette.maps.lines import Pose2D, Segment, arc, end_of
-from carlette.maps.roads import Chain, chain
-from carlette.maps.sections import AVENUE, STREET
+from carlette.maps.cross_sections import AVENUE, STREET
+from carlette.maps.reference_lines import Pose2D, Segment, arc, end_of
+from carlette.maps.road_chains import Chain, chain
+from carlette.maps.signalized_junction import SignalisedJunction
 
 GEO_REFERENCE = (
     "+proj=tmerc +lat_0=0 +lon_0=0 +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m "

@@ -29,7 +29,7 @@ from carlette.maps.build.sections import (
     SLOW_STREET,
     Section,
 )
-from carlette.maps.lines import Pose2D
+from carlette.maps.reference_lines import Pose2D
 
 _X = (0.0, 280.0, 560.0, 840.0, 1120.0)
 _Y = (0.0, 260.0, 520.0, 780.0)

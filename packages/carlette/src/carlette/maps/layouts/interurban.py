@@ -14,7 +14,7 @@ import math
 
 from carlette.maps.build.plan import Control, Crossing, End, Node, Plan, Street
 from carlette.maps.build.sections import LANE_ROAD, NARROW, RURAL, RURAL_BENDS, VILLAGE
-from carlette.maps.lines import Pose2D
+from carlette.maps.reference_lines import Pose2D
 
 _EAST, _NORTH, _WEST, _SOUTH = 0.0, 90.0, 180.0, 270.0
 _REACH_M = 20.0

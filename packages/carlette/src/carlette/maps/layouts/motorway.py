@@ -12,7 +12,7 @@ from itertools import pairwise
 
 from carlette.maps.build.plan import End, Node, Plan, Street
 from carlette.maps.build.sections import LANE_M, MOTORWAY, MOTORWAY_WITH_AUXILIARY, RAMP, SLOW_RAMP, Section
-from carlette.maps.lines import Pose2D
+from carlette.maps.reference_lines import Pose2D
 
 _STRAIGHT_M = 1700.0
 _RADIUS_M = 220.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from carlette.blueprints import load_catalogue
-from carlette.blueprints.sensors import IN_THE_CLIENT
+from carlette.blueprints.sensor_definitions import IN_THE_CLIENT
 from carlette.errors import RequestError
 from carlette.geometry import Box, Vector
 from carlette.rpc.registry import Methods

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from carlette.errors import RequestError
-from carlette.rpc.handlers import actors, lights, motion, vehicles, walkers
+from carlette.rpc.handlers import actors, motion, traffic_lights, vehicles, walkers
 from carlette.rpc.registry import BAD_ARGUMENTS, Methods
 from carlette.rpc.session import Session
 from carlette.wire import encode
@@ -48,7 +48,7 @@ COMMANDS: dict[int, Callable[..., Any]] = {
     17: motion.accept,
     18: _lights,
     19: motion.set_actor_location,
-    21: lights.set_traffic_light_state,
+    21: traffic_lights.set_traffic_light_state,
 }
 """By the command's index on the wire; each takes the actor's id first."""
 

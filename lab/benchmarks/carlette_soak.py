@@ -1,0 +1,162 @@
+"""Thousands of ticks of the client's traffic manager against carlette: counts hangs and rescues.
+
+    python -m lab.benchmarks.carlette_soak --ticks 200000 --cars 20 --map demo_town --ledger soak.jsonl
+
+The client runs in its own process, and the server logs its rescues. Prints progress to standard error and one line of
+JSON to standard output. With a ledger the run can be stopped at any time: the next run with the same ledger does the
+missing ticks, and both are counted together.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import random
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+STEP_S = 0.05
+MANAGER_PORT = 8771
+HANG_S = 30.0
+"""A client that reports no ticks for this long hangs; a rescue takes about half a second."""
+REPORT_TICKS = 500
+READY = re.compile(r"listening on \S+:(\d+) map=")
+WOKEN = "from a lost wake-up"
+COUNTED = ("ticks", "hangs", "rescues")
+
+
+def soak(ticks: int, cars: int, town: str, seed: int, ledger: Path | None = None) -> dict[str, Any]:
+    """Runs until `ticks` ticks are done or the client hangs. Returns counts over this run and those in the `ledger`."""
+    earlier = Counter[str]()
+    for line in ledger.read_text().splitlines() if ledger and ledger.exists() else ():
+        earlier.update(json.loads(line))
+    ticks = max(ticks - earlier["ticks"], 0)
+    result = _run(ticks, cars, town, seed, ledger)
+    counted = {name: result[name] + earlier[name] for name in COUNTED}
+    return {**result, **counted, "rescues_per_10000": 1e4 * counted["rescues"] / max(counted["ticks"], 1)}
+
+
+def _run(ticks: int, cars: int, town: str, seed: int, ledger: Path | None) -> dict[str, Any]:
+    with tempfile.TemporaryFile("a+") as log, logging_server(town, log) as (port, server):
+        receiver, sender = multiprocessing.get_context("spawn").Pipe(duplex=False)
+        arguments = (port, cars, ticks, seed, sender)
+        client = multiprocessing.get_context("spawn").Process(target=_drive, args=arguments, daemon=True)
+        start = time.perf_counter()
+        client.start()
+        sender.close()
+        done, moved_m, hung, woken = 0, 0.0, False, 0
+        try:
+            while done < ticks:
+                if not receiver.poll(HANG_S):
+                    hung = True
+                    _note(ledger, ticks=0, hangs=1, rescues=0)
+                    break
+                before = done, woken
+                (done, moved_m), woken = receiver.recv(), count_rescues(log)
+                _note(ledger, ticks=done - before[0], hangs=0, rescues=woken - before[1])
+                print(f"{town}: {done} of {ticks} ticks, {woken} rescues", file=sys.stderr, flush=True)
+        except EOFError:
+            raise RuntimeError(f"the client ended after about {done} ticks; see its messages") from None
+        finally:
+            client.kill()
+            client.join()
+        seconds = time.perf_counter() - start
+        return {
+            "map": town,
+            "cars": cars,
+            "ticks": done,
+            "hangs": int(hung),
+            "rescues": count_rescues(log),
+            "ticks_per_s": done / seconds,
+            "mean_distance_m": moved_m / max(cars, 1),
+            "server_memory_mb": resident_mb(server),
+        }
+
+
+def _note(ledger: Path | None, **counts: int) -> None:
+    if ledger:
+        with ledger.open("a") as lines:
+            lines.write(json.dumps(counts) + "\n")
+
+
+@contextmanager
+def logging_server(town: str, log: IO[str]) -> Iterator[tuple[int, int]]:
+    """Runs a server; gives its port and process id. It logs to a file, because an unread pipe would block it."""
+    command = [sys.executable, "-m", "carlette", "--port", "0", "--map", town, "--exit-on-stdin-eof"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log, text=True) as process:
+        try:
+            ready = READY.search(process.stdout.readline() if process.stdout else "")
+            if ready is None:
+                raise RuntimeError("the server did not start; see its message")
+            yield int(ready[1]), process.pid
+        finally:
+            process.terminate()
+
+
+def count_rescues(log: IO[str]) -> int:
+    log.seek(0)
+    return sum(WOKEN in line for line in log)
+
+
+def resident_mb(pid: int) -> float:
+    """Resident memory of a process on this machine (MB)."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    return int(re.search(r"VmRSS:\s+(\d+) kB", status)[1]) * 1024 / 1e6  # type: ignore[index]
+
+
+def _drive(port: int, cars: int, ticks: int, seed: int, result: Any) -> None:
+    """Ticks a town with traffic; reports the number of ticks and the total distance of all cars (m)."""
+    import carla
+
+    client = carla.Client("127.0.0.1", port)
+    client.set_timeout(HANG_S)
+    world = client.get_world()
+    settings = world.get_settings()
+    settings.synchronous_mode, settings.fixed_delta_seconds = True, STEP_S
+    world.apply_settings(settings)
+    manager = client.get_trafficmanager(MANAGER_PORT)
+    manager.set_synchronous_mode(True)
+    manager.set_random_device_seed(seed)
+    blueprint = world.get_blueprint_library().find("vehicle.tesla.model3")
+    spots = world.get_map().get_spawn_points()
+    random.Random(seed).shuffle(spots)
+    spawned = (world.try_spawn_actor(blueprint, spot) for spot in spots)
+    fleet = [car for _, car in zip(range(cars), (one for one in spawned if one is not None), strict=False)]
+    world.tick()
+    for car in fleet:
+        car.set_autopilot(True, MANAGER_PORT)
+    moved_m = 0.0
+    for tick in range(1, ticks + 1):
+        world.tick()
+        snapshot = world.get_snapshot()
+        there = [one for one in (snapshot.find(car.id) for car in fleet) if one is not None]
+        moved_m += STEP_S * sum(one.get_velocity().length() for one in there)
+        if tick % REPORT_TICKS == 0 or tick == ticks:
+            result.send((tick, moved_m))
+
+
+def main() -> None:
+    """Prints one line of JSON."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--ticks", type=int, default=20000)
+    parser.add_argument("--cars", type=int, default=20)
+    parser.add_argument("--map", default="demo_town", help="a town or an .xodr file")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--ledger", type=Path, help="file that keeps the counts of interrupted runs")
+    options = parser.parse_args()
+    result = soak(options.ticks, options.cars, options.map, options.seed, options.ledger)
+    print(json.dumps(result), flush=True)
+    sys.exit(bool(result["hangs"]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,44 @@
+"""The facts about a contact from which its cause is determined."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from lab.benchmarks.guard_oracle.bodies import part_touched
+from lab.benchmarks.guard_oracle.others import Other
+from lab.benchmarks.guard_oracle.world import World
+
+
+@dataclass
+class Contact:
+    """The first contact of a drive."""
+
+    name: str
+    role: str
+    kind: str
+    t: float
+    part: str
+    """Where the ego was touched."""
+    their_part: str
+    """Where the other was touched."""
+    ego_speed: float
+    closing: float
+    order: str
+
+
+def contact_with(world: World, other: Other, order: str) -> Contact:
+    """The record of a contact that has just happened. `order`: what the ego obeyed."""
+    ego = world.ego
+    vx, vy = ego.speed * math.cos(ego.yaw), ego.speed * math.sin(ego.yaw)
+    return Contact(
+        other.name,
+        other.role,
+        other.kind.value,
+        world.t,
+        part_touched(world.ego_body(), other.body),
+        part_touched(other.body, world.ego_body()),
+        ego.speed,
+        math.hypot(vx - other.vx, vy - other.vy),
+        order,
+    )

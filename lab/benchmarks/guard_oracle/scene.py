@@ -1,0 +1,169 @@
+"""A scene of the oracle (road, others, controls, initial state of the ego) and the registry of scene classes."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from lab.benchmarks.guard_oracle.bodies import Body
+from lab.benchmarks.guard_oracle.others import AlongLane, Other, StepsOff, Straight, made
+from lab.benchmarks.guard_oracle.road import Road
+from stucksolver.plan.behaviors import Behavior
+from stucksolver.scene import ControlKind, LightState, ObjectKind
+
+Drawn = random.Random
+
+
+@dataclass
+class Control:
+    """A light or sign at arc length `line`, visible from `seen_from` metres before it.
+
+    A light shows `first` until `changes_at` (s), and `then` afterwards.
+    """
+
+    kind: ControlKind
+    line: float
+    first: LightState | None = None
+    then: LightState | None = None
+    changes_at: float = math.inf
+    seen_from: float = math.inf
+
+    def state(self, t: float) -> LightState | None:
+        return self.then if t >= self.changes_at else self.first
+
+
+@dataclass
+class Setting:
+    """The state of everything when a plan is proposed."""
+
+    road: Road
+    others: list[Other] = field(default_factory=list)
+    walls: list[tuple[Body, float]] = field(default_factory=list)
+    """Occluders that are not objects, such as houses and hedges, with their heights."""
+    controls: list[Control] = field(default_factory=list)
+    ego_s: float = 60.0
+    ego_d: float = 0.0
+    ego_yaw: float = 0.0
+    ego_speed: float = 0.0
+    ahead_m: float = 120.0
+    behind_m: float = 60.0
+    reach_m: float | None = None
+    """Distance up to which objects are visible (m); None: the sight ahead, at least 60 m."""
+    stopped_s: float = 25.0
+    propose: Callable[[Drawn], list[Behavior]] | None = None
+    """Proposals that suit the class, in addition to the general ones."""
+
+
+Side = Literal["left", "right"]
+SIDES: tuple[Side, Side] = ("left", "right")
+Maker = Callable[[Drawn], Setting]
+CLASSES: dict[str, Maker] = {}
+"""The first classes. They share the numbers below `BLOCK` in turn."""
+LATER: dict[str, tuple[int, Maker]] = {}
+"""Classes that were added later, each with the number of its block. A new class leaves all numbers as they are."""
+BLOCK = 1_000_000
+"""The scenes of block k have the numbers from k * BLOCK on."""
+
+
+def scene_class(name: str, block: int | None = None) -> Callable[[Maker], Maker]:
+    """Registers a class of scenes, with a block of numbers of its own unless it is one of the first classes.
+
+    Raises `ValueError` if the name or the block is taken.
+    """
+
+    def register(maker: Maker) -> Maker:
+        if name in all_classes():
+            raise ValueError(f"two classes of scenes are called {name!r}")
+        if block is None:
+            CLASSES[name] = maker
+        elif block < 1 or block in {taken for taken, _ in LATER.values()}:
+            raise ValueError(f"{name!r}: block {block} is taken; choose a new one, at least 1")
+        else:
+            LATER[name] = (block, maker)
+        return maker
+
+    return register
+
+
+def all_classes() -> tuple[str, ...]:
+    """Names of all classes, the first ones first."""
+    return (*CLASSES, *LATER)
+
+
+def number_of(name: str, k: int) -> int:
+    """Number of scene `k` of a class."""
+    if name in LATER:
+        return LATER[name][0] * BLOCK + k
+    return k * len(CLASSES) + list(CLASSES).index(name)
+
+
+def class_of(number: int) -> tuple[str, Maker]:
+    """Name and maker of the class to which a scene's number belongs."""
+    block, _ = divmod(number, BLOCK)
+    if block:
+        return next((name, maker) for name, (own, maker) in LATER.items() if own == block)
+    return list(CLASSES.items())[number % len(CLASSES)]
+
+
+def standing(
+    name: str, road: Road, s: float, d: float, kind: ObjectKind = ObjectKind.CAR, *, turn: float = 0.0, role: str = ""
+) -> Other:
+    """Something that stands on the road, at an angle to its direction."""
+    body, height = made(kind)
+    x, y, heading = road.place(s, d)
+    body.x, body.y, body.yaw = x, y, heading + turn
+    return Other(name, kind, body, height, role or "standing")
+
+
+def driving(
+    name: str,
+    road: Road,
+    s: float,
+    d: float,
+    v: float,
+    role: str,
+    kind: ObjectKind = ObjectKind.CAR,
+    *,
+    way: int = 1,
+    **more: Any,
+) -> AlongLane:
+    """Someone who moves along a lane of the road."""
+    body, height = made(kind)
+    inside = next((lane for lane in road.lanes if lane.right <= d <= lane.left), None)
+    lane = (inside.right, inside.left) if inside else (d - 1.75, d + 1.75)
+    return AlongLane(name, kind, body, height, role, s=s, d=d, v=v, way=way, lane=lane, **more)
+
+
+def crossing(
+    name: str,
+    road: Road,
+    s: float,
+    d: float,
+    turn: float,
+    v: float,
+    role: str,
+    kind: ObjectKind = ObjectKind.CAR,
+    size: tuple[float, float, float] | None = None,
+    **more: Any,
+) -> Straight:
+    """Someone next to the road who moves straight, at an angle to it."""
+    body, height = made(kind, size)
+    x, y, heading = road.place(s, d)
+    body.x, body.y = x, y
+    return Straight(name, kind, body, height, role, heading=heading + turn, v=v, **more)
+
+
+def at_the_kerb(name: str, s: float, d: float, trigger: float, pace: float = 1.4, *, height: float = 1.7) -> StepsOff:
+    """A pedestrian who may step off the kerb."""
+    body, _ = made(ObjectKind.PEDESTRIAN)
+    return StepsOff(name, ObjectKind.PEDESTRIAN, body, height, "steps off", s=s, d=d, trigger=trigger, pace=pace)
+
+
+def brakes(draw: Drawn, share: float = 0.4) -> dict[str, Any]:
+    """When and how hard someone brakes without a reason; in most cases they do not."""
+    if draw.random() > share:
+        return {}
+    return {"brakes_at": draw.uniform(0.0, 10.0), "brakes_by": draw.uniform(0.5, 3.5)}

@@ -1,0 +1,12 @@
+"""The classes of scenes. Importing this registers them all."""
+
+from lab.benchmarks.guard_oracle.scenes import (  # noqa: F401
+    controls,
+    leaders,
+    oncoming,
+    own_direction,
+    people,
+    resting,
+    slow,
+    standing,
+)

@@ -1,0 +1,138 @@
+"""A beam search over plans of up to three behaviours; each is judged by the real guard before it counts."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from lab.language.plan_search.ego_trajectory import Trail, begin, drive, moved, stand
+from stucksolver.guard import Guard
+from stucksolver.plan import RecoveryPlan
+from stucksolver.plan.behaviors import Behavior, Wait
+from stucksolver.scene import Scene, Surroundings
+from stucksolver.scene.base_model import Model
+from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.solver.state_machine.admission import against_offers
+from stucksolver.solver.state_machine.execution import Execution
+from stucksolver_language.student.candidates import offered
+
+T = TypeVar("T")
+Value = Callable[[Trail], float]
+"""Ranks a trail; larger is better."""
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """Limits of a search.
+
+    Attributes:
+        depth: Most behaviours in a plan.
+        beam: Number of partial plans that are continued at each depth.
+        steps: Number of values of each parameter for the first behaviour.
+        later_steps: Number of values of each parameter for the second and third behaviour.
+        looked: Number of plans that the simulator looks ahead for; the others are only glanced at.
+    """
+
+    depth: int = 3
+    beam: int = 6
+    steps: int = 4
+    later_steps: int = 3
+    looked: int = 16
+
+
+class Candidate(Model):
+    """A plan that the guard accepts at the standstill, with its value in the look-ahead (m)."""
+
+    plan: RecoveryPlan
+    value: float
+
+
+@dataclass(frozen=True)
+class Found:
+    """A plan that the guard accepts at the standstill, where it takes the ego, and its value (m)."""
+
+    plan: RecoveryPlan
+    trail: Trail
+    value: float
+
+
+@dataclass(frozen=True)
+class _Node:
+    behaviors: tuple[Behavior, ...]
+    trail: Trail
+    value: float
+
+
+@dataclass
+class Search:
+    """A search from one standstill. `checked` counts the guard checks."""
+
+    guard: Guard
+    scene: Scene
+    seen: Surroundings
+    value: Value
+    settings: SearchSettings = field(default_factory=SearchSettings)
+    checked: int = 0
+
+    def run(self) -> tuple[Found, ...]:
+        """Return all plans found that the guard accepts as a whole, best first."""
+        beam = [_Node((), begin(self.seen), 0.0)]
+        found: list[Found] = []
+        for depth in range(self.settings.depth):
+            options = offered(self.scene, self.settings.steps if depth == 0 else self.settings.later_steps)
+            views = [FrenetScene(moved(self.seen, node.trail)) for node in beam]
+            children = (
+                self._extended(node, one, view) for node, view in zip(beam, views, strict=True) for one in options
+            )
+            nodes = [child for child in children if child is not None]
+            found += [plan for node in nodes if (plan := self._admitted(node)) is not None]
+            beam = varied(nodes, lambda n: (kinds(n.behaviors), n.value), self.settings.beam)
+        return tuple(sorted(found, key=lambda one: -one.value))
+
+    def _extended(self, node: _Node, one: Behavior, view: FrenetScene) -> _Node | None:
+        """Return the plan with one more behaviour, if the guard accepts that behaviour from the plan's end (`view`)."""
+        self.checked += 1
+        if one.stands_still:
+            if not self.guard.allows_standing(one, view).accepted:
+                return None
+            trail = stand(node.trail, one.duration_s if isinstance(one, Wait) else 0.0)
+        else:
+            verdict, proven = self.guard.accept((one,), view, guided=False)
+            if proven is None or not verdict.accepted:
+                return None
+            trail = drive(node.trail, proven, view)
+        return _Node((*node.behaviors, one), trail, self.value(trail))
+
+    def _admitted(self, node: _Node) -> Found | None:
+        """Return the whole plan, if the solver would admit it at the standstill."""
+        plan = RecoveryPlan.model_validate({"behaviors": node.behaviors})
+        self.checked += 1
+        if against_offers(plan, self.scene) is not None:
+            return None
+        view = FrenetScene(self.seen)
+        verdict = Execution(plan, self.guard, guided=False).start(view, self.scene.time_s)
+        return Found(plan, node.trail, node.value) if verdict.accepted else None
+
+
+def kinds(behaviors: Iterable[Behavior]) -> tuple[str, ...]:
+    """Return the names of behaviours: the kind of a plan, without its parameters."""
+    return tuple(behavior.name for behavior in behaviors)
+
+
+def varied(items: Iterable[T], key: Callable[[T], tuple[tuple[str, ...], float]], most: int) -> list[T]:
+    """Return the best items of each kind in turn: first the best one of each kind, then the second best, and so on.
+
+    Args:
+        items: What to choose from.
+        key: Returns the kind and the value of an item.
+        most: How many to return.
+    """
+    turns: Counter[tuple[str, ...]] = Counter()
+    ranked: list[tuple[int, float, T]] = []
+    for item in sorted(items, key=lambda one: -key(one)[1]):
+        kind, value = key(item)
+        ranked.append((turns[kind], -value, item))
+        turns[kind] += 1
+    return [item for _, _, item in sorted(ranked, key=lambda one: one[:2])[:most]]

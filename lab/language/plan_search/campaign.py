@@ -1,0 +1,337 @@
+"""A campaign: find the standstills of a suite, search for plans, drive the best ones, and keep the outcomes.
+
+The folder of a campaign:
+
+campaign.json            the campaign's options
+reference/ROUTE-SEED/    the drive with the rules, and every question that was asked
+standstills/NAME.json    the moments at which a plan is wanted
+searches/NAME.json       the plans that the guard accepts there, best first, and the work that the search took
+drives/NAME/NUMBER/      one exact drive each
+labels.jsonl             one line for each exact drive
+best.json                the best plans, for `--recovery teacher:DIR`
+moments/                 the same as examples for the student, for `stucksolver distill train --data DIR`
+report.html              how much better than the rules the best plans are
+
+Completed steps are skipped, so the same command continues a campaign that was interrupted. What has been begun is
+finished first: exact drives before searches, and searches before drives with the rules. So an interrupted campaign has
+complete standstills.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
+from dataclasses import dataclass, field
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+
+from lab.language.plan_search.beam_search import Candidate, Found, Search, SearchSettings, kinds, varied
+from lab.language.plan_search.campaign_samples import write_lessons
+from lab.language.plan_search.counterfactual_run import DriveSpec, Trial, drive_task, label_of, questions_of
+from lab.language.plan_search.labels import Label, LabelFile, best, by_standstill
+from lab.language.plan_search.lookahead import LookAhead
+from lab.language.plan_search.quick_value import Glance
+from lab.language.plan_search.standstill import Standstill, digest_of, moments
+from lab.language.plan_search.step_scheduler import Stage, Step, run_steps
+from stucksolver.atomic_files import write_text
+from stucksolver.guard import Guard
+from stucksolver.ladder import find_ladder
+from stucksolver.plan import RecoveryPlan
+from stucksolver.reasoners.playback import BOOK, PlanBook
+from stucksolver.scene.base_model import Model
+from stucksolver_eval.results.outcome import RouteOutcome
+from stucksolver_eval.results.store import Store
+from stucksolver_eval.routes import Route
+from stucksolver_eval.runner.job import RouteJob
+from stucksolver_eval.runner.route_process import Task, run_task
+from stucksolver_eval.systems.spec import ArmSpec
+
+MANIFEST, LABELS = "campaign.json", "labels.jsonl"
+STANDSTILLS, SEARCHES = "standstills", "searches"
+Say = Callable[[str], None]
+
+
+class CampaignError(RuntimeError):
+    """A campaign cannot continue; the message says why and what to do."""
+
+
+class Manifest(Model):
+    """The options of a campaign. It continues only with the same ones."""
+
+    version: int = 1
+    suite: str
+    suite_digest: str
+    seed: int
+    driver: str
+    ladder: str
+    limit_s: float | None
+    best: int
+
+
+class KeptSearch(Model):
+    """The result of a search and the work that it took: guard checks, plans that the simulator looked ahead for, its
+    forks, and wall time (s).
+    """
+
+    accepted: int
+    checked: int
+    looked: int = 0
+    forks: int
+    fork_s: float
+    seconds: float
+    chosen: tuple[Candidate, ...]
+
+
+@dataclass(frozen=True)
+class CampaignSpec:
+    """What a campaign should do.
+
+    Attributes:
+        suite: Name of the suite, or a file of routes.
+        routes: The routes to drive.
+        seed: Seed of the traffic.
+        out: The campaign's folder.
+        best: Number of plans driven exactly at each standstill, in addition to the rules' plan and waiting.
+        jobs: Number of drives and searches in parallel.
+        drives: Settings that all drives share.
+        search: Limits of the search.
+    """
+
+    suite: str
+    suite_digest: str
+    routes: tuple[Route, ...]
+    seed: int
+    out: Path
+    best: int = 10
+    jobs: int = 2
+    drives: DriveSpec = field(default_factory=DriveSpec)
+    search: SearchSettings = field(default_factory=SearchSettings)
+
+
+def collect(spec: CampaignSpec, say: Say) -> LabelFile:
+    """Run everything that is not done yet, and return the labels.
+
+    Args:
+        spec: What the campaign should do.
+        say: Called with each line of progress.
+
+    Raises:
+        CampaignError: The folder contains another campaign, or a line of its labels cannot be read.
+        OutputError: Something cannot be written.
+    """
+    _begin(spec)
+    try:
+        labels = LabelFile(spec.out / LABELS)
+    except ValueError as error:
+        raise CampaignError(f"{error}; remove that line, or choose another folder") from error
+    # Searches need the processor, and drives have processes of their own.
+    with ProcessPoolExecutor(spec.jobs, get_context("spawn")) as searchers:
+        work = _Campaign(spec, labels, say, searchers)
+        run_steps([work.reference(route) for route in spec.routes], spec.jobs)
+    say(f"{work.standstills} standstills on {len(spec.routes)} routes, {work.drives} exact drives in this run")
+    guard = Guard(find_ladder(spec.drives.ladder or "evaluation").guard_policy())
+    write_lessons(spec.out, spec.out / STANDSTILLS, labels.labels, guard)
+    write_text(spec.out / BOOK, book_of(labels.labels).model_dump_json(indent=1) + "\n")
+    return labels
+
+
+def _begin(spec: CampaignSpec) -> None:
+    manifest = Manifest(
+        suite=spec.suite,
+        suite_digest=spec.suite_digest,
+        seed=spec.seed,
+        driver=spec.drives.driver,
+        ladder="" if spec.drives.ladder is None else spec.drives.ladder.name,
+        limit_s=spec.drives.limit_s,
+        best=spec.best,
+    )
+    path = spec.out / MANIFEST
+    if not path.exists():
+        write_text(path, manifest.model_dump_json(indent=1) + "\n")
+    elif Manifest.model_validate_json(path.read_text(encoding="utf-8")) != manifest:
+        raise CampaignError(f"{path} belongs to another campaign; choose another --out, or use the same options")
+
+
+class _Campaign:
+    """The steps of a campaign: a drive with the rules, then a search for each standstill, then the exact drives."""
+
+    def __init__(self, spec: CampaignSpec, labels: LabelFile, say: Say, searchers: Executor) -> None:
+        self._spec, self._labels, self._say, self._searchers = spec, labels, say, searchers
+        self._done = {_key(one.standstill, one.source, one.plan) for one in labels.labels}
+        self._planned = 0
+        self.standstills = self.drives = 0
+
+    def reference(self, route: Route) -> Step:
+        """Return the drive of a route with the rules."""
+        spec, folder = self._spec, _reference(self._spec, route)
+        if Store(folder).is_done(route, spec.seed):
+            return Step(Stage.REFERENCE, lambda wanted: None, lambda _: self._searches(route))
+        task = drive_task(spec.drives, route, spec.seed, PlanBook(), folder)
+
+        def then(outcome: RouteOutcome) -> Iterator[Step]:
+            self._say(f"route {route.id}, with the rules: {outcome.state} ({outcome.wall_s:.0f} s)")
+            return self._searches(route)
+
+        return Step(Stage.REFERENCE, partial(_run, task), then)
+
+    def _searches(self, route: Route) -> Iterator[Step]:
+        for still in _of_route(self._spec, route):
+            self.standstills += 1
+            yield self._search(route, still)
+
+    def _search(self, route: Route, still: Standstill) -> Step:
+        path = self._spec.out / SEARCHES / f"{still.name}.json"
+        if path.exists():
+            kept = KeptSearch.model_validate_json(path.read_text(encoding="utf-8"))
+            return Step(Stage.SEARCH, lambda wanted: kept, lambda found: self._drives(route, still, found))
+
+        def then(found: KeptSearch) -> Iterator[Step]:
+            write_text(path, found.model_dump_json(indent=1) + "\n")
+            self._say(
+                f"{still.name} ({still.scenario}): {found.accepted} plans accepted, {found.checked} guard checks, "
+                f"{found.forks} forks, {found.seconds:.0f} s"
+            )
+            return self._drives(route, still, found)
+
+        return Step(Stage.SEARCH, lambda wanted: self._searched(still), then)
+
+    def _searched(self, still: Standstill) -> KeptSearch:
+        try:
+            return self._searchers.submit(search, self._spec, still).result()
+        except BrokenExecutor as error:
+            raise CampaignError(
+                f"{still.name}: the process of the search was killed (too little memory?); run the same command again"
+            ) from error
+
+    def _drives(self, route: Route, still: Standstill, found: KeptSearch) -> Iterator[Step]:
+        """Return what to drive: waiting, and the best plans of the search. The drive with the rules already exists."""
+        taught = [Trial(still, "teacher", one.plan, one.value) for one in found.chosen]
+        for trial in (Trial(still, "rules", still.rules.plan), Trial(still, "wait", None), *taught):
+            if _key(still.name, trial.source, trial.plan) in self._done:
+                continue
+            if trial.source == "rules":
+                self._labels.add(_of_the_rules(self._spec, trial, route))
+                continue
+            self._planned += 1
+            yield self._exact(route, trial)
+
+    def _exact(self, route: Route, trial: Trial) -> Step:
+        spec = self._spec
+        folder = spec.out / "drives" / trial.standstill.name / plan_digest(trial.plan)
+        task = drive_task(spec.drives, route, spec.seed, trial.book, folder, waits=trial.source == "wait")
+
+        def then(outcome: RouteOutcome) -> Iterator[Step]:
+            label = label_of(trial, task, outcome)
+            self._labels.add(label)
+            self.drives += 1
+            self._say(f"[{self.drives} of {self._planned} drives so far] {said_of(label)}")
+            return iter(())
+
+        return Step(Stage.EXACT, partial(_run, task), then)
+
+
+def _run(task: Task, wanted: Callable[[], bool]) -> RouteOutcome:
+    return run_task(task, wanted=wanted)
+
+
+def _reference(spec: CampaignSpec, route: Route) -> Path:
+    return spec.out / "reference" / f"{route.id}-{spec.seed}"
+
+
+def _of_route(spec: CampaignSpec, route: Route) -> Iterator[Standstill]:
+    outcome = Store(_reference(spec, route)).outcome(route, spec.seed)
+    if outcome is None or outcome.state != "driven":
+        return
+    for asked in moments(questions_of(_reference(spec, route))):
+        assert asked.surroundings is not None
+        still = Standstill(
+            suite=spec.suite,
+            route_id=route.id,
+            seed=spec.seed,
+            driver=spec.drives.driver,
+            tick=asked.scene.frame,
+            digest=digest_of(asked),
+            scenario=outcome.scenario,
+            town=route.town,
+            at_s=round(outcome.queries[asked.number - 1].asked_s, 2),
+            scene=asked.scene,
+            surroundings=asked.surroundings,
+            rules=asked.decision,
+        )
+        path = spec.out / STANDSTILLS / f"{still.name}.json"
+        if not path.exists():
+            write_text(path, still.model_dump_json() + "\n")
+        yield still
+
+
+def search(spec: CampaignSpec, still: Standstill) -> KeptSearch:
+    """Search for plans at one standstill, look ahead for the most promising ones, and keep the best of each kind in
+    turn.
+    """
+    began = time.perf_counter()
+    guard = Guard(find_ladder(spec.drives.ladder or "evaluation").guard_policy())
+    work = Search(guard, still.scene, still.surroundings, Glance(still.surroundings).value, spec.search)
+    accepted = [one for one in work.run() if one.plan != still.rules.plan]
+    ahead = LookAhead(still.town, still.surroundings, (spec.drives.maps,) if spec.drives.maps else ())
+    looked = [
+        Candidate(plan=one.plan, value=round(ahead.value(one.trail), 2))
+        for one in varied(accepted, _kind_and_value, spec.search.looked)
+    ]
+    return KeptSearch(
+        accepted=len(accepted),
+        checked=work.checked,
+        looked=len(looked),
+        forks=ahead.spent.forks,
+        fork_s=round(ahead.spent.seconds, 2),
+        seconds=round(time.perf_counter() - began, 2),
+        chosen=tuple(varied(looked, _kind_and_value, spec.best)),
+    )
+
+
+def _kind_and_value(one: Candidate | Found) -> tuple[tuple[str, ...], float]:
+    return kinds(one.plan.behaviors), one.value
+
+
+def _of_the_rules(spec: CampaignSpec, trial: Trial, route: Route) -> Label:
+    folder = _reference(spec, route)
+    outcome = Store(folder).outcome(route, spec.seed)
+    assert outcome is not None, "the standstill comes from this drive"
+    return label_of(trial, Task(RouteJob(route, spec.seed, ArmSpec(recovery="rules")), folder), outcome)
+
+
+def _key(standstill: str, source: str, plan: RecoveryPlan | None) -> tuple[str, str, str]:
+    return standstill, source, plan_digest(plan)
+
+
+def plan_digest(plan: RecoveryPlan | None) -> str:
+    """Return a short name for a plan's files; `wait` if there is no plan."""
+    return "wait" if plan is None else hashlib.sha256(plan.model_dump_json().encode()).hexdigest()[:12]
+
+
+def said_of(label: Label) -> str:
+    """Return one line about a label."""
+    plan = "wait" if label.plan is None else " > ".join(kinds(label.plan.behaviors))
+    if label.grade is None:
+        return f"{label.standstill} {plan}: not driven: {label.error}"
+    if not label.reached:
+        return f"{label.standstill} {plan}: did not reach the same moment"
+    got = label.grade.recovered_after_s
+    on = "no recovery" if got is None else f"recovered after {got:.0f} s"
+    harm = label.grade.collisions + label.grade.infractions
+    return f"{label.standstill} {plan}: {on}, harm {harm}, DS {label.grade.driving_score:.0f} ({label.drive_s:.0f} s)"
+
+
+def book_of(labels: Iterable[Label]) -> PlanBook:
+    """Return the best plan of each standstill.
+
+    A standstill is left out if the rules wait there and no driven plan is better: the teacher waits there anyway.
+    """
+    plans: dict[str, RecoveryPlan | None] = {}
+    for name, group in by_standstill(labels).items():
+        found = best(group)
+        if found is not None and not (found.source == "rules" and found.plan is None):
+            plans[name.rpartition("-")[2]] = found.plan
+    return PlanBook(plans=plans)

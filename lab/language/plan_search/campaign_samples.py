@@ -1,0 +1,92 @@
+"""Makes moments of a campaign, so that the student learns from its exact drives what a plan is worth.
+
+What was not driven is judged as at any other moment: by the guard, and at a glance. A glance does not see that the
+driver stays in the lane into which a plan has led it, so no plan counts for more than the best driven one of its kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+from lab.language.plan_search.decision_samples import SUFFIX, JudgedPlan, Moment, judge, write_moments
+from lab.language.plan_search.grade import Grade
+from lab.language.plan_search.labels import Label, by_standstill
+from lab.language.plan_search.standstill import Standstill
+from stucksolver.guard import Guard
+from stucksolver.plan import RecoveryPlan
+from stucksolver_eval.metrics.recovery import WITHIN_S
+from stucksolver_language.student.scene_codec import write_scene
+
+HARM_M = -30.0
+"""What a drive with a collision or an infraction is worth (m): less than any other."""
+FILE = f"moments/campaign{SUFFIX}"
+
+
+def write_lessons(folder: Path, standstills: Path, labels: Sequence[Label], guard: Guard) -> None:
+    """Write the moments of a campaign into its folder.
+
+    Args:
+        folder: The campaign's folder.
+        standstills: Folder of its standstills.
+        labels: Its exact drives.
+        guard: The guard that judges the other plans.
+
+    Raises:
+        OutputError: The file cannot be written.
+    """
+    write_moments(folder / FILE, lessons(standstills, labels, guard))
+
+
+def lessons(standstills: Path, labels: Sequence[Label], guard: Guard) -> Iterator[Moment]:
+    """Yield a moment for each standstill, with the plans that were driven there and what they are worth, and the other
+    candidates with the guard's verdict.
+    """
+    for name, group in by_standstill(labels).items():
+        path = standstills / f"{name}.json"
+        still = Standstill.model_validate_json(path.read_text(encoding="utf-8"))
+        driven = {
+            one.plan: JudgedPlan(plan=one.plan, value_m=worth_m(one.grade))
+            for one in group
+            if one.counts and one.plan is not None and one.grade is not None
+        }
+        judged = [capped(one, driven.values()) for one in judge(still.scene, still.surroundings, guard)]
+        yield Moment(
+            suite=still.suite,
+            route_id=still.route_id,
+            seed=still.seed,
+            scenario=still.scenario,
+            town=still.town,
+            standstill=0,
+            at_s=still.at_s,
+            scene=write_scene(still.scene),
+            # A label does not say for how long a drive without a recovery went on. To know only of the waits that ended
+            # would teach that waits end.
+            gone_after_s=None,
+            watched_s=0.0,
+            plans=(*(one for one in judged if one.plan not in driven), *driven.values()),
+        )
+
+
+def capped(one: JudgedPlan, driven: Iterable[JudgedPlan]) -> JudgedPlan:
+    """Return a plan that was not driven, worth at most what the best driven one of its kind is."""
+    kind = _kind(one.plan)
+    alike = [other.value_m for other in driven if other.value_m is not None and _kind(other.plan) == kind]
+    if one.value_m is None or not alike:
+        return one
+    return JudgedPlan(plan=one.plan, value_m=min(one.value_m, max(alike)))
+
+
+def _kind(plan: RecoveryPlan) -> tuple[str, ...]:
+    return tuple(behavior.name for behavior in plan.behaviors if not behavior.stands_still)
+
+
+def worth_m(grade: Grade) -> float:
+    """Return what a drive is worth, on the scale of a plan's value at a glance: a metre for each second gained (m), if
+    the route was driven to its end, and else that share of it.
+    """
+    if grade.collisions + grade.infractions > 0:
+        return HARM_M
+    if grade.recovered_after_s is None:
+        return 0.0
+    return round(max(WITHIN_S - grade.recovered_after_s, 0.0) * grade.completion / 100.0, 2)

@@ -1,0 +1,109 @@
+"""Exact drives: a route is driven again up to the very same moment, and another plan is executed there.
+
+Runs of the embedded simulator are identical bit for bit, so two drives differ only from the plan onwards.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from lab.language.plan_search.grade import Grade, grade
+from lab.language.plan_search.labels import Label, Source
+from lab.language.plan_search.standstill import Standstill, digest_of
+from stucksolver.atomic_files import write_text
+from stucksolver.plan import RecoveryPlan
+from stucksolver.reasoners.playback import BOOK, PlanBook
+from stucksolver.record import AskedQuestion, read_questions
+from stucksolver_eval.results.metric_info import read_metric_info
+from stucksolver_eval.results.outcome import RouteOutcome
+from stucksolver_eval.results.store import Store
+from stucksolver_eval.routes import Route
+from stucksolver_eval.runner.job import RouteJob
+from stucksolver_eval.runner.route_process import Task
+from stucksolver_eval.systems.spec import ArmSpec
+
+QUESTIONS = "questions.jsonl"
+
+
+@dataclass(frozen=True)
+class DriveSpec:
+    """Settings that all drives of a campaign share.
+
+    Attributes:
+        driver: Name of the driver.
+        ladder: The ladder's file; None for the evaluation's own profile.
+        maps: Additional folders of maps.
+        limit_s: Time at which every route is ended (s); None if it should run to its own end.
+    """
+
+    driver: str = "behavior:normal"
+    ladder: Path | None = None
+    maps: str | None = None
+    limit_s: float | None = None
+
+
+def drive_task(spec: DriveSpec, route: Route, seed: int, book: PlanBook, folder: Path, *, waits: bool = False) -> Task:
+    """Prepare a drive that plays a book of plans back.
+
+    Args:
+        spec: Settings that all drives share.
+        route: The route.
+        seed: Seed of its traffic.
+        book: The plans to play back.
+        folder: Folder for all files of this drive.
+        waits: If True, the vehicle waits at every standstill that is not in the book; if False, the rules decide there.
+
+    Raises:
+        OutputError: The folder cannot be written.
+    """
+    write_text(folder / BOOK, book.model_dump_json() + "\n")
+    (folder / QUESTIONS).unlink(missing_ok=True)
+    recovery = f"{'teacher' if waits else 'teacher-then-rules'}:{folder}"
+    arm = ArmSpec(driver=spec.driver, recovery=recovery, ladder=spec.ladder, questions=folder / QUESTIONS)
+    return Task(RouteJob(route=route, seed=seed, arm=arm, maps=spec.maps, limit_s=spec.limit_s), folder)
+
+
+def questions_of(folder: Path) -> tuple[AskedQuestion, ...]:
+    """Return the questions of a drive. Raises `RecordError`."""
+    return read_questions(folder / QUESTIONS)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One answer to drive at a standstill."""
+
+    standstill: Standstill
+    source: Source
+    plan: RecoveryPlan | None
+    value: float | None = None
+
+    @property
+    def book(self) -> PlanBook:
+        """A book with only this answer; for the rules it is empty, so that they decide."""
+        return PlanBook() if self.source == "rules" else PlanBook(plans={self.standstill.digest: self.plan})
+
+
+def label_of(trial: Trial, task: Task, outcome: RouteOutcome) -> Label:
+    """Grade a drive that has ended, and check that it reached the standstill."""
+    still = trial.standstill
+    reached = any(digest_of(one) == still.digest for one in questions_of(task.folder))
+    graded = _grade(task, outcome, still.at_s) if outcome.state == "driven" else None
+    return Label(
+        standstill=still.name,
+        scenario=still.scenario,
+        source=trial.source,
+        plan=trial.plan,
+        value=trial.value,
+        reached=reached,
+        grade=graded,
+        error=outcome.reason.strip().splitlines()[-1] if outcome.reason.strip() else "",
+        drive_s=outcome.wall_s,
+    )
+
+
+def _grade(task: Task, outcome: RouteOutcome, at_s: float) -> Grade:
+    store, job = Store(task.folder), task.job
+    record = store.record(job.route, job.seed)
+    assert record is not None, "a driven route has a record"
+    return grade(outcome, record, read_metric_info(store.metric_info(job.route, job.seed)), at_s)

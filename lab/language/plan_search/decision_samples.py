@@ -1,0 +1,183 @@
+"""Moments of drives without recovery: what the scene was, when the driver went on by itself, and which plans the guard
+would have accepted. One compressed file for each drive.
+"""
+
+from __future__ import annotations
+
+import gzip
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from lab.language.plan_search.ego_trajectory import Trail, begin, drive, moved
+from lab.language.plan_search.quick_value import Glance
+from stucksolver.atomic_files import write_bytes
+from stucksolver.guard import Guard
+from stucksolver.plan import Decision, RecoveryPlan
+from stucksolver.reasoners.reasoner import Request
+from stucksolver.reasoners.rules import RuleReasoner
+from stucksolver.record import AskedQuestion
+from stucksolver.scene import Scene, Surroundings
+from stucksolver.scene.base_model import Model
+from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.solver.state_machine.execution import Execution
+from stucksolver_eval.results.outcome import RouteOutcome
+from stucksolver_language.student.candidates import candidates
+from stucksolver_language.student.scene_codec import write_scene
+
+GONE_ON_M = 5.0
+"""New progress that ends a standstill (m): the detector's own measure of progress in its window."""
+STARTED_M = 0.5
+"""The driver went on when it was this far from where it had stopped (m)."""
+JUDGED_AFTER_S = (0.0, 10.0, 30.0)
+"""Plans are judged at the first moment of a standstill, and at the first after these times (s)."""
+SUFFIX = ".jsonl.gz"
+
+
+class JudgedPlan(Model):
+    """A plan, whether the guard accepts it at this moment, and if so what it is worth at a glance (m)."""
+
+    plan: RecoveryPlan
+    value_m: float | None
+
+
+class Moment(Model):
+    """One moment of a standstill in a drive in which only the driver drove.
+
+    Attributes:
+        suite: Name of the suite.
+        route_id: The route within it.
+        seed: Seed of the traffic.
+        scenario: Type of the route's first scenario. It is for splits and labels, and never part of the scene.
+        town: The map.
+        standstill: Number of the standstill in this drive, from 0.
+        at_s: Time since the start of the route (s).
+        scene: The scene as text of `scene_text.VERSION`.
+        gone_after_s: Time until the driver went on by itself (s); None if it did not while it was watched.
+        watched_s: How long the drive went on from here (s).
+        answer: What a reasoner answered there, from a record; None in a drive of the driver alone.
+        plans: All candidate plans with the guard's verdict; empty if they were not judged at this moment.
+    """
+
+    version: int = 1
+    suite: str
+    route_id: str
+    seed: int
+    scenario: str
+    town: str
+    standstill: int
+    at_s: float
+    scene: str
+    gone_after_s: float | None
+    watched_s: float
+    answer: Decision | None = None
+    plans: tuple[JudgedPlan, ...] = ()
+
+
+def moments_of(suite: str, outcome: RouteOutcome, asked: Sequence[AskedQuestion], guard: Guard) -> list[Moment]:
+    """Return the moments of a drive at which a reasoner was asked.
+
+    Args:
+        suite: Name of the suite.
+        outcome: How the drive went.
+        asked: Its questions, in order.
+        guard: The guard that judges the candidate plans.
+    """
+    found: list[Moment] = []
+    track = np.array(outcome.track, np.float64).reshape(-1, 2)
+    number, place_m, began_s, judged = -1, -np.inf, 0.0, 0
+    # The log of questions counts simulation time; the drive's record counts from the start of the route.
+    for question in asked:
+        at_s = outcome.queries[question.number - 1].asked_s
+        here_m = float(np.interp(at_s, track[:, 0], track[:, 1]))
+        if here_m > place_m + GONE_ON_M:
+            number, place_m, began_s, judged = number + 1, here_m, at_s, 0
+        due = judged < len(JUDGED_AFTER_S) and at_s >= began_s + JUDGED_AFTER_S[judged]
+        seen = question.surroundings if due else None
+        judged += due
+        found.append(
+            Moment(
+                suite=suite,
+                route_id=outcome.route_id,
+                seed=outcome.seed,
+                scenario=outcome.scenario,
+                town=outcome.town,
+                standstill=number,
+                at_s=round(at_s, 2),
+                scene=write_scene(question.scene),
+                gone_after_s=gone_after(track, at_s),
+                watched_s=round(max(float(track[-1, 0]) - at_s, 0.0), 2),
+                plans=() if seen is None else tuple(judge(question.scene, seen, guard)),
+            )
+        )
+    return found
+
+
+def gone_after(track: np.ndarray[tuple[int, ...], np.dtype[np.float64]], at_s: float) -> float | None:
+    """Return the time from `at_s` until the vehicle went on (s), or None if it did not.
+
+    Args:
+        track: Times (s) and places along the route (m), ascending, (n, 2).
+        at_s: The moment (s).
+    """
+    t, place = track[:, 0], track[:, 1]
+    here_m = float(np.interp(at_s, t, place))
+    later = (t > at_s) & (place >= here_m + GONE_ON_M)
+    if not later.any():
+        return None
+    arrived = int(np.argmax(later))
+    before = np.flatnonzero((np.arange(len(t)) < arrived) & ((place <= here_m + STARTED_M) | (t <= at_s)))
+    last = int(before[-1])
+    rise = place[last + 1] - max(place[last], here_m)
+    share = STARTED_M / rise if rise > STARTED_M else 1.0
+    started_s = max(t[last], at_s) + share * (t[last + 1] - max(t[last], at_s))
+    return round(max(float(started_s) - at_s, 0.0), 2)
+
+
+def judge(scene: Scene, seen: Surroundings, guard: Guard) -> Iterator[JudgedPlan]:
+    """Yield the candidate plans of a scene, with the guard's verdict in these surroundings."""
+    view, glance = FrenetScene(seen), Glance(seen)
+    # In a drive that only waits the answers have no plans, so the rules are asked here.
+    own = RuleReasoner().decide(Request(scene)).decision.plan
+    for plan in dict.fromkeys((*candidates(scene), *(() if own is None else (own,)))):
+        accepted = Execution(plan, guard, guided=False).start(view, scene.time_s).accepted
+        trail = _trail(plan, seen, guard) if accepted else None
+        yield JudgedPlan(plan=plan, value_m=None if trail is None else round(glance.value(trail), 2))
+
+
+def _trail(plan: RecoveryPlan, seen: Surroundings, guard: Guard) -> Trail | None:
+    """Return where an accepted plan takes the ego; None if a later part cannot be driven from where it then is."""
+    trail = begin(seen)
+    for one in plan.behaviors:
+        if one.stands_still:
+            continue
+        view = FrenetScene(moved(seen, trail))
+        verdict, proven = guard.accept((one,), view, guided=False)
+        if proven is None or not verdict.accepted:
+            return None
+        trail = drive(trail, proven, view)
+    return trail
+
+
+def write_moments(path: Path, moments: Iterable[Moment]) -> None:
+    """Write the moments of one drive.
+
+    Raises:
+        OutputError: The file cannot be written.
+    """
+    lines = "".join(one.model_dump_json() + "\n" for one in moments)
+    write_bytes(path, gzip.compress(lines.encode("utf-8"), mtime=0))
+
+
+def read_moments(path: Path) -> list[Moment]:
+    """Return the moments of one drive.
+
+    Raises:
+        ValueError: The file is damaged, or of another version. The message has its name.
+    """
+    try:
+        text = gzip.decompress(path.read_bytes()).decode("utf-8")
+        return [Moment.model_validate_json(line) for line in text.splitlines()]
+    except (OSError, EOFError, ValueError) as error:
+        raise ValueError(f"{path} holds no moments: {error}; remove it, and collect it again") from error

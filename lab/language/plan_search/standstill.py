@@ -1,0 +1,68 @@
+"""A standstill: the moment at which the vehicle has stopped, the detector has fired, and a reasoner is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stucksolver.plan import Decision
+from stucksolver.reasoners.playback import scene_digest
+from stucksolver.record import AskedQuestion
+from stucksolver.scene import Scene, Surroundings
+from stucksolver.scene.base_model import Model
+
+SCREENED_BY = "rules"
+"""Who answers if the ladder first checks whether to wait, so that the reasoner itself is not asked."""
+
+
+class Standstill(Model):
+    """One standstill. The first seven fields identify it: the same drive reaches the same moment again.
+
+    Attributes:
+        suite: Name of the suite.
+        route_id: The route within it.
+        seed: Seed of the traffic.
+        driver: Name of the driver.
+        tick: Frame of the simulator.
+        digest: `scene_digest` of the scene.
+        scenario: Type of the route's first scenario.
+        town: The map.
+        at_s: Time since the start of the route (s).
+        scene: The scene that the reasoner gets.
+        surroundings: What the guard sees at this tick, in the map's right-handed frame.
+        rules: The rules' decision.
+    """
+
+    suite: str
+    route_id: str
+    seed: int
+    driver: str
+    tick: int
+    digest: str
+    scenario: str
+    town: str
+    at_s: float
+    scene: Scene
+    surroundings: Surroundings
+    rules: Decision
+
+    @property
+    def name(self) -> str:
+        """A short name, unique within a suite and a driver, for files and messages."""
+        return f"{self.route_id}-{self.seed}-{self.digest}"
+
+
+def moments(questions: Sequence[AskedQuestion]) -> tuple[AskedQuestion, ...]:
+    """Return the questions of a drive that are standstills: the first one that reached the reasoner itself, and the
+    first one for which the rules had a plan.
+
+    Before that, every answer was to wait, so the driver has driven alone. Both may be the same question.
+    """
+    asked = [one for one in questions if one.reasoner != SCREENED_BY and one.surroundings is not None]
+    planned = [one for one in asked if one.decision.plan is not None]
+    found = {one.number: one for one in (*asked[:1], *planned[:1])}
+    return tuple(found.values())
+
+
+def digest_of(question: AskedQuestion) -> str:
+    """Return the digest that identifies the same moment in another drive."""
+    return scene_digest(question.scene)

@@ -1,0 +1,226 @@
+"""Examples for the student, made from collected moments: numbers, labels, and where each belongs.
+
+The rules are asked here for what they would answer: they teach the wording of the chain (why waiting is right, what
+each object is about to do) and which plan fits a passenger's words. Whether the wait ends, what the cause is and which
+plans the guard accepts is known from the drives.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import random
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lab.language.plan_search.decision_samples import Moment, read_moments
+from lab.language.student.scenario_causes import CAUSE_OF
+from stucksolver.plan import CauseCode, RecoveryPlan
+from stucksolver.reasoners.reasoner import Request
+from stucksolver.reasoners.rules import RuleReasoner
+from stucksolver.scene import REQUESTS, Guidance, Reading, Scene, Side
+from stucksolver_language.llm.prompt import user_text
+from stucksolver_language.llm.prompt_parser import read_prompt
+from stucksolver_language.student.candidates import candidates, leads_on
+from stucksolver_language.student.feature_encoding import MOST, Encoded, Floats, encode, encode_plans
+from stucksolver_language.student.heads import CAUSES, HOLDS, INTENTS, TIMES_S
+from stucksolver_language.student.scene_codec import read_scene
+from stucksolver_language.student.vocabulary import Vocabulary
+
+WORTH_M = 10.0
+"""Unit of a plan's value (m)."""
+TUNED = 10
+"""One of so many drives is not trained on, but calibrates the probabilities."""
+BEGUN_S = 3.0
+"""A vehicle that stands before this time has not set off at all (s): that its wait ends is no achievement to know."""
+BLURRED = 0.3
+"""Share of the moments that are also learnt as the prompt of a language model tells them, which is less exact."""
+LEAST_M = -30.0
+"""A plan that looks worse than this is simply bad (m)."""
+WORDS_EACH = 3
+"""Requests by a passenger that are tried at each moment whose plans were judged."""
+
+
+@dataclass(frozen=True)
+class Example:
+    """One moment as numbers, with its labels; -1 where a label is not known.
+
+    Attributes:
+        group: As `held_out` says.
+        scene: The scene as numbers.
+        ends: For each interval of `TIMES_S`: 1 the wait ended in it, 0 it lasted longer, -1 not known (5,).
+        cause, hold: Index of the label. The cause is that of the rules, and where they do not know it that of the
+            scenario: there are too few types of scenarios to learn all causes from them.
+        true_cause: What the scenario says, for the scores; -1 if it does not.
+        intents: Index of the label for each row of objects (rows,).
+        plans, named: The candidate plans as numbers.
+        accepted: 1, 0, or -1 for each plan (plans,).
+        value: Worth of each plan in `WORTH_M`; NaN if not known (plans,).
+        fitting: True for the plans of the same kind as the rules' plan (plans,); all False if they have none.
+        rules_cause, rules_hold: What the rules answered.
+    """
+
+    group: str
+    moment: Moment
+    scene: Encoded
+    ends: NDArray[np.int64]
+    cause: int
+    true_cause: int
+    hold: int
+    intents: NDArray[np.int64]
+    plans: Floats
+    named: NDArray[np.int64]
+    accepted: NDArray[np.int64]
+    value: Floats
+    fitting: NDArray[np.bool_]
+    rules_cause: int
+    rules_hold: int
+
+
+def held_out(moment: Moment, apart: Sequence[str], share: int = 5) -> str:
+    """Return to which group a moment belongs: `train`, `tune` (for the temperature only), `types`, `maps` or `routes`.
+
+    Variants of one situation (`…TwoWays`, `…V2`) stay together.
+
+    Args:
+        moment: The moment.
+        apart: Maps, and routes as `SUITE/ID`, that are held out as a whole.
+        share: One of so many families of scenario types is held out.
+    """
+    if moment.town in apart:
+        return "maps"
+    if f"{moment.suite}/{moment.route_id}" in apart:
+        return "routes"
+    family = moment.scenario.removesuffix("TwoWays").removesuffix("V2")
+    if _number(family) % share == 0:
+        return "types"
+    return "tune" if _number(f"{moment.suite} {moment.route_id} {moment.seed}") % TUNED == 0 else "train"
+
+
+def _number(text: str) -> int:
+    return int(hashlib.sha256(text.encode()).hexdigest(), 16)
+
+
+def files_in(folders: Iterable[Path]) -> list[Path]:
+    """Return the files of moments in folders that `stucksolver distill collect --waits` filled, in order."""
+    return sorted(path for folder in folders for path in folder.rglob("*.jsonl.gz"))
+
+
+def examples(paths: Iterable[Path], words: Vocabulary, apart: Sequence[str], seed: int) -> Iterator[Example]:
+    """Yield the examples of files of moments.
+
+    Raises:
+        ValueError: A file is damaged. The message has its name.
+    """
+    rng = random.Random(seed)
+    for path in paths:
+        for moment in read_moments(path):
+            if moment.at_s < BEGUN_S and moment.answer is None:
+                continue
+            scene = read_scene(moment.scene)
+            group = held_out(moment, apart)
+            yield example(moment, scene, group, words)
+            if group == "train" and rng.random() < BLURRED:
+                yield example(moment, read_prompt(user_text(scene)), group, words)
+            if moment.plans:
+                for reading in rng.sample(_requests(), WORDS_EACH):
+                    yield _guided(moment, scene, group, words, reading)
+
+
+def example(moment: Moment, scene: Scene, group: str, words: Vocabulary) -> Example:
+    """Return one moment as an example, as nobody has said anything."""
+    rules = RuleReasoner().decide(Request(scene)).decision
+    said = moment.answer or rules
+    encoded = encode(scene)
+    kept = [one for one in moment.plans if leads_on(one.plan)]
+    judged = [one.value_m for one in kept]
+    plans = [one.plan for one in kept] or _answered(moment, scene)
+    unjudged = len(plans) - len(judged)
+    rows, named = encode_plans(plans, encoded.ids, words)
+    stuck = moment.gone_after_s is None and moment.watched_s >= TIMES_S[-1]
+    true = CAUSE_OF.get(moment.scenario) if stuck else None
+    told = said.analysis.cause
+    cause = true if told in (None, CauseCode.UNKNOWN) else told
+    intents = np.full(MOST["objects"], -1, np.int64)
+    seen = {one.object_id: one.intent for one in said.observation.participants}
+    for row, name in enumerate(encoded.ids):
+        intents[row] = INTENTS.index(seen.get(name))
+    return Example(
+        group=group,
+        moment=moment,
+        scene=encoded,
+        ends=ends_of(moment.gone_after_s, moment.watched_s),
+        cause=-1 if cause is None else CAUSES.index(cause),
+        true_cause=-1 if true is None else CAUSES.index(true),
+        hold=HOLDS.index(said.analysis.wait),
+        intents=intents,
+        plans=rows,
+        named=named,
+        accepted=np.array([*(int(one is not None) for one in judged), *[-1] * unjudged], np.int64),
+        value=np.array([*map(_worth, judged), *[math.nan] * unjudged], np.float32),
+        fitting=_fitting(plans, said.plan),
+        rules_cause=-1 if rules.analysis.cause is None else CAUSES.index(rules.analysis.cause),
+        rules_hold=HOLDS.index(rules.analysis.wait),
+    )
+
+
+def _answered(moment: Moment, scene: Scene) -> list[RecoveryPlan]:
+    """Return the plans among which a recorded answer chose; none if it had no plan."""
+    if moment.answer is None or moment.answer.plan is None:
+        return []
+    return list(dict.fromkeys((moment.answer.plan, *candidates(scene))))
+
+
+def _worth(value_m: float | None) -> float:
+    return math.nan if value_m is None else max(value_m, LEAST_M) / WORTH_M
+
+
+def ends_of(gone_after_s: float | None, watched_s: float) -> NDArray[np.int64]:
+    """Return for each interval of `TIMES_S` whether the wait ended in it (1), lasted longer (0), or is not known (-1).
+
+    Args:
+        gone_after_s: When it ended (s); None if it did not.
+        watched_s: How long it was watched (s).
+    """
+    found = np.full(len(TIMES_S), -1, np.int64)
+    for number, until_s in enumerate(TIMES_S):
+        if gone_after_s is not None and gone_after_s <= until_s:
+            found[number] = 1
+            break
+        if gone_after_s is None and watched_s < until_s:
+            break
+        found[number] = 0
+    return found
+
+
+def _requests() -> list[Reading]:
+    asked = sorted(REQUESTS, key=lambda one: one.value)
+    sides = (None, *Side)
+    return [Reading(intent=i, likely=i, side=s, confidence=1.0, reader="labels") for i in asked for s in sides]
+
+
+def _guided(moment: Moment, scene: Scene, group: str, words: Vocabulary, reading: Reading) -> Example:
+    """Return the moment after a passenger asked for something. Only which plan fits is learnt from it."""
+    told = Guidance(text="", time_s=scene.time_s, reading=reading)
+    asked = scene.model_copy(update={"guidance": told})
+    found = example(moment, asked, group, words)
+    unknown = np.full_like(found.ends, -1)
+    return replace(found, ends=unknown, cause=-1, true_cause=-1, hold=-1)
+
+
+def _fitting(plans: Sequence[RecoveryPlan], wanted: RecoveryPlan | None) -> NDArray[np.bool_]:
+    """Return which plans are of the same kind as a plan: the same behaviours with the same objects and choices."""
+    if wanted is None:
+        return np.zeros(len(plans), np.bool_)
+    kind = kind_of(wanted)
+    return np.array([kind_of(plan) == kind for plan in plans], np.bool_)
+
+
+def kind_of(plan: RecoveryPlan) -> tuple[tuple[object, ...], ...]:
+    """Return what a plan does, without its numbers and its standing behaviours."""
+    moving = [one for one in plan.behaviors if not one.stands_still]
+    return tuple(tuple(v for _, v in one if isinstance(v, str)) for one in moving)

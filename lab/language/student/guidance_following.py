@@ -1,0 +1,140 @@
+"""Scores the way from a passenger's sentence to the student's plan: is it of the kind that the sentence asks for?
+
+Each sentence is said at moments of collected drives at which the guard accepted some plan of that kind while nobody
+spoke. The reader reads it, and the student decides with that reading. Beside it the student decides with the reading
+that the sentence's author gave, which shows what of the misses is the reader's. Needs no torch.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from lab.language.plan_search.decision_samples import Moment, read_moments
+from lab.language.student.data import files_in, held_out
+from stucksolver.interpreter import WordsReader
+from stucksolver.plan import RecoveryPlan, asks_for
+from stucksolver.reasoners.reasoner import ACCEPTED, Request
+from stucksolver.scene import Guidance, GuidanceIntent, Reading, Scene, Side
+from stucksolver_language.student import DistilledReasoner
+from stucksolver_language.student.candidates import leads_on
+from stucksolver_language.student.scene_codec import read_scene
+
+PER_SENTENCE = 5
+"""At most so many moments for each sentence, spread evenly over those that fit."""
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """A sentence with what its author meant."""
+
+    text: str
+    situation: str
+    meant: Reading
+
+
+@dataclass(frozen=True)
+class Place:
+    """A moment of a drive: the scene, and the plans that the guard accepted there."""
+
+    scene: Scene
+    accepted: tuple[RecoveryPlan, ...]
+
+
+def sentences_in(files: Sequence[Path]) -> list[Sentence]:
+    """Return the sentences in files such as results/words/blind-1.jsonl.
+
+    Raises:
+        ValueError: A line is no such sentence. The message has its place.
+    """
+    lines = [(path, k, line) for path in files for k, line in enumerate(path.read_text("utf-8").splitlines(), 1)]
+    return [_sentence(line, f"{path}:{number}") for path, number, line in lines]
+
+
+def _sentence(line: str, where: str) -> Sentence:
+    try:
+        said = json.loads(line)
+        intent, side = GuidanceIntent(said["intent"]), said["side"]
+        meant = Reading(intent=intent, likely=intent, side=side and Side(side), confidence=1.0, reader="author")
+        return Sentence(said["text"], said["situation"], meant)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{where}: no sentence with text, situation, intent and side") from error
+
+
+def places_in(folders: Sequence[Path], maps: Sequence[str]) -> list[Place]:
+    """Return the moments of drives that were not trained on and at which the guard accepted a plan.
+
+    Raises:
+        ValueError: A file of moments is damaged.
+    """
+    moments = [moment for path in files_in(folders) for moment in read_moments(path)]
+    kept = [one for one in moments if held_out(one, maps) in ("types", "maps")]
+    places = [Place(read_scene(one.scene), _accepted(one)) for one in kept]
+    return [one for one in places if one.accepted]
+
+
+def _accepted(moment: Moment) -> tuple[RecoveryPlan, ...]:
+    return tuple(one.plan for one in moment.plans if one.value_m is not None)
+
+
+def does(meant: Reading, plan: RecoveryPlan) -> bool:
+    """True if a plan is of the kind asked for. At these moments the vehicle stands, so going round is going on, too."""
+    return asks_for(meant, plan) or (meant.intent is GuidanceIntent.GO and leads_on(plan))
+
+
+def wording_scores(
+    sentences: Sequence[Sentence], places: Sequence[Place], student: DistilledReasoner, reader: WordsReader
+) -> dict[str, Counter[str]]:
+    """Return for each intent how many trials there were, and how each of them ended.
+
+    `read` is a plan of the kind asked for after the reader's reading, `meant` after the author's; `asked_back`, `other`
+    and `none` are the other ends with the reader's: the vehicle asks what was meant, proposes another plan, or none.
+    """
+    found: dict[str, Counter[str]] = {}
+    for number, sentence in enumerate(sentences):
+        fitting = [p for p in places if any(does(sentence.meant, plan) for plan in p.accepted)]
+        if not fitting:
+            continue
+        count = found.setdefault(sentence.meant.intent.value, Counter())
+        reading = reader.read(sentence.text, sentence.situation)
+        count["sentences"] += 1
+        apart = -(-len(fitting) // PER_SENTENCE)
+        for place in fitting[number % apart :: apart]:
+            count["trials"] += 1
+            count[_ending(sentence, reading, place, student)] += 1
+            count["meant"] += _ending(sentence, sentence.meant, place, student) == "read"
+    return found
+
+
+def _ending(sentence: Sentence, reading: Reading, place: Place, student: DistilledReasoner) -> str:
+    if reading.intent is GuidanceIntent.UNCLEAR:
+        return "asked_back"
+    told = Guidance(text=sentence.text[:500], time_s=place.scene.time_s, reading=reading)
+
+    def check(plan: RecoveryPlan) -> str:
+        return ACCEPTED if plan in place.accepted else "not accepted"
+
+    request = Request(place.scene.model_copy(update={"guidance": told}), check)
+    plan = student.decide(request).decision.plan
+    if plan is None:
+        return "none"
+    return "read" if does(sentence.meant, plan) else "other"
+
+
+def wording_table(found: dict[str, Counter[str]]) -> str:
+    """Return the scores as a table, with a row for each intent and one for all."""
+    rows = [
+        "| asked for | sentences | trials | plan of that kind | meaning given | asks back | no plan | another |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    total: Counter[str] = Counter()
+    for count in found.values():
+        total.update(count)
+    for name, count in [*sorted(found.items()), ("all", total)]:
+        shares = [f"{100 * count[key] / max(count['trials'], 1):.1f} %" for key in ("read", "meant")]
+        rest = [str(count[key]) for key in ("asked_back", "none", "other")]
+        rows.append(f"| {' | '.join([name, str(count['sentences']), str(count['trials']), *shares, *rest])} |")
+    return "\n".join(rows)

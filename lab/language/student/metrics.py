@@ -1,0 +1,220 @@
+"""Scores the student on moments that it was not trained on, beside the rules. Needs no torch.
+
+Each standstill counts the same, however long it was: its moments share one weight.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lab.language.student.data import Example
+from stucksolver.plan import CauseCode, RecoveryPlan
+from stucksolver.reasoners.reasoner import ACCEPTED, Reasoner, Request
+from stucksolver.reasoners.rules import RuleReasoner
+from stucksolver_language.student.heads import CAUSES, TIMES_S, Numbers, ends_within
+from stucksolver_language.student.network import Network
+from stucksolver_language.student.scene_codec import read_scene
+from stucksolver_language.student.student_reasoner import Choice
+
+BINS = 10
+SOON_S = 10.0
+"""A wait that ends within this time is worth waiting for (s)."""
+ASKED = Choice().tried
+"""Number of plans about which the guard is asked, as the student does."""
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Answered:
+    """Examples with the network's outputs. `weight` gives each standstill the same share (examples,)."""
+
+    examples: list[Example]
+    numbers: list[Numbers]
+    weight: Array
+
+
+def answered(network: Network, examples: Sequence[Example]) -> Answered:
+    """Return the network's answers to examples."""
+    keys = [(m.suite, m.route_id, m.seed, m.standstill) for m in (one.moment for one in examples)]
+    counts = Counter(keys)
+    numbers = [network.run(one.scene, one.plans, one.named) for one in examples]
+    return Answered(list(examples), numbers, np.array([1.0 / counts[key] for key in keys]))
+
+
+def scores(told: Answered) -> dict[str, Any]:
+    """Return all scores of one group of examples, as written into the card."""
+    found: dict[str, Any] = {
+        "moments": len(told.examples),
+        "standstills": round(float(told.weight.sum())),
+        "wait": {f"{until:g}": wait_scores(told, number) for number, until in enumerate(TIMES_S)},
+    }
+    return found | {"cause": cause_scores(told), "plans": plan_scores(told), "words": word_scores(told)}
+
+
+def with_choices(found: dict[str, Any], student: Reasoner, examples: Sequence[Example]) -> dict[str, Any]:
+    """Return scores with what the student and the rules choose at the same moments."""
+    choices = {name: choice_scores(one, examples) for name, one in (("student", student), ("rules", RuleReasoner()))}
+    return found | {"choices": choices}
+
+
+def wait_scores(told: Answered, number: int) -> dict[str, Any]:
+    """Return how well the probability is calibrated that the wait ends within `TIMES_S[number]`."""
+    p, y, w, rules = _ends(told, number)
+    if not len(p):
+        return {"moments": 0}
+    base = float(np.average(y, weights=w))
+    return {
+        "moments": len(p),
+        "share": round(base, 3),
+        "brier": round(float(np.average((p - y) ** 2, weights=w)), 4),
+        "brier_of_share": round(base * (1.0 - base), 4),
+        "accuracy": round(float(np.average((p >= 0.5) == y, weights=w)), 3),
+        "accuracy_rules": round(float(np.average(rules == y, weights=w)), 3),
+        "calibration": calibration(p, y, w),
+    }
+
+
+def _ends(told: Answered, number: int) -> tuple[Array, Array, Array, Array]:
+    """Return the probability, the truth, the weight, and if the rules wait, where the truth is known."""
+    rows = []
+    for one, out, weight in zip(told.examples, told.numbers, told.weight, strict=True):
+        labels = one.ends[: number + 1]
+        if not (labels == 1).any() and labels[-1] != 0:
+            continue
+        rows.append((ends_within(out.hazard)[number], float((labels == 1).any()), weight, float(one.rules_hold > 0)))
+    table = np.array(rows, np.float64).reshape(-1, 4)
+    return table[:, 0], table[:, 1], table[:, 2], table[:, 3]
+
+
+def calibration(p: Array, y: Array, w: Array) -> list[dict[str, float]]:
+    """Return for each bin of probabilities how many moments it has, their mean probability and the true share."""
+    place = np.minimum((p * BINS).astype(int), BINS - 1)
+    return [
+        {
+            "from": number / BINS,
+            "moments": int(here.sum()),
+            "weight": round(float(w[here].sum()), 1),
+            "said": round(float(np.average(p[here], weights=w[here])), 3),
+            "true": round(float(np.average(y[here], weights=w[here])), 3),
+        }
+        for number in range(BINS)
+        for here in (place == number,)
+        if here.any()
+    ]
+
+
+def cause_scores(told: Answered) -> dict[str, Any]:
+    """Return how often the cause is right where it is known: the network's, the rules', and the student's answer, which
+    is that of the rules if they know one.
+    """
+    unsure = (-1, CAUSES.index(CauseCode.UNKNOWN))
+    rows = [
+        (
+            float(out.cause.argmax() == one.true_cause),
+            float(one.rules_cause == one.true_cause),
+            float((out.cause.argmax() if one.rules_cause in unsure else one.rules_cause) == one.true_cause),
+            weight,
+        )
+        for one, out, weight in zip(told.examples, told.numbers, told.weight, strict=True)
+        if one.true_cause >= 0
+    ]
+    if not rows:
+        return {"moments": 0}
+    network, rules, student, weight = np.array(rows).T
+    return {
+        "moments": len(rows),
+        "network": round(float(np.average(network, weights=weight)), 3),
+        "student": round(float(np.average(student, weights=weight)), 3),
+        "rules": round(float(np.average(rules, weights=weight)), 3),
+    }
+
+
+def plan_scores(told: Answered) -> dict[str, Any]:
+    """Return how often the guard accepts the network's plans, where it accepts any and nobody spoke.
+
+    `first` is how often the plan ranked first is accepted, `within` how often one of the first `ASKED` is, and
+    `rules_accepted` how often some plan of the kind that the rules propose is.
+    """
+    rows = []
+    for one, out in zip(told.examples, told.numbers, strict=True):
+        if not (one.accepted == 1).any() or one.hold < 0:
+            continue
+        order = np.argsort(-out.value / (1.0 + np.exp(-out.accepted)), kind="stable")[:ASKED]
+        taken = one.accepted[order] == 1
+        rows.append((float(taken[0]), float(taken.any()), float((one.fitting & (one.accepted == 1)).any())))
+    if not rows:
+        return {"moments": 0}
+    names = ("first", "within", "rules_accepted")
+    return {"moments": len(rows)} | {
+        name: round(float(mean), 3) for name, mean in zip(names, np.mean(rows, axis=0), strict=True)
+    }
+
+
+def choice_scores(reasoner: Reasoner, examples: Sequence[Example]) -> dict[str, Any]:
+    """Return what a reasoner decides at the moments whose plans were judged, and what comes of it.
+
+    `waits` is the share of moments at which it has no plan that the guard accepts, `worth` the mean value of the plan
+    at a glance (m) with 0 for a wait, `patient` the share of waits among the moments at which the driver goes on by
+    itself within 10 s, and `idle` that among those at which it does not do so within 40 s.
+    """
+    rows = []
+    for one in examples:
+        if not one.moment.plans or one.hold < 0:
+            continue
+        judged = {plan.plan: plan.value_m for plan in one.moment.plans}
+        scene = read_scene(one.moment.scene)
+
+        def check(plan: RecoveryPlan, judged: dict[RecoveryPlan, float | None] = judged) -> str:
+            return ACCEPTED if judged.get(plan) is not None else "not accepted"
+
+        plan = reasoner.decide(Request(scene, check)).decision.plan
+        value = None if plan is None else judged.get(plan)
+        gone = one.moment.gone_after_s
+        soon = gone is not None and gone <= SOON_S
+        never = one.ends[-1] == 0
+        rows.append((float(value is None), value or 0.0, float(soon), float(never)))
+    if not rows:
+        return {"moments": 0}
+    waits, worth, soon, never = np.array(rows).T
+    return {
+        "moments": len(rows),
+        "waits": round(float(waits.mean()), 3),
+        "worth": round(float(worth.mean()), 2),
+        "patient": round(float(waits[soon == 1].mean()), 3) if soon.any() else None,
+        "idle": round(float(waits[never == 1].mean()), 3) if never.any() else None,
+    }
+
+
+def word_scores(told: Answered) -> dict[str, Any]:
+    """Return how often the plan that the student likes best after a passenger's request is of the rules' kind."""
+    rows = [
+        (float(one.fitting[out.prior.argmax()]), float(one.fitting.mean()))
+        for one, out in zip(told.examples, told.numbers, strict=True)
+        if one.hold < 0 and one.fitting.any()
+    ]
+    if not rows:
+        return {"moments": 0}
+    right, chance = np.mean(rows, axis=0)
+    return {"moments": len(rows), "right": round(float(right), 3), "by_chance": round(float(chance), 3)}
+
+
+def temperature_of(told: Answered) -> float:
+    """Return the temperature of the hazards that makes the drives least surprising."""
+    tried = np.geomspace(0.5, 4.0, 43)
+    losses = [_surprise(told, float(one)) for one in tried]
+    return float(tried[int(np.argmin(losses))])
+
+
+def _surprise(told: Answered, temperature: float) -> float:
+    total = 0.0
+    for one, out, weight in zip(told.examples, told.numbers, told.weight, strict=True):
+        known = one.ends >= 0
+        sign = np.where(one.ends[known] == 1, -1.0, 1.0)
+        total += float(weight * np.logaddexp(0.0, sign * out.hazard[known].astype(np.float64) / temperature).sum())
+    return total

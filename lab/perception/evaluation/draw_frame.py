@@ -1,0 +1,318 @@
+"""Draws one moment of a recording: the camera's picture, and from above what is there and what perception says.
+
+`python -m lab.perception.evaluation.draw_frame --data RECORDING --at SECONDS --out PNG`; needs the extras `perception`
+and `report`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lab.perception.evaluation.scoring.samples import TURN_S, is_continuous, looks_of, true_pose
+from stucksolver.optional_dependencies import can_plot
+from stucksolver_perception.cycle_data import Look, Percept
+from stucksolver_perception.free_space import OWN_LENGTH_M
+from stucksolver_perception.lidar.detector import LidarDetector
+from stucksolver_perception.lidar.sweeps import SweepBuffer
+from stucksolver_perception.lidar_labels import LABELS
+from stucksolver_perception.measurements import CameraFrame, Detections, Floats, Singles
+from stucksolver_perception.network_files import WeightsError
+from stucksolver_perception.pipeline import Perceiver, why_not_installed
+from stucksolver_perception.recording import KINDS, Recorded, Recording, RecordingError
+from stucksolver_perception.tracking import Track, boxes_of
+from stucksolver_perception.vehicle_frame import into_vehicle
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.collections import PathCollection
+    from matplotlib.figure import Figure
+
+AHEAD_M = 30.0
+"""How much is shown from above ahead of the vehicle's reference point (m), ..."""
+BACK_M = 3.0
+"""... behind it (m), ..."""
+ASIDE_M = 10.0
+"""... and to either side (m)."""
+HALF_LOOK_S = 0.051
+"""Half the time between two looks: the nearest look is drawn."""
+LEAST_SCORE = 0.3
+"""Weaker boxes of the detector are not drawn."""
+HIGHEST_M = 2.5
+"""Returns of this height and above have the same colour."""
+OWN_WIDTH_M = 1.9
+APART_M = 0.62
+"""Between two lines of text beside the view from above."""
+SIZE_IN = (13.0, 7.0)
+DPI = 110
+THIN, THICK = 0.8, 2.2
+"""Widths of the detector's outlines and of tracks (pt)."""
+DASHES = (0, (4, 2))
+TRUTH = "#7a7f88"
+OF_LABEL = dict(
+    zip(
+        LABELS,
+        ("#1f6fb2", "#6a3fa0", "#12908e", "#d6273a", "#8a5a2b", "#e07b00", "#b0158a", "#2c8a3a"),
+        strict=True,
+    )
+)
+"""A colour for each label of the detector."""
+
+
+class FrameError(RuntimeError):
+    """A moment cannot be drawn. The message says why, and what to do."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """What was recorded at one look, and what perception made of it."""
+
+    tick: Recorded
+    after_s: float
+    """Since the recording's beginning."""
+    points: Singles
+    """(n, 5): the detector's input: x, y, z (m) in the vehicle frame, intensity, age (s)."""
+    percept: Percept
+    picture: CameraFrame | None
+    """The last one until then."""
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """An outline from above: centre x, y, length, width (m), yaw (rad) in the vehicle frame, and the words for it."""
+
+    box: tuple[float, float, float, float, float]
+    text: str
+    colour: str
+    width: float = 1.0
+    dashed: bool = False
+
+
+def draw_frame(folder: Path, at_s: float, out: Path) -> Path:
+    """Draw the look nearest to `at_s` (s since the recording's beginning), and return the file.
+
+    Raises:
+        RecordingError: The folder is not a recording.
+        FrameError: There is no such moment, the recording has gaps, or a library is missing.
+        WeightsError: A network cannot be used.
+        OSError: The file cannot be written.
+    """
+    if not can_plot():
+        raise FrameError("matplotlib is not installed; add the extra [report] (README, Install)")
+    why = why_not_installed()
+    if why:
+        raise FrameError(why)
+    moment = _moment(Recording(folder), at_s)
+    found = detected(moment)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    _save(moment, found, out)
+    return out
+
+
+def moments(recording: Recording) -> Iterator[Moment]:
+    """Run the whole of perception on a recording, ten looks per second with true poses, as the scores are made.
+
+    Raises:
+        WeightsError: A network cannot be used.
+    """
+    perceiver, buffer = Perceiver(recording.rig), SweepBuffer()
+    picture, begin_s = None, None
+    for ticks in looks_of(recording):
+        tick, new = ticks[-1], None
+        begin_s = tick.time_s if begin_s is None else begin_s
+        sweeps = tuple((one.sweep, true_pose(one)) for one in ticks)
+        for sweep, pose in sweeps:
+            buffer.add(sweep, pose)
+        for one in ticks:
+            rgb = one.picture()
+            if rgb is not None:
+                new = (CameraFrame(one.time_s, rgb), true_pose(one))
+        picture = picture if new is None else new[0]
+        pose = true_pose(tick)
+        frame, frame_pose = (None, None) if new is None else new
+        look = Look(pose, sweeps, frame, frame_pose, heads={})
+        yield Moment(tick, tick.time_s - begin_s, buffer.gather(pose), perceiver.perceive(look), picture)
+
+
+def _moment(recording: Recording, at_s: float) -> Moment:
+    if not recording.files:
+        raise FrameError(f"{recording.folder}: nothing was recorded in it; record it again")
+    if not is_continuous(recording):
+        raise FrameError(f"{recording.folder}: this recording has gaps; collect one with --every 0")
+    first = next(recording.stretch(recording.files[0])).time_s
+    *_, last = (tick.time_s for tick in recording.stretch(recording.files[-1]))
+    if not 0.0 <= at_s <= last - first:
+        raise FrameError(
+            f"{recording.folder}: nothing was recorded at {at_s:g} s; choose from 0 to {last - first:.1f} s"
+        )
+    return next(moment for moment in moments(recording) if moment.after_s >= at_s - HALF_LOOK_S)
+
+
+def detected(moment: Moment) -> Detections:
+    """Return the detector's boxes that are drawn. Raises `WeightsError`."""
+    found = LidarDetector().detect(moment.points, moment.tick.time_s)
+    return found.part(found.score >= LEAST_SCORE)
+
+
+def _save(moment: Moment, found: Detections, out: Path) -> None:
+    from matplotlib.figure import Figure
+    from PIL import Image
+
+    figure = Figure(figsize=SIZE_IN)
+    _draw_picture(figure.add_axes((0.01, 0.4, 0.48, 0.54)), moment)
+    above = figure.add_axes((0.57, 0.04, 0.295, 0.91))
+    dots = _draw_returns(above, moment.points[moment.points[:, 4] <= TURN_S])
+    _draw_boxes(above, _real(moment), _said(moment, found))
+    bar = figure.colorbar(dots, cax=figure.add_axes((0.05, 0.14, 0.4, 0.02)), orientation="horizontal")
+    bar.set_label("height of the LiDAR's returns (m)", fontsize=8)
+    bar.ax.tick_params(labelsize=7)
+    _explain(figure)
+    drawn = io.BytesIO()
+    figure.savefig(drawn, dpi=DPI)
+    # With a palette, the file is a quarter as large. The octree keeps rare colours, those of thin lines among them.
+    Image.open(drawn).convert("RGB").quantize(256, Image.Quantize.FASTOCTREE).save(out, "PNG", optimize=True)
+
+
+def _draw_picture(axes: Axes, moment: Moment) -> None:
+    axes.set_axis_off()
+    said = f"{moment.after_s:.1f} s, {abs(3.6 * float(moment.tick.pose[6])):.0f} km/h"
+    if moment.picture is None:
+        axes.set_title(f"{said}; no picture yet", fontsize=9, loc="left")
+        return
+    age_s = moment.tick.time_s - moment.picture.time_s
+    older = f"; the picture is {age_s:.1f} s older" if age_s > HALF_LOOK_S else ""
+    axes.set_title(said + older, fontsize=9, loc="left")
+    axes.imshow(moment.picture.rgb)
+
+
+def _explain(figure: Figure) -> None:
+    """Write what the outlines mean, and the colour of each label."""
+    from matplotlib.lines import Line2D
+
+    kinds = [
+        Line2D([], [], color=TRUTH, lw=1.0, ls=DASHES, label="true objects"),
+        Line2D([], [], color="black", lw=THIN, label="detector, score"),
+        Line2D([], [], color="black", lw=THICK, label="#track, probability"),
+    ]
+    labels = [Line2D([], [], color=colour, lw=THICK, label=label) for label, colour in OF_LABEL.items()]
+    for lines, top in ((kinds, 0.36), (labels, 0.31)):
+        place = {"loc": "upper left", "bbox_to_anchor": (0.04, top), "ncols": 4}
+        figure.legend(handles=lines, fontsize=8, frameon=False, **place)
+
+
+def _draw_returns(axes: Axes, turn: Singles) -> PathCollection:
+    """Draw the ego and the LiDAR's returns: x (ahead) upwards, and y (to the left) to the left."""
+    axes.set_xlim(ASIDE_M, -ASIDE_M)
+    axes.set_ylim(-BACK_M, AHEAD_M)
+    axes.set_aspect("equal")
+    axes.tick_params(labelsize=7)
+    axes.set_title("from above (m)", fontsize=9)
+    axes.fill(*_outline((0.0, 0.0, 2 * OWN_LENGTH_M, OWN_WIDTH_M, 0.0)), color="#c9ccd2", zorder=2)
+    shown = turn[np.argsort(turn[:, 2])]
+    x, y, z = shown[:, 0], shown[:, 1], shown[:, 2]
+    return axes.scatter(y, x, s=1.5, c=z, vmin=0.0, vmax=HIGHEST_M, cmap="viridis_r", lw=0)
+
+
+def _draw_boxes(axes: Axes, real: Sequence[_Drawn], said: Sequence[_Drawn]) -> None:
+    """Draw the outlines. The words for what is true stand to the left of the view, those for the rest to its right."""
+    for drawn in (*real, *said):
+        y, x = _outline(drawn.box)
+        style = DASHES if drawn.dashed else "solid"
+        axes.fill(y, x, fill=False, ec=drawn.colour, lw=drawn.width, ls=style, zorder=3 + drawn.width)
+    _write_beside(axes, real, ASIDE_M + 1.3, "right")
+    _write_beside(axes, said, -ASIDE_M - 0.3, "left")
+
+
+def _write_beside(axes: Axes, drawn: Sequence[_Drawn], y_m: float, align: str) -> None:
+    """Write the words for each box at the edge, in the order of their distance, and a line from them to it."""
+    ordered = sorted(drawn, key=lambda one: one.box[0])
+    for one, at_m in zip(ordered, spread([one.box[0] for one in ordered], APART_M, -BACK_M, AHEAD_M), strict=True):
+        weight = "bold" if one.width == THICK else "normal"
+        axes.text(y_m, at_m, one.text, color=one.colour, fontsize=6.5, ha=align, va="center", weight=weight)
+        edge_m = math.copysign(ASIDE_M, y_m)
+        axes.plot((edge_m, one.box[1]), (at_m, one.box[0]), color=one.colour, lw=0.4, alpha=0.5, zorder=2.5)
+
+
+def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> list[float]:
+    """Return ascending values near the `wanted` ones (ascending), `apart` from each other and, as far as they have
+    room, between `low` and `high`.
+    """
+    placed: list[float] = []
+    for value in wanted:
+        placed.append(max(value, placed[-1] + apart if placed else low))
+    ceiling = high
+    for i in reversed(range(len(placed))):
+        placed[i] = min(placed[i], ceiling)
+        ceiling = placed[i] - apart
+    return placed
+
+
+def _real(moment: Moment) -> list[_Drawn]:
+    truth = moment.tick.truth
+    boxes = into_vehicle(truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]], true_pose(moment.tick))
+    kinds = [KINDS[kind].value for kind in truth.kind.tolist()]
+    return _in_view([_Drawn(_flat(box), kind, TRUTH, 1.0, dashed=True) for box, kind in zip(boxes, kinds, strict=True)])
+
+
+def _said(moment: Moment, found: Detections) -> list[_Drawn]:
+    rows = np.column_stack([found.center, found.size, found.yaw])
+    labels = [LABELS[label] for label in found.label.tolist()]
+    thin = [
+        _Drawn(_flat(row), f"{label} {score:.2f}", OF_LABEL[label], THIN)
+        for row, label, score in zip(rows, labels, found.score.tolist(), strict=True)
+    ]
+    return _in_view([*thin, *(_track(track, moment) for track in moment.percept.tracks)])
+
+
+def _track(track: Track, moment: Moment) -> _Drawn:
+    told = moment.percept.attributes.get(track.id)
+    label = LABELS[track.label]
+    kind = f" ({told.kind.value})" if told is not None and told.kind is not None and told.kind.value != label else ""
+    text = f"#{track.id} {label}{kind} {track.confidence:.2f}{', hidden' if track.hidden else ''}"
+    return _Drawn(_flat(boxes_of([track], moment.percept.pose)[0]), text, OF_LABEL[label], THICK)
+
+
+def _flat(box: Floats) -> tuple[float, float, float, float, float]:
+    x, y, _, length, width, _, yaw = (float(one) for one in box)
+    return x, y, length, width, yaw
+
+
+def _in_view(drawn: Sequence[_Drawn]) -> list[_Drawn]:
+    return [one for one in drawn if -BACK_M < one.box[0] < AHEAD_M and abs(one.box[1]) < ASIDE_M]
+
+
+def _outline(box: tuple[float, float, float, float, float]) -> tuple[Floats, Floats]:
+    """Return the corners' y and x, as they are drawn."""
+    x, y, length, width, yaw = box
+    along, across = length / 2 * np.array([1, 1, -1, -1]), width / 2 * np.array([1, -1, -1, 1])
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return y + along * sin + across * cos, x + along * cos - across * sin
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Draw a moment and print the file's name. Returns 2 for a wrong request, else 0."""
+    parser = argparse.ArgumentParser(description="Draws what perception says at one moment of a recording.")
+    parser.add_argument(
+        "--data", type=Path, required=True, metavar="RECORDING", help="of `perception collect --every 0`"
+    )
+    parser.add_argument("--at", type=float, required=True, metavar="SECONDS", help="since the recording's beginning")
+    parser.add_argument("--out", type=Path, required=True, metavar="PNG", help="the file to write")
+    args = parser.parse_args(arguments)
+    try:
+        print(draw_frame(args.data, args.at, args.out))
+    except (RecordingError, FrameError, WeightsError, OSError) as error:
+        print(f"frame: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

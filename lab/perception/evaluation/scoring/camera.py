@@ -1,0 +1,199 @@
+"""Scores the camera's readers: traffic lights, and kinds, lamps, doors and gestures of objects with given boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from lab.perception.evaluation.metrics.confusion import Confusion, confusion
+from lab.perception.evaluation.scoring.part import Given, NothingToScore, Part, Watch, percent, plain, table
+from lab.perception.evaluation.scoring.samples import body_boxes, in_body, mask_id, seen_rectangles
+from stucksolver.scene.objects import Gesture
+from stucksolver.scene.surroundings import LightState
+from stucksolver_perception.camera.crops import windows_of
+from stucksolver_perception.measurements import CameraFrame, Floats
+from stucksolver_perception.recording import KINDS, PARTS, Recorded
+from stucksolver_perception.rig import CameraRig
+from stucksolver_perception.visible_parts import VisibleParts
+
+LIGHTS = (LightState.RED, LightState.YELLOW, LightState.GREEN, LightState.OFF)
+"""Light states, in the order of their numbers in a recording."""
+LEAST_FACING = 0.35
+"""Least cosine between a head's direction and the direction to the lens: a head seen from the side shows nothing."""
+_YES, _NO = "on", "off"
+
+Pair = tuple[str, str | None]
+
+
+def score_lights(given: Given) -> Part:
+    """Score single looks at visible lights that face the camera. Raises `WeightsError` and `NothingToScore`."""
+    from stucksolver_perception.camera.traffic_lights import LightReader
+
+    reader, watch = LightReader(threads=given.threads, **_folder(given)), Watch()
+    pairs: list[Pair] = []
+    for recording in given.recordings:
+        rig = recording.rig.camera
+        for tick in recording:
+            wanted = _lights(tick, rig)
+            picture = tick.picture() if wanted else None
+            if picture is None:
+                continue
+            with watch("lights"):
+                told = reader.read(CameraFrame(tick.time_s, picture), rig, [heads for _, heads in wanted])
+            pairs += [(so.value, _said(look[0])) for (so, _), look in zip(wanted, told, strict=True)]
+        given.say(f"lights: {recording.folder.name}")
+    if not pairs:
+        raise NothingToScore("lights: no image shows a traffic light that faces the camera; collect drives in towns")
+    matrix = confusion([one.value for one in LIGHTS], pairs)
+    return Part(plain({**_summary(matrix), "confusion": matrix}), _light_page(matrix), watch.stages_ms)
+
+
+def score_attributes(given: Given) -> Part:
+    """Score single looks at visible objects with their true boxes. Raises `WeightsError` and `NothingToScore`."""
+    from stucksolver_perception.camera.attributes import AttributeReader
+
+    reader, watch = AttributeReader(threads=given.threads, **_folder(given)), Watch()
+    kinds: list[Pair] = []
+    lamps: dict[str, list[Pair]] = {name: [] for name in PARTS}
+    gestures: list[Pair] = []
+    for recording in given.recordings:
+        rig = recording.rig.camera
+        for tick in recording:
+            picture = tick.picture()
+            if picture is None:
+                continue
+            boxes, seen = body_boxes(tick), seen_rectangles(tick)
+            shown = [i for i, one in enumerate(tick.truth.actor_id.tolist()) if mask_id(one) in seen]
+            if not shown:
+                continue
+            with watch("attributes"):
+                told = reader.read(CameraFrame(tick.time_s, picture), rig, boxes[shown])
+            parts, windows = VisibleParts(tick, rig, boxes), windows_of(rig, boxes)
+            for i, answer in zip(shown, told, strict=True):
+                kind = KINDS[int(tick.truth.kind[i])]
+                kinds.append((kind.value, None if answer.kind is None else answer.kind.value))
+                visible = parts.of(i, windows.rectangle[i])
+                for name, so in visible.lamps.items():
+                    if so is not None:
+                        lamps[name].append((_word(so), _word(getattr(answer, name))))
+                if visible.gesture is not None:
+                    gestures.append((visible.gesture.value, None if answer.gesture is None else answer.gesture.value))
+        given.say(f"attributes: {recording.folder.name}")
+    if not kinds:
+        raise NothingToScore("attributes: no image shows an object; collect drives with images")
+    matrix = confusion([one.value for one in KINDS], kinds)
+    each = {name: confusion((_YES, _NO), pairs) for name, pairs in lamps.items()}
+    signals = confusion([one.value for one in Gesture], gestures)
+    data = {
+        "kind": {**_summary(matrix), "confusion": matrix},
+        "lamps": {name: _lamp(one) for name, one in each.items()},
+        "gesture": {**_summary(signals), "confusion": signals},
+    }
+    return Part(plain(data), _attribute_page(matrix, each, signals), watch.stages_ms)
+
+
+def _lights(tick: Recorded, rig: CameraRig) -> list[tuple[LightState, Floats]]:
+    """Return state and heads of each visible light with a head that faces the camera."""
+    if tick.lights is None or tick.instances is None:
+        return []
+    seen = seen_rectangles(tick)
+    found = []
+    for light, state, heads in zip(tick.lights.light_id, tick.lights.state, tick.lights.heads, strict=True):
+        if int(state) >= len(LIGHTS) or not len(heads) or mask_id(int(light)) not in seen:
+            continue
+        moved = in_body(tick, heads)
+        if any(_is_shown(tick, int(light), head, rig) for head in moved):
+            found.append((LIGHTS[int(state)], moved))
+    return found
+
+
+def _is_shown(tick: Recorded, light: int, head: Floats, rig: CameraRig) -> bool:
+    """Return True if a head, shape (7,), faces the camera and is visible in the mask."""
+    assert tick.instances is not None
+    lens = rig.mount.to_vehicle()[:3, 3]
+    # A head shows its lamps towards its negative y axis.
+    showing = np.array([np.sin(head[6]), -np.cos(head[6])])
+    to_lens = lens[:2] - head[:2]
+    if float(showing @ to_lens) < LEAST_FACING * float(np.hypot(*to_lens)):
+        return False
+    wide = float(np.hypot(head[3], head[4]))
+    corners = np.array([[head[0], head[1] + s * wide, head[2] + t * head[5]] for s in (-1, 1) for t in (-1, 1)])
+    column, row, ahead = rig.project(corners)
+    if ahead.min() <= 0.0:
+        return False
+    left, right = (int(np.clip(one, 0, rig.width_px)) for one in (column.min(), column.max() + 1))
+    top, bottom = (int(np.clip(one, 0, rig.height_px)) for one in (row.min(), row.max() + 1))
+    own = tick.instances[top:bottom, left:right] == mask_id(light)
+    return bool(own.any(axis=0).sum() >= 3 and own.any(axis=1).sum() >= 6)
+
+
+def _folder(given: Given) -> dict[str, Any]:
+    return {} if given.camera_weights is None else {"folder": given.camera_weights}
+
+
+def _said(state: LightState) -> str | None:
+    return None if state is LightState.UNKNOWN else state.value
+
+
+def _word(on: bool | None) -> Any:
+    return None if on is None else (_YES if on else _NO)
+
+
+def _summary(matrix: Confusion) -> dict[str, Any]:
+    asked = int(matrix.counts.sum() + matrix.unknown.sum())
+    return {"looks": asked, "answered": matrix.answered, "accuracy": matrix.accuracy}
+
+
+def _lamp(matrix: Confusion) -> dict[str, Any]:
+    return {**_summary(matrix), "recall": matrix.recall(_YES), "precision": matrix.precision(_YES)}
+
+
+def _light_page(matrix: Confusion) -> str:
+    red, green = (matrix.names.index(one.value) for one in (LightState.RED, LightState.GREEN))
+    said = f"{_line(matrix)} Red read as green: {matrix.counts[red, green]}."
+    return f"{said} Rows are the true states, columns the answers.\n\n{_matrix(matrix)}\n"
+
+
+def _attribute_page(kinds: Confusion, lamps: dict[str, Confusion], gestures: Confusion) -> str:
+    there = [i for i in range(len(kinds.names)) if kinds.counts[i].sum() + kinds.unknown[i]]
+    rows = [
+        (
+            kinds.names[i],
+            str(int(kinds.counts[i].sum() + kinds.unknown[i])),
+            percent(kinds.recall(kinds.names[i])),
+            percent(kinds.precision(kinds.names[i])),
+        )
+        for i in there
+    ]
+    lamp_rows = [
+        (
+            name.replace("_", " "),
+            str(int(one.counts.sum() + one.unknown.sum())),
+            percent(one.answered),
+            percent(one.accuracy),
+            percent(one.recall(_YES)),
+            percent(one.precision(_YES)),
+        )
+        for name, one in lamps.items()
+    ]
+    head = ("lamp", "looks", "answered", "accuracy of answers", "recall of on", "precision of on")
+    return (
+        f"Single looks with true boxes. {_line(kinds)}\n\n"
+        f"{table(('kind', 'looks', 'recall', 'precision'), rows)}\n\n{table(head, lamp_rows)}\n\n"
+        f"Gestures of flaggers: {_line(gestures)}\n\n{_matrix(gestures)}\n"
+    )
+
+
+def _line(matrix: Confusion) -> str:
+    asked = int(matrix.counts.sum() + matrix.unknown.sum())
+    return f"{asked} looks, {percent(matrix.answered)} answered, {percent(matrix.accuracy)} of the answers are right."
+
+
+def _matrix(matrix: Confusion) -> str:
+    rows: Sequence[Sequence[str]] = [
+        (name, *(str(int(one)) for one in matrix.counts[i]), str(int(matrix.unknown[i])))
+        for i, name in enumerate(matrix.names)
+    ]
+    return table(("", *matrix.names, "no answer"), rows)

@@ -1,0 +1,93 @@
+"""Scores the LiDAR detector at the time of each image."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from lab.perception.evaluation.metrics.detection import DetectionScores, LabelScores, detection_scores, mean_of
+from lab.perception.evaluation.metrics.matching import Reals
+from lab.perception.evaluation.metrics.pedestrian_recall import MARGIN_M, NEAR_M, Coverage, coverage
+from lab.perception.evaluation.scoring.part import Given, Part, Watch, figure, percent, plain, table
+from lab.perception.evaluation.scoring.samples import TURN_S, reals_of, true_pose
+from stucksolver_perception.measurements import Detections
+
+NOTHING = np.zeros((0, 8))
+"""No vehicle is tracked here."""
+
+
+def score_lidar(given: Given) -> Part:
+    """Score detection on sweeps that are joined with true poses. Raises `WeightsError`."""
+    from stucksolver_perception.lidar.detector import LidarDetector
+    from stucksolver_perception.lidar.refinement.unexplained_returns import standing_returns, with_unexplained
+    from stucksolver_perception.lidar.sweeps import SweepBuffer
+
+    options = {} if given.lidar_weights is None else {"folder": given.lidar_weights}
+    detector, watch = LidarDetector(**options), Watch()
+    found: list[Detections] = []
+    reals: list[Reals] = []
+    alone, joined = Coverage(), Coverage()
+    for recording in given.recordings:
+        buffer = SweepBuffer()
+        for tick in recording:
+            pose = true_pose(tick)
+            buffer.add(tick.sweep, pose)
+            if tick.jpeg is None:
+                continue
+            with watch("sweeps"):
+                points = buffer.gather(pose)
+            with watch("lidar"):
+                found.append(detector.detect(points, tick.time_s))
+            reals.append(reals_of(tick, points))
+            turn = points[points[:, 4] <= TURN_S]
+            every = with_unexplained(found[-1], standing_returns(turn, recording.rig.lidar), NOTHING)
+            alone, joined = alone + coverage(found[-1], reals[-1]), joined + coverage(every, reals[-1])
+        given.say(f"lidar: {recording.folder.name}")
+    scores = detection_scores(found, reals)
+    data = plain(scores) | {"people": plain(alone), "people_with_unnamed": plain(joined)}
+    return Part(data, _page(scores) + _people(alone, joined), watch.stages_ms)
+
+
+def _page(scores: DetectionScores) -> str:
+    rows = [_row(name, one) for name, one in scores.by_label.items()]
+    of_errors = ("ATE m", "ASE", "AOE rad", "AVE m/s")
+    head = ("class", "objects", "AP", "at 0.5 m", "1 m", "2 m", "4 m", "recall", "precision", *of_errors)
+    rings = [_ring(ring, one) for ring, one in scores.by_ring.items()]
+    names = tuple(scores.by_label)
+    return (
+        f"{scores.samples} samples; mAP {figure(scores.mean_average_precision)}. Recall and precision are those of "
+        f"detections with a score of at least 0.5, matched within 2 m.\n\n{table(head, rows)}\n\n"
+        f"AP by range:\n\n{table(('range', 'mAP', *names), rings)}\n"
+    )
+
+
+def _people(alone: Coverage, joined: Coverage) -> str:
+    near = (_share(one.covered, one.people) for one in (alone, joined))
+    ahead = (_share(one.ahead_covered, one.ahead) for one in (alone, joined))
+    rows = [(f"within {NEAR_M:.0f} m ({alone.people})", *near), (f"close ahead ({alone.ahead})", *ahead)]
+    head = ("people", "by the network", "with unnamed obstacles")
+    return f"\nPeople in a box of any class, enlarged by {MARGIN_M} m:\n\n{table(head, rows)}\n"
+
+
+def _share(part: int, whole: int) -> str:
+    return percent(part / whole if whole else None)
+
+
+def _row(name: str, one: LabelScores) -> tuple[str, ...]:
+    errors = one.errors
+    off = (errors.translation_m, errors.scale, errors.orientation_rad, errors.velocity_mps)
+    return (
+        name,
+        str(one.objects),
+        figure(one.average_precision),
+        *(figure(each) for each in one.at_distances),
+        percent(one.recall),
+        percent(one.precision),
+        *(figure(each, 2) for each in off),
+    )
+
+
+def _ring(ring: tuple[float, float], by_label: Mapping[str, LabelScores]) -> tuple[str, ...]:
+    each = tuple(f"{figure(one.average_precision)} ({one.objects})" for one in by_label.values())
+    return (f"{ring[0]:.0f} to {ring[1]:.0f} m", figure(mean_of(by_label)), *each)

@@ -1,0 +1,101 @@
+"""Scores the detector of far vehicles: recall in the image, by distance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from lab.perception.evaluation.metrics.range_recall import RangeBin, recall_by_range
+from lab.perception.evaluation.metrics.rectangles import matched, overlaps
+from lab.perception.evaluation.scoring.part import Given, NothingToScore, Part, Watch, percent, plain, table
+from lab.perception.evaluation.scoring.samples import body_boxes, mask_id, seen_rectangles
+from stucksolver.scene.objects import MOTOR_VEHICLES
+from stucksolver_perception.measurements import CameraFrame, Floats
+from stucksolver_perception.recording import KINDS, Recorded
+from stucksolver_perception.rig import CameraRig
+
+BIN_M, FARTHEST_M = 25.0, 200.0
+LEAST_OVERLAP = 0.3
+"""Smallest intersection over union of a match: at 12 px, about 1.5 px on each side."""
+LEAST_SHOWN = 0.3
+"""Vehicles whose own pixels fill a smaller share of their rectangle are not counted."""
+_ANYWAY = 0.1
+"""A detection with this overlap with an object that is not counted is not a false positive."""
+
+
+def score_far(given: Given) -> Part:
+    """Score the detection of motor vehicles. Raises `WeightsError` and `NothingToScore`."""
+    from stucksolver_perception.camera.far_detector import FarDetector
+
+    options = {} if given.camera_weights is None else {"folder": given.camera_weights}
+    detector, watch = FarDetector(threads=given.threads, **options), Watch()
+    ranges: list[float] = []
+    hits: list[bool] = []
+    right = wrong = 0
+    for recording in given.recordings:
+        rig = recording.rig.camera
+        for tick in recording:
+            picture = tick.picture()
+            if picture is None or tick.instances is None:
+                continue
+            with watch("far"):
+                found = detector.detect(CameraFrame(tick.time_s, picture), rig)
+            wanted, away, other = _vehicles(tick, rig)
+            boxes = rectangles(found)[found.label == 0]
+            good, taken = matched(boxes, found.score[found.label == 0], wanted, LEAST_OVERLAP)
+            spared = (overlaps(boxes, np.concatenate([wanted, other])) > _ANYWAY).any(axis=1)
+            right, wrong = right + int(good.sum()), wrong + int((~good & ~spared).sum())
+            ranges += away.tolist()
+            hits += taken.tolist()
+        given.say(f"far: {recording.folder.name}")
+    if not ranges:
+        raise NothingToScore("far: no image shows a vehicle; collect drives with traffic")
+    bins = recall_by_range(np.array(ranges), np.array(hits, np.bool_), BIN_M, FARTHEST_M)
+    precision = right / (right + wrong) if right + wrong else None
+    data = {"vehicles": len(ranges), "precision": precision, "bins": [{**plain(b), "recall": b.recall} for b in bins]}
+    return Part(data, _page(len(ranges), precision, bins), watch.stages_ms)
+
+
+def rectangles(found: Any) -> Floats:
+    """Return left, top, right, bottom (px) of `FarDetections`, shape (n, 4)."""
+    half = found.width / 2.0
+    return np.stack([found.column - half, found.row - found.height, found.column + half, found.row], axis=1)
+
+
+def _vehicles(tick: Recorded, rig: CameraRig) -> tuple[Floats, Floats, Floats]:
+    """Return rectangles (px) and distances (m) of visible motor vehicles, and rectangles of all other objects."""
+    from stucksolver_perception.camera.crops import corners_of
+
+    boxes, seen = body_boxes(tick), seen_rectangles(tick)
+    none = np.zeros((0, 4))
+    if not len(boxes):
+        return none, np.zeros(0), none
+    column, row, ahead = (one.reshape(-1, 8) for one in rig.project(corners_of(boxes).reshape(-1, 3)))
+    shown = np.stack([column.min(1), row.min(1), column.max(1), row.max(1)], axis=1)
+    in_view = ahead.min(1) > 1.0
+    counted = np.array([bool(in_view[i]) and _is_counted(tick, i, shown[i], seen) for i in range(len(boxes))])
+    away = np.hypot(boxes[:, 0], boxes[:, 1])
+    return shown[counted], away[counted], shown[in_view & ~counted]
+
+
+def _is_counted(tick: Recorded, i: int, rectangle: Floats, seen: dict[int, tuple[int, int, int, int]]) -> bool:
+    assert tick.instances is not None
+    actor = mask_id(int(tick.truth.actor_id[i]))
+    if KINDS[int(tick.truth.kind[i])] not in MOTOR_VEHICLES or actor not in seen:
+        return False
+    left, top, right, bottom = seen[actor]
+    own = int((tick.instances[top:bottom, left:right] == actor).sum())
+    area = float((rectangle[2] - rectangle[0]) * (rectangle[3] - rectangle[1]))
+    return own >= LEAST_SHOWN * area
+
+
+def _page(vehicles: int, precision: float | None, bins: tuple[RangeBin, ...]) -> str:
+    rows = [
+        (f"{one.nearest_m:.0f} to {one.farthest_m:.0f} m", str(one.objects), str(one.found), percent(one.recall))
+        for one in bins
+    ]
+    return (
+        f"{vehicles} looks at motor vehicles with at least 6 x 4 visible pixels; {percent(precision)} of the "
+        f"detections are right.\n\n{table(('distance', 'vehicles', 'found', 'recall'), rows)}\n"
+    )

@@ -1,0 +1,76 @@
+"""Measures the LiDAR detector's noise on recordings without gaps: the numbers that the tracker assumes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from lab.perception.evaluation.metrics.detector_noise import LabelNoise, detector_noise
+from lab.perception.evaluation.metrics.matching import Reals
+from lab.perception.evaluation.scoring.part import Given, NothingToScore, Part, figure, percent, plain, table
+from lab.perception.evaluation.scoring.samples import is_continuous, looks_of, reals_of, true_pose
+from stucksolver_perception.measurements import Detections
+from stucksolver_perception.recording import Recording
+
+
+def score_noise(given: Given) -> Part:
+    """Measure the noise. Raises `WeightsError`, and `NothingToScore` if all recordings have gaps."""
+    whole = [one for one in given.recordings if is_continuous(one)]
+    if not whole:
+        raise NothingToScore("noise: all recordings have gaps; collect some with --every 0")
+    drives = []
+    for recording in whole:
+        drives.append(_looks(given, recording))
+        given.say(f"noise: {recording.folder.name}")
+    noise = detector_noise(drives)
+    return Part(plain({"drives": len(whole), "by_ring": noise}), _page(len(whole), noise))
+
+
+def _looks(given: Given, recording: Recording) -> tuple[list[Detections], list[Reals]]:
+    from stucksolver_perception.lidar.detector import LidarDetector
+    from stucksolver_perception.lidar.sweeps import SweepBuffer
+
+    options = {} if given.lidar_weights is None else {"folder": given.lidar_weights}
+    detector, buffer = LidarDetector(**options), SweepBuffer()
+    found: list[Detections] = []
+    reals: list[Reals] = []
+    for ticks in looks_of(recording):
+        for each in ticks:
+            buffer.add(each.sweep, true_pose(each))
+        tick = ticks[-1]
+        points = buffer.gather(true_pose(tick))
+        found.append(detector.detect(points, tick.time_s))
+        reals.append(reals_of(tick, points))
+    return found, reals
+
+
+def _page(drives: int, noise: Mapping[tuple[float, float], Mapping[str, LabelNoise]]) -> str:
+    of_places = ("objects", "recall", "false per look", "confident false per look", "jitter m", "drift in 1 s m")
+    head = ("class", *of_places, "yaw rad", "flipped", "velocity m/s, standing", "moving")
+    pieces = [
+        f"{drives} drives. Pairs are along and across the object's axis; 68 % of the errors are below the figures. "
+        "Jitter is the noise between consecutive looks; drift is the change of an error within a second.\n"
+    ]
+    for ring, by_label in noise.items():
+        rows = [_row(name, one) for name, one in by_label.items() if one.objects]
+        pieces.append(f"{ring[0]:.0f} to {ring[1]:.0f} m:\n\n{table(head, rows)}\n")
+    return "\n".join(pieces)
+
+
+def _row(name: str, one: LabelNoise) -> tuple[str, ...]:
+    return (
+        name,
+        str(one.objects),
+        percent(one.recall),
+        figure(one.false_per_look, 2),
+        figure(one.sure_false_per_look, 2),
+        _pair(one.jitter_m),
+        _pair(one.drift_m),
+        figure(one.yaw_rad, 2),
+        percent(one.flipped),
+        _pair(one.standing_mps),
+        _pair(one.moving_mps),
+    )
+
+
+def _pair(values: tuple[float | None, float | None]) -> str:
+    return f"{figure(values[0], 2)} / {figure(values[1], 2)}"

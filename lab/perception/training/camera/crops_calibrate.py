@@ -1,0 +1,77 @@
+"""Calibrates an exported crop network anew: `python -m lab.perception.training.camera.crops_calibrate --run OUT
+--check DIR`.
+
+The network stays as it is. Temperatures and thresholds come from all check recordings; the printed scores of each half
+are those with the thresholds of the other half. For recordings of another camera or simulator, or more of them than
+there were at the training.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lab.perception.training.camera.crops_data import Crops, crops_in
+from lab.perception.training.camera.crops_evaluate import Logits, by_halves, report
+from stucksolver_perception.camera.crop_network import HEADS
+
+AT_ONCE = 256
+
+
+def calibrate(run: Path, check: Sequence[Path], jobs: int = 1, only: Sequence[str] = ()) -> dict[str, Any]:
+    """Rewrites `crops.json` in the folder `run`, and prints the scores. Returns the new card.
+
+    With `only`, names of `HEADS`, the temperatures and thresholds of the others stay as they are.
+
+    Raises:
+        RecordingError: A folder has no recordings.
+        ValueError: The recordings contain no crops.
+    """
+    held = crops_in(check, jobs)
+    if not len(held):
+        raise ValueError("the recordings contain no crops: they need images with instance masks")
+    card, scores = by_halves(logits_of(run / "crops.onnx", held), held)
+    print(report(scores))
+    file = run / "crops.json"
+    told: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    for part, values in card.items():
+        told[part] |= {head: one for head, one in values.items() if not only or head in only}
+    told["trained"]["check_crops"] = len(held)
+    file.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    return told
+
+
+def logits_of(file: Path, crops: Crops) -> Logits:
+    """The outputs of an exported network for crops, cut in the same way as at runtime."""
+    import onnxruntime
+
+    session = onnxruntime.InferenceSession(str(file), providers=["CPUExecutionProvider"])
+    pixels = crops.middles
+    parts = [
+        session.run(None, {"crops": pixels[i : i + AT_ONCE], "features": crops.features[i : i + AT_ONCE]})
+        for i in range(0, len(crops), AT_ONCE)
+    ]
+    return Logits.of([np.concatenate(one).astype(np.float64) for one in zip(*parts, strict=True)])
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--run", type=Path, required=True, help="folder with crops.onnx and crops.json")
+    parser.add_argument("--check", type=Path, nargs="+", required=True, help="held-out recordings")
+    parser.add_argument("--jobs", type=int, default=1, help="number of reading processes")
+    parser.add_argument("--only", default="", help=f"heads to calibrate, of {', '.join(HEADS)}; otherwise all")
+    given = parser.parse_args(arguments)
+    only = [one for one in given.only.split(",") if one]
+    if unknown := [one for one in only if one not in HEADS]:
+        parser.error(f"--only {unknown[0]}: there are {', '.join(HEADS)}")
+    calibrate(given.run, given.check, given.jobs, only)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,253 @@
+"""Labelled crops from recordings, for training and checking the crop network."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.scene.objects import ObjectKind
+from stucksolver_perception.camera.crop_network import GESTURES, KINDS, LAMPS, LIGHTS, NOTHING, UNSEEN_GESTURE
+from stucksolver_perception.camera.crops import CROP_PX, FEATURES, Windows, cut_crops, features_of, windows_of
+from stucksolver_perception.camera.traffic_lights import boxes_of_heads, facing
+from stucksolver_perception.measurements import Floats, Pixels, Singles
+from stucksolver_perception.recording import KINDS as RECORDED_KINDS
+from stucksolver_perception.recording import Recorded, Recording, recordings
+from stucksolver_perception.rig import CameraRig
+from stucksolver_perception.vehicle_frame import boxes_in_body
+from stucksolver_perception.visible_parts import Seen, VisibleParts
+
+CONTEXT = 1.5
+STORED_PX = 96
+"""Stored crops are wider than the network's input (64 px), so that training can shift and scale them."""
+HIDDEN_PX, HIDDEN_SHARE = 12, 0.03
+"""An object counts as hidden if fewer pixels, or a smaller fraction of its rectangle, are visible."""
+DOUBTFUL_SHARE = 0.08
+"""Below this, an object's kind is neither a target nor counted."""
+BACKGROUND = 3
+"""Empty boxes per image."""
+HEAD_HALF_M = 1.2
+"""If half the side of a light's box is longer, it does not enclose a single head and is skipped."""
+IGNORE, UNSEEN = -1, 2
+
+
+@dataclass(frozen=True, eq=False)
+class Crops:
+    """Crops and labels; equal lengths n. A label of -1 is neither a target nor counted."""
+
+    crops: Pixels
+    """(n, 96, 96, 3)."""
+    features: Singles
+    """(n, 10)."""
+    kind: NDArray[np.int64]
+    """Index into `KINDS`."""
+    lamps: NDArray[np.int64]
+    """(n, 5): 0 off, 1 on, 2 unseen."""
+    lit: NDArray[np.int64]
+    """(n, 5): 0 off, 1 on, seen or not."""
+    gesture: NDArray[np.int64]
+    """Index into `GESTURES`."""
+    signal: NDArray[np.int64]
+    """Index into `GESTURES`: what a flagger signals, seen or not."""
+    light: NDArray[np.int64]
+    """Index into `LIGHTS`; unseen if the head is mostly hidden or turned away."""
+    state: NDArray[np.int64]
+    """Index into `LIGHTS`: what the head shows, seen or not."""
+    group: NDArray[np.int64]
+    """Index of the recording."""
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+    @property
+    def middles(self) -> Pixels:
+        """(n, CROP_PX, CROP_PX, 3): the crops without the margin that augmentation needs, as at runtime."""
+        edge = (self.crops.shape[1] - CROP_PX) // 2
+        return np.ascontiguousarray(self.crops[:, edge : edge + CROP_PX, edge : edge + CROP_PX])
+
+    def part(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> Crops:
+        """Some of the crops."""
+        return Crops(*(getattr(self, one.name)[which] for one in fields(self)))
+
+    @staticmethod
+    def joined(parts: Sequence[Crops]) -> Crops:
+        """All parts joined, in order."""
+        return Crops(*(np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(Crops)))
+
+
+def empty() -> Crops:
+    """No crops."""
+    whole = (np.zeros((0, STORED_PX, STORED_PX, 3), np.uint8), np.zeros((0, FEATURES), np.float32))
+    lamps = (np.zeros((0, len(LAMPS)), int) for _ in range(2))
+    return Crops(*whole, np.zeros(0, int), *lamps, *(np.zeros(0, int) for _ in range(5)))
+
+
+def crops_in(folders: Sequence[Path], jobs: int, seed: int = 0, *, flaggers: bool = False) -> Crops:
+    """Reads every crop of the recordings in some folders with `jobs` processes, or only those of `flaggers`.
+
+    Raises `RecordingError`.
+    """
+    found = [one for folder in folders for one in recordings(folder)]
+    work = [(one.folder, file, group, seed, flaggers) for group, one in enumerate(found) for file in one.files]
+    if jobs <= 1:
+        return Crops.joined([empty(), *map(_of_stretch, work)])
+    with multiprocessing.get_context("fork").Pool(jobs) as pool:
+        return Crops.joined([empty(), *pool.imap_unordered(_of_stretch, work)])
+
+
+def _of_stretch(work: tuple[Path, Path, int, int, bool]) -> Crops:
+    folder, file, group, seed, flaggers = work
+    recording = Recording(folder)
+    random = np.random.default_rng([seed, group, int(file.stem)])
+    parts = [
+        one
+        for tick in recording.stretch(file)
+        if tick.jpeg is not None and tick.instances is not None
+        for one in _of_tick(tick, recording.rig.camera, group, random)
+    ]
+    found = Crops.joined([empty(), *parts])
+    return found.part(found.gesture >= 0) if flaggers else found
+
+
+def _of_tick(tick: Recorded, rig: CameraRig, group: int, random: np.random.Generator) -> Iterator[Crops]:
+    rgb, mask = tick.picture(), tick.instances
+    assert rgb is not None and mask is not None
+    truth = tick.truth
+    boxes = boxes_in_body(tick.pose, truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]])
+    windows = windows_of(rig, boxes)
+    keep = np.flatnonzero(windows.usable)
+    if len(keep):
+        each = keep.tolist()
+        shares = [_seen(mask, int(truth.actor_id[i]), windows.rectangle[i]) for i in each]
+        kinds = [_kind_label(_true_kind(tick, i), *seen) for i, seen in zip(each, shares, strict=True)]
+        features = features_of(rig, boxes, windows)
+        parts = VisibleParts(tick, rig, boxes)
+        seen = [parts.of(i, windows.rectangle[i]) for i in each]
+        hidden = [share < HIDDEN_SHARE for _, share in shares]
+        lamps = [_lamp_labels(one, hidden=gone) for one, gone in zip(seen, hidden, strict=True)]
+        gestures = [_gesture_label(one, hidden=gone) for one, gone in zip(seen, hidden, strict=True)]
+        lit = [[int(one.so.get(name, IGNORE)) for name in LAMPS] for one in seen]
+        signals = [IGNORE if one.shows is None else GESTURES.index(one.shows.value) for one in seen]
+        labels = _Labels(np.array(kinds), np.array(lamps), np.array(lit), np.array(gestures), np.array(signals))
+        yield _made(rgb, windows, keep, features[keep], labels, group)
+    yield from _background(rgb, rig, windows, group, random)
+    yield from _lights(tick, rgb, mask, rig, group)
+
+
+@dataclass(frozen=True, eq=False)
+class _Labels:
+    """Labels of n crops; what is None is -1 for all of them."""
+
+    kind: NDArray[np.int64] | None = None
+    lamps: NDArray[np.int64] | None = None
+    lit: NDArray[np.int64] | None = None
+    gesture: NDArray[np.int64] | None = None
+    signal: NDArray[np.int64] | None = None
+    light: NDArray[np.int64] | None = None
+    state: int = IGNORE
+
+
+def _made(
+    rgb: Pixels, windows: Windows, keep: NDArray[np.int64], features: Singles, labels: _Labels, group: int
+) -> Crops:
+    n = len(keep)
+    crops = cut_crops(rgb, windows.center[keep], windows.side[keep] * CONTEXT, STORED_PX)
+    none = np.full(n, IGNORE)
+    return Crops(
+        crops,
+        features,
+        none if labels.kind is None else labels.kind,
+        np.full((n, len(LAMPS)), IGNORE) if labels.lamps is None else labels.lamps,
+        np.full((n, len(LAMPS)), IGNORE) if labels.lit is None else labels.lit,
+        none if labels.gesture is None else labels.gesture,
+        none if labels.signal is None else labels.signal,
+        none if labels.light is None else labels.light,
+        np.full(n, labels.state),
+        np.full(n, group),
+    )
+
+
+def _true_kind(tick: Recorded, i: int) -> ObjectKind:
+    return RECORDED_KINDS[int(tick.truth.kind[i])]
+
+
+def _seen(mask: NDArray[np.uint16], actor_id: int, rectangle: Floats) -> tuple[int, float]:
+    """Number of visible pixels of an actor in its rectangle, and their fraction of the rectangle."""
+    left, top = (int(one) for one in rectangle[:2])
+    right, bottom = (int(np.ceil(one)) for one in rectangle[2:])
+    part = mask[top:bottom, left:right]
+    own = int(np.count_nonzero(part == actor_id % 65536))
+    return own, own / max(part.size, 1)
+
+
+def _kind_label(kind: ObjectKind, own: int, share: float) -> int:
+    if own < HIDDEN_PX or share < HIDDEN_SHARE:
+        return KINDS.index(NOTHING)
+    if share < DOUBTFUL_SHARE or kind is ObjectKind.UNKNOWN:
+        return IGNORE
+    return KINDS.index(kind.value)
+
+
+def _lamp_labels(seen: Seen, *, hidden: bool) -> list[int]:
+    """Off, on or unseen. A blinker is labelled on even in its dark phases, since one image cannot tell them apart."""
+    if hidden:
+        return [IGNORE] * len(LAMPS)
+    told = [seen.lamps.get(name, IGNORE) for name in LAMPS]
+    return [UNSEEN if one is None else int(one) for one in told]
+
+
+def _gesture_label(seen: Seen, *, hidden: bool) -> int:
+    if hidden or not seen.is_flagger:
+        return IGNORE
+    return GESTURES.index(UNSEEN_GESTURE if seen.gesture is None else seen.gesture.value)
+
+
+def _background(
+    rgb: Pixels, rig: CameraRig, taken: Windows, group: int, random: np.random.Generator
+) -> Iterator[Crops]:
+    """Empty boxes on the ground, like a detector's false positives."""
+    n = 4 * BACKGROUND
+    size = np.exp(random.uniform(np.log(0.3), np.log(5.0), (n, 1))) * random.uniform(0.5, 1.0, (n, 3))
+    ahead = np.exp(random.uniform(np.log(5.0), np.log(60.0), n))
+    place = np.stack([ahead, ahead * random.uniform(-0.6, 0.6, n), size[:, 2] / 2.0], axis=1)
+    boxes = np.concatenate([place, size, random.uniform(-np.pi, np.pi, (n, 1))], axis=1)
+    windows = windows_of(rig, boxes)
+    free = windows.usable.copy()
+    for i in np.flatnonzero(free):
+        free[i] = not len(taken.rectangle) or float(_overlap(windows.rectangle[i], taken.rectangle).max()) < 0.1
+    keep = np.flatnonzero(free)[:BACKGROUND]
+    if len(keep):
+        labels = _Labels(np.full(len(keep), KINDS.index(NOTHING)))
+        yield _made(rgb, windows, keep, features_of(rig, boxes, windows)[keep], labels, group)
+
+
+def _overlap(one: Floats, others: Floats) -> Floats:
+    """Intersection of two rectangles as a fraction of the smaller one."""
+    sides = np.minimum(one[2:], others[:, 2:]) - np.maximum(one[:2], others[:, :2])
+    common = np.prod(np.maximum(sides, 0.0), axis=1)
+    smaller = np.minimum(np.prod(one[2:] - one[:2]), np.prod(others[:, 2:] - others[:, :2], axis=1))
+    return np.asarray(common / np.maximum(smaller, 1.0))
+
+
+def _lights(tick: Recorded, rgb: Pixels, mask: NDArray[np.uint16], rig: CameraRig, group: int) -> Iterator[Crops]:
+    if tick.lights is None:
+        return
+    for light_id, state, heads in zip(tick.lights.light_id, tick.lights.state, tick.lights.heads, strict=True):
+        if int(state) >= len(LIGHTS) - 1 or not len(heads) or heads[:, 3:6].max() > HEAD_HALF_M:
+            continue
+        moved = heads.copy()
+        moved[:, 3:6] *= 2.0
+        moved = boxes_in_body(tick.pose, moved)
+        moved[:, 3:6] /= 2.0
+        windows = windows_of(rig, boxes_of_heads(moved))
+        keep = np.flatnonzero(windows.usable)
+        if not len(keep):
+            continue
+        away = facing(rig, moved)
+        shown = [_seen(mask, int(light_id), windows.rectangle[i])[1] > 0.4 and away[i] > 0.35 for i in keep]
+        labels = _Labels(light=np.where(shown, int(state), len(LIGHTS) - 1), state=int(state))
+        yield _made(rgb, windows, keep, np.zeros((len(keep), FEATURES), np.float32), labels, group)

@@ -1,0 +1,262 @@
+"""Evaluates the crop network on held-out crops: temperatures, thresholds, confusion matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lab.perception.training.camera.crops_data import Crops
+from stucksolver.scene.objects import PASSABLE_KINDS
+from stucksolver_perception.camera.crop_network import (
+    GESTURES,
+    KINDS,
+    LAMP_ANSWERS,
+    LAMPS,
+    LIGHTS,
+    NEVER,
+    UNSEEN_GESTURE,
+    softmax,
+)
+from stucksolver_perception.measurements import Floats
+
+KIND_RIGHT, PASSABLE_RIGHT = 0.95, 0.99
+"""Fraction of answers that must be correct on held-out crops: of a kind, and of a kind that may be driven over."""
+LIGHT_RIGHT = {"red": 0.98, "yellow": 0.98, "green": 0.99, "off": 0.98, "unseen": 0.0}
+LAMP_RIGHT = 0.97
+"""The same for lamps."""
+SPECIAL_RIGHT = 0.95
+"""The same for lit emergency lights."""
+DOOR_RIGHT = 0.9
+"""The same for open doors."""
+BLINKER_DARK_RIGHT = 0.75
+"""A blinker that is dark in one image may still be blinking: the memory waits for more images."""
+GESTURE_RIGHT = 0.95
+LEAST_CONFIDENCE = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Logits:
+    """The network's outputs for crops."""
+
+    kind: Floats
+    """(n, len(KINDS))."""
+    lamps: Floats
+    """(n, len(LAMPS), 3)."""
+    light: Floats
+    """(n, len(LIGHTS))."""
+    gesture: Floats
+    """(n, len(GESTURES))."""
+
+    @staticmethod
+    def of(outputs: Sequence[Floats]) -> Logits:
+        """From the network's outputs in the order of `HEADS`."""
+        kind, lamps, light, gesture = outputs
+        shaped = lamps.reshape(-1, len(LAMPS), len(LAMP_ANSWERS))
+        return Logits(kind, shaped, light.reshape(-1, len(LIGHTS)), gesture.reshape(-1, len(GESTURES)))
+
+    def part(self, which: NDArray[np.bool_]) -> Logits:
+        """The outputs for some of the crops."""
+        return Logits(self.kind[which], self.lamps[which], self.light[which], self.gesture[which])
+
+
+def halves(group: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which crops calibrate; the others are scored. Split by recording, or by time if there is only one recording."""
+    names = np.unique(group)
+    if len(names) > 1:
+        return np.isin(group, names[::2])
+    return np.arange(len(group)) < len(group) // 2
+
+
+def temperature_of(logits: Floats, labels: NDArray[np.int64]) -> float:
+    """The most likely temperature for labels (n,) and logits (n, k); 1 without labels (Guo et al. 2017)."""
+    counts = labels >= 0
+    if not counts.any():
+        return 1.0
+    logits, labels = logits[counts], labels[counts]
+    candidates = np.exp(np.linspace(np.log(0.3), np.log(5.0), 60))
+    losses = [-np.log(softmax(logits / one)[np.arange(len(labels)), labels] + 1e-12).mean() for one in candidates]
+    return float(candidates[int(np.argmin(losses))])
+
+
+def least_confidence(confidence: Floats, right: NDArray[np.bool_], share: float) -> float:
+    """The lowest confidence above which at least a given fraction of the answers is correct.
+
+    Args:
+        confidence: (n,), of the answers of one class.
+        right: (n,), whether each is correct.
+        share: Between 0 and 1. It takes at least 100 answers to show a fraction of 0.99, and 20 to show 0.95.
+
+    Returns:
+        At least `LEAST_CONFIDENCE`; `NEVER` if no confidence is enough, or if there are too few answers.
+    """
+    order = np.argsort(-confidence, kind="stable")
+    counts = np.arange(1, len(order) + 1)
+    good = np.cumsum(right[order]) / counts >= share
+    # Answers of equal confidence are accepted or rejected together.
+    ends = np.append(np.diff(confidence[order]) != 0, True) if len(order) else np.zeros(0, bool)
+    enough = counts >= round(1.0 / max(1.0 - share, 1e-9))
+    found = np.flatnonzero(good & ends & enough)
+    return max(LEAST_CONFIDENCE, float(confidence[order][found[-1]])) if len(found) else NEVER
+
+
+def by_halves(logits: Logits, crops: Crops) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The card that all crops calibrate, and the scores of each half with a card that the other half calibrates."""
+    half = halves(crops.group)
+    parts = [(logits.part(one), crops.part(one)) for one in (half, ~half)]
+    cards = [calibrated(*one) for one in reversed(parts)]
+    return calibrated(logits, crops), scores([(*one, card) for one, card in zip(parts, cards, strict=True)])
+
+
+def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
+    """Temperatures and thresholds, in the card's format."""
+    flat = logits.lamps.reshape(-1, len(LAMP_ANSWERS)), crops.lamps.reshape(-1)
+    temperatures = {
+        "kind": temperature_of(logits.kind, crops.kind),
+        "lamps": temperature_of(*flat),
+        "light": temperature_of(logits.light, crops.light),
+        "gesture": temperature_of(logits.gesture, crops.gesture),
+    }
+    kind = softmax(logits.kind / temperatures["kind"])
+    lamps = softmax(logits.lamps / temperatures["lamps"])
+    light = softmax(logits.light / temperatures["light"])
+    gesture = softmax(logits.gesture / temperatures["gesture"])
+    passable = {one.value for one in PASSABLE_KINDS}
+    wanted = {name: PASSABLE_RIGHT if name in passable else KIND_RIGHT for name in KINDS}
+    lamp_least = {}
+    blinkers = [i for i, name in enumerate(LAMPS) if "blinker" in name]
+    for i, name in enumerate(LAMPS):
+        dark = BLINKER_DARK_RIGHT if i in blinkers else LAMP_RIGHT
+        lit = {"door_open": DOOR_RIGHT, "emergency_lights": SPECIAL_RIGHT}.get(name, LAMP_RIGHT)
+        shares = dict(zip(LAMP_ANSWERS, (dark, lit, 0.0), strict=True))
+        # Both sides together: training mirrors its crops, and lit blinkers are rare.
+        which = blinkers if i in blinkers else [i]
+        told, labels, state = (np.concatenate([one[:, k] for k in which]) for one in (lamps, crops.lamps, crops.lit))
+        lamp_least[name] = _least(told, labels, shares, state)
+    gestures = {name: 0.0 if name == UNSEEN_GESTURE else GESTURE_RIGHT for name in GESTURES}
+    least = {
+        "kind": _least(kind, crops.kind, wanted),
+        "lamps": lamp_least,
+        "light": _least(light, crops.light, LIGHT_RIGHT, crops.state),
+        "gesture": _least(gesture, crops.gesture, gestures, crops.signal),
+    }
+    return {"temperatures": temperatures, "least": least}
+
+
+def _least(
+    shares: Floats, labels: NDArray[np.int64], wanted: dict[str, float], state: NDArray[np.int64] | None = None
+) -> dict[str, float]:
+    """Thresholds by name; `wanted` has the names in the order of the columns of `shares`.
+
+    With `state`, an answer is also correct if it is what the light, lamp or flagger shows although it counts as unseen:
+    a part of it, its glow, or its twin on the same pole, was enough.
+    """
+    counts = labels >= 0
+    best, sure, labels = shares[counts].argmax(1), shares[counts].max(1), labels[counts]
+    shown = labels if state is None else state[counts]
+    return {
+        name: round(
+            least_confidence(sure[best == i], (labels[best == i] == i) | (shown[best == i] == i), share),
+            4,
+        )
+        for i, (name, share) in enumerate(wanted.items())
+    }
+
+
+def scores(parts: Sequence[tuple[Logits, Crops, dict[str, Any]]]) -> dict[str, Any]:
+    """Accuracy, answer rate, accuracy of the answers, and confusion matrix of each head, over all parts.
+
+    Each part has the outputs for some crops, the crops, and the card to use.
+    """
+    told: dict[str, list[_Told]] = {}
+    for logits, crops, card in parts:
+        warm, least = card["temperatures"], card["least"]
+        kind, light, gesture, lamps = (
+            softmax(getattr(logits, head) / warm[head]) for head in ("kind", "light", "gesture", "lamps")
+        )
+        one = {
+            "kind": _told(kind, crops.kind, least["kind"]),
+            "light": _told(light, crops.light, least["light"], crops.state),
+            "gesture": _told(gesture, crops.gesture, least["gesture"], crops.signal),
+        }
+        for i, name in enumerate(LAMPS):
+            one[name] = _told(lamps[:, i], crops.lamps[:, i], least["lamps"][name], crops.lit[:, i])
+        for head, found in one.items():
+            told.setdefault(head, []).append(found)
+    return {head: _scored(found) for head, found in told.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class _Told:
+    """One head's answers for crops with a label."""
+
+    names: list[str]
+    labels: NDArray[np.int64]
+    shown: NDArray[np.int64]
+    best: NDArray[np.int64]
+    says: NDArray[np.bool_]
+
+
+def _told(
+    shares: Floats, labels: NDArray[np.int64], least: dict[str, float], state: NDArray[np.int64] | None = None
+) -> _Told:
+    counts = labels >= 0
+    shown = labels[counts] if state is None else state[counts]
+    limits = np.array(list(least.values()))
+    best, sure = shares[counts].argmax(1), shares[counts].max(1)
+    return _Told(list(least), labels[counts], shown, best, sure >= limits[best])
+
+
+def _scored(parts: Sequence[_Told]) -> dict[str, Any]:
+    names = parts[0].names
+    labels, shown, best, says = (
+        np.concatenate([getattr(one, name) for one in parts]) for name in ("labels", "shown", "best", "says")
+    )
+    matrix = np.zeros((len(names), len(names)), int)
+    np.add.at(matrix, (labels, best), 1)
+    by_name = {}
+    for i, name in enumerate(names):
+        true, said = labels == i, says & (best == i)
+        by_name[name] = {
+            "crops": int(true.sum()),
+            "found": _share(best[true] == i),
+            "answered": _share(said[true]),
+            "answers": int(said.sum()),
+            "right": _share((true | (shown == i))[said]),
+        }
+    return {
+        "crops": len(labels),
+        "accuracy": _share(best == labels),
+        "answered": _share(says),
+        "right_when_answered": _share(((best == labels) | (best == shown))[says]),
+        "by_name": by_name,
+        "confusion": matrix.tolist(),
+    }
+
+
+def _share(flags: NDArray[np.bool_]) -> float | None:
+    return round(float(flags.mean()), 4) if len(flags) else None
+
+
+def report(told: dict[str, Any]) -> str:
+    """The scores as text, with one confusion matrix (rows: truth) for each head."""
+    lines = []
+    for head, one in told.items():
+        lines.append(
+            f"{head}: {one['crops']} crops, accuracy {one['accuracy']}, answered {one['answered']}, "
+            f"right when answered {one['right_when_answered']}"
+        )
+        for name, row in one["by_name"].items():
+            if row["crops"] or row["answers"]:
+                lines.append(
+                    f"  {name:16} crops {row['crops']:6} found {row['found']} answered {row['answered']} "
+                    f"answers {row['answers']} right {row['right']}"
+                )
+        used = [i for i, row in enumerate(one["confusion"]) if sum(row) or any(r[i] for r in one["confusion"])]
+        names = list(one["by_name"])
+        lines.append("  truth \\ answer   " + " ".join(f"{names[i][:7]:>7}" for i in used))
+        lines += [f"  {names[i]:16} " + " ".join(f"{one['confusion'][i][j]:7}" for j in used) for i in used]
+    return "\n".join(lines)

@@ -1,0 +1,231 @@
+"""Trains the LiDAR detector:
+
+`python -m lab.perception.training.lidar.train --data DIR --check DIR --out OUT --minutes 8`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from lab.perception.training.lidar.batches import Store
+from lab.perception.training.lidar.data import EVERY, Windows, load
+from lab.perception.training.lidar.evaluate import calibrated, judged, mean_average_precision, predicted, report
+from lab.perception.training.lidar.loss import losses, targets
+from lab.perception.training.lidar.net import WIDTHS, PillarNet
+from lab.perception.training.lidar.pillars import pillars
+from lab.perception.training.lidar.restore import restore
+from lab.training.restore import settle
+from lab.training.schedule import average
+from stucksolver_perception.lidar_labels import LABELS
+
+WARM_UP = 0.1
+"""Fraction of the time in which the learning rate rises (one cycle; Smith and Topin 2018)."""
+LEAST_RATE = 0.01
+"""Learning rate at both ends, as a fraction of the highest."""
+WEIGHT_DECAY = 0.01
+MOST_GRADIENT = 10.0
+EMA_DECAY = 0.999
+SAY_EVERY_S = 5.0
+RARE_MOST = 4.0
+"""A window with rare labels is drawn at most this many times as often as one without."""
+CHECKED_IN_DRIVE = 40
+"""Windows of each recording that are used in the check."""
+SETTLED_ON = 32
+"""Windows on which a network that was restored from an export gets the statistics of its batch normalisations."""
+WEIGHTS = "lidar.pt"
+CARD = "lab.language.json"
+FIGURES = ("windows", "steps", "minutes", "seed", "mean_ap")
+"""Figures of a training that the export copies to the shipped card."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of a training run."""
+
+    data: tuple[Path, ...]
+    check: tuple[Path, ...]
+    out: Path
+    minutes: float = 8.0
+    """Duration of training alone, without reading and checking."""
+    steps: int | None = None
+    """Stop after this many steps at the latest."""
+    seed: int = 0
+    batch: int = 16
+    rate: float = 2e-3
+    every: int = EVERY
+    widths: tuple[int, int, int] = WIDTHS
+    start: Path | None = None
+    """A `lidar.pt` or exported `lidar.onnx` of the same widths to continue from; None starts with random weights."""
+    jobs: int = os.cpu_count() or 1
+    device: str = ""
+    """If empty, a GPU if there is one."""
+
+
+def train(options: Options) -> list[dict[str, float | str]]:
+    """Trains, checks, and writes `lidar.pt` and `lab.language.json` to the folder `options.out`.
+
+    Returns:
+        One row for each label, see `lab.perception.training.lidar.evaluate.report`.
+
+    Raises:
+        RecordingError: A folder has no recordings.
+        RestoreError: There is nothing to continue from in `options.start`.
+        ValueError: The recordings hold no window.
+    """
+    began = time.monotonic()
+    # Must be read before the GPU is initialised, because the reading processes are forked.
+    windows = load(options.data, options.jobs, every=options.every)
+    held_out = load(options.check, options.jobs, most=CHECKED_IN_DRIVE)
+    _say(f"read {len(windows)} windows and {len(held_out)} for checking in {time.monotonic() - began:.0f} s")
+    device = torch.device(options.device or ("cuda" if torch.cuda.is_available() else "cpu"))
+    torch.manual_seed(options.seed)
+    torch.backends.cudnn.benchmark = True
+    torch.set_float32_matmul_precision("high")
+    net = PillarNet(options.widths).to(device, memory_format=torch.channels_last)
+    store = Store(windows, device)
+    if options.start is not None:
+        _continue(net, options.start, store)
+    _say(f"{sum(one.numel() for one in net.parameters()) / 1e6:.2f} million weights on {device}")
+    averaged, steps = _fit(net, store, torch.from_numpy(drawn_how_often(windows)).to(device), options)
+    # Written before the check, which takes long and might be interrupted.
+    options.out.mkdir(parents=True, exist_ok=True)
+    weights = {name: value.cpu() for name, value in averaged.state_dict().items()}
+    torch.save({"weights": weights, "widths": options.widths}, options.out / WEIGHTS)
+    card: dict[str, Any] = {
+        "windows": len(windows),
+        "steps": steps,
+        "seed": options.seed,
+        "minutes": options.minutes,
+        "mean_ap": None,
+    }
+    _write(card, options.out)
+    del store
+    told = judged(found := predicted(averaged, held := Store(held_out, device)), held)
+    rows = report(told)
+    for row in rows:
+        _say("  ".join(f"{key} {value}" for key, value in row.items()))
+    mean = mean_average_precision(told)
+    _say(f"mean AP at 2 m {mean:.4f} in {len(found)} windows after {steps} steps, {time.monotonic() - began:.0f} s")
+    card |= {"labels": LABELS, "calibration": asdict(calibrated(told)), "mean_ap": mean, "check": rows}
+    _write(card | {"checked": len(found)}, options.out)
+    return rows
+
+
+def _continue(net: PillarNet, start: Path, store: Store) -> None:
+    """Give the network the weights of an earlier training."""
+    if start.suffix != ".onnx":
+        kept = torch.load(start, map_location=store.device, weights_only=True)["weights"]
+        net.load_state_dict(kept)
+        return
+    net.load_state_dict(restore(start).state_dict())
+    some = torch.linspace(0, len(store) - 1, min(SETTLED_ON, len(store)), device=store.device).long()
+    batch = store.batch(some, vary=False)
+    settle(net, lambda: net(*pillars(batch.points, batch.window), len(some)))
+
+
+def drawn_how_often(windows: Windows) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """(windows,): sampling weights, higher for windows with rare labels."""
+    shown = np.array([[(labels == label).any() for label in range(len(LABELS))] for labels in windows.labels])
+    rarity = np.sqrt(1.0 / np.maximum(shown.mean(axis=0), 1e-3))
+    return np.asarray(np.clip((shown * rarity).max(axis=1), 1.0, RARE_MOST))
+
+
+def _fit(net: PillarNet, store: Store, how_often: Tensor, options: Options) -> tuple[PillarNet, int]:
+    """The network with weights averaged over the steps, and the number of steps."""
+    device = store.device
+    decayed = [one for one in net.parameters() if one.ndim > 1]
+    rest = [one for one in net.parameters() if one.ndim <= 1]
+    groups = [{"params": decayed, "weight_decay": WEIGHT_DECAY}, {"params": rest, "weight_decay": 0.0}]
+    optimiser = torch.optim.AdamW(groups, lr=options.rate)
+    averaged = PillarNet(options.widths).to(device)
+    averaged.load_state_dict(net.state_dict())
+    net.train()
+    began = said = time.monotonic()
+    running = torch.zeros(2, device=device)
+    step, since = 0, 0
+    while True:
+        share = _share(began, step, options)
+        if share >= 1.0:
+            break
+        for group in optimiser.param_groups:
+            group["lr"] = options.rate * one_cycle(share)
+        batch = store.batch(torch.multinomial(how_often, min(options.batch, len(store))), vary=True)
+        features, cell = pillars(batch.points, batch.window)
+        with torch.autocast(device.type, torch.bfloat16, enabled=device.type == "cuda"):
+            heat, box = net(features, cell, len(batch.boxes))
+        maps, boxes = losses(heat, box, targets(batch.boxes, batch.labels))
+        optimiser.zero_grad(set_to_none=True)
+        (maps + boxes).backward()
+        # A non-finite step would destroy the weights.
+        if torch.isfinite(nn.utils.clip_grad_norm_(net.parameters(), MOST_GRADIENT)):
+            optimiser.step()
+        step, since = step + 1, since + 1
+        average(averaged, net, min(EMA_DECAY, step / (step + 9.0)))
+        running += torch.stack([maps.detach(), boxes.detach()])
+        if time.monotonic() - said > SAY_EVERY_S:
+            maps_mean, boxes_mean = (running / since).tolist()
+            took = (time.monotonic() - said) / since
+            _say(f"step {step}  {100 * share:.0f} %  maps {maps_mean:.4f}  boxes {boxes_mean:.4f}  {took * 1e3:.0f} ms")
+            said, since = time.monotonic(), 0
+            running.zero_()
+    return averaged, step
+
+
+def _share(began: float, step: int, options: Options) -> float:
+    """Fraction of the training that is done, 0 to 1."""
+    by_time = (time.monotonic() - began) / (60.0 * options.minutes)
+    return max(by_time, step / options.steps) if options.steps else by_time
+
+
+def one_cycle(share: float) -> float:
+    """Learning rate as a fraction of the highest: rises linearly, then falls as a cosine."""
+    if share < WARM_UP:
+        return LEAST_RATE + (1.0 - LEAST_RATE) * share / WARM_UP
+    down = (share - WARM_UP) / (1.0 - WARM_UP)
+    return LEAST_RATE + (1.0 - LEAST_RATE) * (1.0 + math.cos(math.pi * down)) / 2.0
+
+
+def _write(card: dict[str, Any], folder: Path) -> None:
+    (folder / CARD).write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
+
+
+def _say(line: str) -> None:
+    print(line, flush=True)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, nargs="+", required=True, help="training recordings")
+    parser.add_argument("--check", type=Path, nargs="+", required=True, help="held-out recordings")
+    parser.add_argument("--out", type=Path, required=True, help="folder for lidar.pt and lab.language.json")
+    parser.add_argument("--minutes", type=float, default=Options.minutes, help="duration of training alone")
+    parser.add_argument("--steps", type=int, help="stop after this many steps at the latest")
+    parser.add_argument("--seed", type=int, default=Options.seed)
+    parser.add_argument("--batch", type=int, default=Options.batch)
+    parser.add_argument("--rate", type=float, default=Options.rate, help="highest learning rate")
+    parser.add_argument("--every", type=int, default=Options.every, help="ticks between the ends of two windows")
+    parser.add_argument("--widths", type=int, nargs=3, default=Options.widths, help="channels of the three scales")
+    parser.add_argument("--start", type=Path, help="lidar.pt or lidar.onnx to continue from")
+    parser.add_argument("--jobs", type=int, default=Options.jobs, help="number of reading processes")
+    parser.add_argument("--device", default=Options.device)
+    given = vars(parser.parse_args(arguments))
+    for name in ("data", "check", "widths"):
+        given[name] = tuple(given[name])
+    train(Options(**given))
+
+
+if __name__ == "__main__":
+    main()

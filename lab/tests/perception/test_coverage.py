@@ -1,0 +1,51 @@
+"""Who of a group is noticed, by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lab.perception.evaluation.metrics.matching import Reals
+from lab.perception.evaluation.metrics.pedestrian_recall import Coverage, coverage
+from stucksolver_perception.lidar_labels import LABELS
+from stucksolver_perception.measurements import Detections
+
+PERSON, CAR = LABELS.index("pedestrian"), LABELS.index("car")
+
+
+def people(*places, label=PERSON, counted=True):
+    n = len(places)
+    return Reals(
+        label=np.full(n, label),
+        center=np.array([(x, y, 0.9) for x, y in places]).reshape(-1, 3),
+        size=np.tile((0.5, 0.5, 1.8), (n, 1)),
+        yaw=np.zeros(n),
+        velocity=np.zeros((n, 2)),
+        counted=np.full(n, counted),
+        identity=np.arange(n),
+    )
+
+
+def boxes(*ones):
+    """(x, y, length, width, yaw, label, score)."""
+    n, b = len(ones), np.array(ones, float).reshape(-1, 7)
+    center, size = np.column_stack([b[:, :2], np.full(n, 0.9)]), np.column_stack([b[:, 2:4], np.full(n, 1.8)])
+    return Detections(0.0, b[:, 5].astype(np.int64), b[:, 6], center, size, b[:, 4], np.zeros((n, 2)))
+
+
+def test_a_group_taken_for_a_car_is_noticed():
+    group = people((10.0, 1.0), (10.0, 1.5), (10.6, 1.2))
+    assert coverage(boxes((10.2, 1.2, 2.0, 1.5, 0.0, CAR, 0.8)), group) == Coverage(3, 3, 3, 3)
+
+
+def test_one_box_does_not_cover_who_stands_beside_it_and_a_weak_one_covers_nobody():
+    group = people((10.0, 0.0), (10.0, 0.6), (10.0, 1.2))
+    assert coverage(boxes((10.0, 0.0, 0.5, 0.5, 0.3, PERSON, 0.9)), group) == Coverage(3, 2, 3, 2)
+    assert coverage(boxes((10.0, 0.0, 0.5, 0.5, 0.3, PERSON, 0.3)), group) == Coverage(3, 0, 3, 0)
+
+
+def test_only_people_nearby_with_returns_count_and_only_those_in_front_are_ahead():
+    found = boxes((10.0, 8.0, 0.5, 0.5, 0.0, PERSON, 0.9))
+    assert coverage(found, people((10.0, 8.0), (-5.0, 0.0), (25.0, 0.0))) == Coverage(2, 1, 0, 0)
+    assert coverage(found, people((10.0, 8.0), counted=False)) == Coverage()
+    assert coverage(found, people((10.0, 8.0), label=CAR)) == Coverage()
+    assert coverage(boxes(), people()) == Coverage()

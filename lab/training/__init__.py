@@ -1,0 +1,1 @@
+"""Trains the networks of `stucksolver_perception` on recordings. Needs torch, preferably with a GPU."""

@@ -1,0 +1,102 @@
+"""Traffic lights, their controllers and crosswalks, as OpenDRIVE elements.
+
+Written the way CARLA's own towns are: the light's post stands beside the arm and is valid for no lane there;
+each connecting road refers to it at its start, which is where CARLA makes cars stop. (The library cannot
+write controllers, nor several references to one light, so these elements are made here.)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from xml.etree.ElementTree import Element, SubElement
+
+from carlette.maps.road_chains import Arm
+
+LIGHT_TYPE = "1000001"
+_POST_BEFORE_END_M = 1.5
+_POST_BEHIND_KERB_M = 0.5
+_CROSSWALK_M = (2.0, 5.0)
+_BEYOND_KERB_M = 1.0
+
+
+def light(arm: Arm, light_id: int) -> Element:
+    """The post at the right kerb of an arm. `orientation` is the way it faces, as in CARLA's towns."""
+    side = -1 if arm.at_end else 1
+    post = {
+        "name": "Signal_3Light_Post01",
+        "id": light_id,
+        "s": _station(arm, _POST_BEFORE_END_M),
+        "t": side * (arm.profile.half_width_m + _POST_BEHIND_KERB_M),
+        "zOffset": 0.0,
+        "hOffset": 0.0 if arm.at_end else math.pi,
+        "roll": 0.0,
+        "pitch": 0.0,
+        "orientation": "-" if arm.at_end else "+",
+        "dynamic": "yes",
+        "country": "OpenDRIVE",
+        "type": LIGHT_TYPE,
+        "subtype": "-1",
+        "value": -1.0,
+        "text": "",
+        "height": 1.16,
+        "width": 0.525,
+    }
+    element = _element("signal", post)
+    element.append(_element("validity", {"fromLane": 0, "toLane": 0}))
+    return element
+
+
+def light_reference(light_id: int) -> Element:
+    """Makes lane -1 of a connecting road obey a light at the road's start."""
+    element = _element("signalReference", {"id": light_id, "s": 0.0, "t": 0.0, "orientation": "-"})
+    element.append(_element("validity", {"fromLane": -1, "toLane": -1}))
+    return element
+
+
+def controller(number: int, sequence: int, light_id: int) -> Element:
+    """The controller of one light, for the top level of the document."""
+    element = _element("controller", {"name": f"ctrl{number}", "id": number, "sequence": sequence})
+    element.append(_element("control", {"signalId": light_id, "type": ""}))
+    return element
+
+
+def controller_entry(number: int, sequence: int) -> Element:
+    """A junction's entry for a controller: its place in the cycle."""
+    return _element("controller", {"id": number, "type": 0, "sequence": sequence})
+
+
+def crosswalk(arm: Arm, number: int) -> Element:
+    """From kerb to kerb, just inside the junction, so that cars which stop at its edge keep off it."""
+    ahead = 1 if arm.at_end else -1
+    near_m, far_m = (ahead * distance for distance in _CROSSWALK_M)
+    half_m = arm.profile.half_width_m + _BEYOND_KERB_M
+    place = {
+        "id": number,
+        "name": "ContinentalCrosswalk",
+        "type": "crosswalk",
+        "s": _station(arm, 0.0),
+        "t": 0.0,
+        "zOffset": 0.0,
+        "hdg": 0.0,
+        "roll": 0.0,
+        "pitch": 0.0,
+        "orientation": "+",
+        "width": abs(far_m - near_m),
+        "length": 2 * half_m,
+    }
+    element = _element("object", place)
+    outline = SubElement(element, "outline")
+    for u, v in ((near_m, -half_m), (far_m, -half_m), (far_m, half_m), (near_m, half_m), (near_m, -half_m)):
+        outline.append(_element("cornerLocal", {"u": u, "v": v, "z": 0.0}))
+    return element
+
+
+def _station(arm: Arm, before_end_m: float) -> float:
+    """The road's s that lies this far before the junction."""
+    length_m: float = arm.road.planview.get_total_length()
+    return length_m - before_end_m if arm.at_end else before_end_m
+
+
+def _element(tag: str, attributes: Mapping[str, object]) -> Element:
+    return Element(tag, {key: str(value) for key, value in attributes.items()})

@@ -1,0 +1,122 @@
+"""Reads an OpenDRIVE file, with the checks that keep the client's own parser from failing."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+from carlette.errors import MapError
+from carlette.opendrive.value_limits import check_bounds
+from carlette.safe_files import read_regular
+
+MAPS_VARIABLE = "STUCKSOLVER_MAPS"
+LAYOUTS = (
+    "*.xodr",
+    "OpenDrive/*.xodr",
+    "*/OpenDrive/*.xodr",
+    "CarlaUE4/Content/Carla/Maps/OpenDrive/*.xodr",
+    "CarlaUE4/Content/Carla/Maps/*/OpenDrive/*.xodr",
+    "Unreal/CarlaUE4/Content/Carla/Maps/OpenDrive/*.xodr",
+    "Unreal/CarlaUE4/Content/Carla/Maps/*/OpenDrive/*.xodr",
+)
+"""Where towns may be in a folder: directly in it, or as in CARLA's `Maps` folder, its packages or its sources."""
+LARGEST_MAP_BYTES = 128 << 20
+"""Largest OpenDRIVE text (bytes); Town04 has 3.4 MB."""
+OPTIMISED = "_Opt"
+"""CARLA's variants with layers have this after the town's name, and the same roads."""
+
+
+@dataclass(frozen=True)
+class MapFile:
+    """The name of a town and its OpenDRIVE text."""
+
+    name: str
+    text: str
+
+
+def map_folders(extra: Sequence[str]) -> list[Path]:
+    """The folders in which a town is looked up: `extra`, the environment's, the package's own."""
+    from_environment = os.environ.get(MAPS_VARIABLE, "").split(os.pathsep)
+    own = Path(__file__).resolve().parent.parent / "maps"
+    return [Path(one) for one in (*extra, *from_environment) if one] + [own]
+
+
+def available_towns(folders: Sequence[Path]) -> dict[str, Path]:
+    """Town name to file; the first folder that has a town wins. A folder may be a CARLA installation."""
+    towns: dict[str, Path] = {}
+    for path in _files(folders):
+        towns.setdefault(path.stem, path)
+    return towns
+
+
+def _files(folders: Sequence[Path]) -> Iterator[Path]:
+    for folder in folders:
+        for layout in LAYOUTS:
+            yield from (path for path in sorted(folder.glob(layout)) if path.is_file())
+
+
+def find_town(town_or_path: str, folders: Sequence[Path]) -> MapFile:
+    """Return the map that a client names: by its town, or by the path of a town's file in one of the folders.
+
+    Raises `MapError`, with the same message for a file elsewhere as for one that does not exist, so that clients learn
+    nothing about other files on this machine.
+    """
+    if town_or_path.endswith(".xodr"):
+        wanted = os.path.normpath(town_or_path)
+        path = next((one for one in _files(folders) if os.path.normpath(one) == wanted), None)
+        if path is None:
+            known = ", ".join(sorted(available_towns(folders))) or "none"
+            raise MapError(f"'{town_or_path}' is not a town of this server (it has {known}); name one of them")
+        return load_map(path)
+    return find_map(town_or_path, folders)
+
+
+def find_map(town_or_file: str, folders: Sequence[Path]) -> MapFile:
+    """The map of a town's name (a path such as `Carla/Maps/Town01` counts too) or of a file.
+
+    Raises `MapError` with what was looked for and where.
+    """
+    if town_or_file.endswith(".xodr"):
+        return load_map(Path(town_or_file))
+    name = town_or_file.rsplit("/", 1)[-1]
+    towns = available_towns(folders)
+    path = towns.get(name) or towns.get(name.removesuffix(OPTIMISED))
+    if path is None:
+        places = ", ".join(f"{one}" if one.is_dir() else f"{one} (no such folder)" for one in folders)
+        known = ", ".join(sorted(towns)) or "none"
+        raise MapError(f"map '{name}' not found in {places} (towns there: {known}); name one of them or a .xodr file")
+    return replace(load_map(path), name=name)
+
+
+def load_map(path: Path) -> MapFile:
+    """Reads and checks a file; raises `MapError`."""
+    try:
+        text = read_regular(path, LARGEST_MAP_BYTES).decode("utf-8")
+    except FileNotFoundError:
+        raise MapError(f"map file '{path}' does not exist; give the path of an OpenDRIVE .xodr file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
+        raise MapError(f"map file '{path}' cannot be read: {reason}; give a readable OpenDRIVE file") from None
+    check_bounds(check_opendrive(text, str(path)), str(path))
+    return MapFile(path.stem, text)
+
+
+def check_opendrive(text: str, source: str) -> ElementTree.Element:
+    """The root element; raises `MapError` when `text` is not a map with driving lanes."""
+    if not text.strip():
+        raise MapError(f"map file '{source}' is empty; give an OpenDRIVE file with roads")
+    if "<!DOCTYPE" in text:
+        # The library's parser does not know entities: it would read different numbers than this one.
+        raise MapError(f"map file '{source}' declares a document type; give an OpenDRIVE file without <!DOCTYPE>")
+    try:
+        root = ElementTree.fromstring(text.encode("utf-8", "surrogateescape"))
+    except ElementTree.ParseError as error:
+        raise MapError(f"map file '{source}' is not valid XML ({error}); give an OpenDRIVE file") from None
+    if root.tag != "OpenDRIVE":
+        raise MapError(f"map file '{source}' has the root <{root.tag}>, not <OpenDRIVE>; give an OpenDRIVE file")
+    if not any(lane.get("type") == "driving" for lane in root.iter("lane")):
+        raise MapError(f"map file '{source}' has no lane of type 'driving'; carlette needs one to put cars on")
+    return root

@@ -1,0 +1,97 @@
+"""The road network as the server needs it: ground, speed signs, spawn points."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from carlette.errors import MapError
+from carlette.geometry import Pose, Rotation, Vector
+from carlette.opendrive.map_file import MapFile, check_opendrive
+from carlette.opendrive.speed_limit_boxes import SpeedBoxes, read_speed_boxes
+
+SPAWN_SPACING_M = 20.0
+SPAWN_HEIGHT_M = 0.5
+KERB_M = 0.15
+
+
+class Ground(NamedTuple):
+    """The road's surface near a point, as a plane."""
+
+    origin: Vector
+    slope_x: float
+    """Rise in z for each metre of x."""
+    slope_y: float
+    kerb_m: float = 0.0
+    """Height of the walking surface above the road's (m): sidewalks are higher."""
+
+
+class RoadNetwork:
+    """Wraps `carla.Map` (which cannot be pickled, so a copy builds its own from the text)."""
+
+    def __init__(self, file: MapFile) -> None:
+        """Raise `MapError` if the client's library cannot load the file as a map."""
+        check_opendrive(file.text, file.name)
+        self.file = file
+        self.carla: Any = _carla()
+        self.map: Any = self._build()
+        self.speed_boxes: SpeedBoxes = read_speed_boxes(self.carla, self.map)
+
+    def __getstate__(self) -> MapFile:
+        return self.file
+
+    def __setstate__(self, file: MapFile) -> None:
+        self.__init__(file)  # type: ignore[misc]
+
+    def _build(self) -> Any:
+        try:
+            built = self.carla.Map(self.file.name, self.file.text)
+            drivable = built.generate_waypoints(5.0)
+        except RuntimeError as error:
+            raise MapError(f"map '{self.file.name}' is rejected by the carla library: {error}") from None
+        if not drivable:
+            raise MapError(f"map '{self.file.name}' has no driving lane; give a map with roads to drive on")
+        return built
+
+    def waypoint(self, point: Vector) -> Any:
+        """The nearest waypoint of any lane type."""
+        return self.map.get_waypoint(self.carla.Location(*point), True, self.carla.LaneType.Any)
+
+    def ground(self, point: Vector) -> Ground:
+        """The surface of the lane nearest to `point`."""
+        found = self.waypoint(point)
+        transform = found.transform
+        location, rotation = transform.location, transform.rotation
+        slope = math.tan(math.radians(rotation.pitch))
+        yaw = math.radians(rotation.yaw)
+        return Ground(
+            Vector(location.x, location.y, location.z),
+            slope * math.cos(yaw),
+            slope * math.sin(yaw),
+            KERB_M if found.lane_type == self.carla.LaneType.Sidewalk else 0.0,
+        )
+
+    def spawn_points(self) -> list[Pose]:
+        """Places on driving lanes outside junctions, half a metre above the road."""
+        driving = self.carla.LaneType.Driving
+        sampled = self.map.generate_waypoints(SPAWN_SPACING_M)
+        outside = [one for one in sampled if not one.is_junction and one.lane_type == driving]
+        return [_above(one) for one in outside or sampled]
+
+
+def _above(waypoint: Any) -> Pose:
+    location, rotation = waypoint.transform.location, waypoint.transform.rotation
+    return Pose(
+        Vector(location.x, location.y, location.z + SPAWN_HEIGHT_M), Rotation(rotation.pitch, rotation.yaw, 0.0)
+    )
+
+
+def _carla() -> Any:
+    try:
+        import carla
+    except ImportError:
+        raise MapError(
+            "the package 'carla' is not installed, and it has wheels for Python 3.10, 3.11 and 3.12 only; "
+            "install carlette under one of them"
+        ) from None
+    return carla

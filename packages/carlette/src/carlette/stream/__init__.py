@@ -1,1 +1,0 @@
-"""The streaming port: one connection for each stream to which a client subscribes."""

@@ -1,0 +1,48 @@
+"""Who may enter a junction: one car at a time on lanes that cross, in the order of arrival."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from carlette.traffic.lane_graph import LaneGraph
+
+PATIENCE_TICKS = 60
+"""A car that has waited this long keeps later ones from crossing its path (ticks)."""
+
+Lanes = tuple[int, ...]
+
+
+@dataclass
+class Junctions:
+    """The lanes inside junctions that are reserved for cars (by their number in `Traffic`)."""
+
+    held: dict[int, Lanes] = field(default_factory=dict)
+    waiting: dict[int, int] = field(default_factory=dict)
+    """For how many ticks each car has been asking."""
+
+    def grant(self, graph: LaneGraph, wishes: dict[int, Lanes]) -> set[int]:
+        """Reserve junction lanes for the cars that may go, the longest waiting first; return those cars."""
+        self.waiting = {car: self.waiting.get(car, 0) + 1 for car in wishes}
+        reserved: list[Lanes] = []
+        granted = set()
+        for car in sorted(wishes, key=lambda one: (-self.waiting[one], one)):
+            lanes = wishes[car]
+            others = [held for holder, held in self.held.items() if holder != car]
+            if not any(_cross(graph, lanes, other) for other in (*others, *reserved)):
+                self.held[car] = lanes
+                granted.add(car)
+            elif self.waiting[car] > PATIENCE_TICKS:
+                reserved.append(lanes)
+        return granted
+
+    def take(self, car: int, lanes: Lanes) -> None:
+        """Reserve lanes for a car that is already inside."""
+        self.held[car] = lanes
+
+    def leave(self, car: int) -> None:
+        """Release the lanes of a car that has left."""
+        self.held.pop(car, None)
+
+
+def _cross(graph: LaneGraph, lanes: Lanes, others: Lanes) -> bool:
+    return any(not graph.crossing[lane].isdisjoint(others) for lane in lanes)

@@ -1,0 +1,179 @@
+"""The driving lanes of a map as arrays: points about every metre, grouped into lanes, linked into a graph."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carlette.geometry import Floats
+from carlette.opendrive.road_network import RoadNetwork
+from carlette.traffic.lane_point_grid import OTHER_LEVEL_M, Grid, make_grid
+from carlette.world.fork import shared
+
+SPACING_M = 1.0
+LEAST_SPACING_M = 0.2
+NEAR_M = 3.0
+"""A car further than this from every lane is on none (m)."""
+SIDE_MPS2 = 2.2
+"""Lateral acceleration that drivers accept in a bend."""
+CRAWL_MPS = 2.5
+CROSSING_M = 2.8
+"""Lanes whose middles come closer than this inside a junction cannot be used at the same time."""
+BEND_POINTS = 3
+
+Ints = NDArray[np.int64]
+Key = tuple[int, int, int]
+
+
+@shared
+@dataclass(frozen=True, eq=False)
+class LaneGraph:
+    """All lanes of a map; lane `i` owns the points `first[i]` to `first[i + 1]`. Never changes."""
+
+    place: Floats
+    """(points, 3) metres."""
+    ahead: Floats
+    """(points, 2) unit vectors along the lane."""
+    along: Floats
+    """Distance from the start of the lane (m)."""
+    speed: Floats
+    """Highest speed that a bend allows (m/s)."""
+    lane: Ints
+    """The lane of each point."""
+    first: Ints
+    inside: NDArray[np.bool_]
+    """(lanes): True if the lane runs through a junction."""
+    after: list[list[int]]
+    """Lanes that a lane leads to."""
+    crossing: list[frozenset[int]]
+    """Lanes of the same junction that must be empty for this one to be used."""
+    grid: Grid
+    """The points by where they are."""
+
+    def nearest(self, place: Floats, yaw_rad: float) -> int:
+        """Return the lane point nearest to a vehicle that roughly heads along its lane; -1 if none is near."""
+        _, points = self.grid.candidates(place[None], NEAR_M)
+        gap = self.place[points] - place
+        far = np.hypot(gap[:, 0], gap[:, 1])
+        heading = self.ahead[points] @ (math.cos(yaw_rad), math.sin(yaw_rad))
+        fits = (heading > 0.5) & (np.abs(gap[:, 2]) < OTHER_LEVEL_M) & (far < NEAR_M)
+        return int(points[np.where(fits, far, np.inf).argmin()]) if fits.any() else -1
+
+
+_graphs: WeakKeyDictionary[RoadNetwork, LaneGraph] = WeakKeyDictionary()
+
+
+def lane_graph(roads: RoadNetwork) -> LaneGraph:
+    """Return the graph of a map; it is built once."""
+    if roads not in _graphs:
+        _graphs[roads] = _build(roads)
+    return _graphs[roads]
+
+
+def _build(roads: RoadNetwork) -> LaneGraph:
+    links = _links(roads)
+    lanes = _lanes(roads)
+    keys = sorted(lanes)
+    number = {key: index for index, key in enumerate(keys)}
+    chains = [lanes[key] for key in keys]
+    first = np.cumsum([0, *map(len, chains)])
+    points = [point for chain in chains for point in chain]
+    transforms = [point.transform for point in points]
+    place = np.array([(one.location.x, one.location.y, one.location.z) for one in transforms])
+    yaw = np.radians([one.rotation.yaw for one in transforms])
+    lane = np.repeat(np.arange(len(chains)), np.diff(first))
+    inside = np.array([chain[0].is_junction for chain in chains])
+    after = [sorted({number[one] for one in links.get(key, ()) if one in number}) for key in keys]
+    steps = np.hypot(*np.diff(place[:, :2], axis=0, prepend=place[:1, :2]).T)
+    steps[first[:-1]] = 0.0
+    run = np.cumsum(steps)
+    return LaneGraph(
+        place=place,
+        ahead=np.stack([np.cos(yaw), np.sin(yaw)], axis=1),
+        along=run - run[first[:-1]][lane],
+        speed=_bend_speeds(place, yaw, lane),
+        lane=lane,
+        first=first,
+        inside=inside,
+        after=after,
+        crossing=_crossings(chains, place, first, after),
+        grid=make_grid(place),
+    )
+
+
+def _links(roads: RoadNetwork) -> dict[Key, set[Key]]:
+    """Return the lanes to which each lane leads; the library lets a lane that ends lead to itself."""
+    links: dict[Key, set[Key]] = {}
+    for begin, end in roads.map.get_topology():
+        if _key(begin) != _key(end):
+            links.setdefault(_key(begin), set()).add(_key(end))
+    return links
+
+
+def _lanes(roads: RoadNetwork) -> dict[Key, list[Any]]:
+    """The waypoints of each driving lane in the direction of travel."""
+    lanes: dict[Key, list[Any]] = {}
+    for begin, _ in roads.map.get_topology():
+        lanes.setdefault(_key(begin), [begin])
+    for waypoint in roads.map.generate_waypoints(SPACING_M):
+        lanes.setdefault(_key(waypoint), []).append(waypoint)
+    # Lanes right of the reference line have negative numbers and run along it.
+    return {key: _spaced(sorted(lane, key=lambda one: one.s, reverse=key[2] > 0)) for key, lane in lanes.items()}
+
+
+def _spaced(lane: list[Any]) -> list[Any]:
+    """Return the lane without points that almost coincide with the one before."""
+    kept = [lane[0]]
+    kept += [one for before, one in pairwise(lane) if abs(one.s - before.s) > LEAST_SPACING_M]
+    return kept
+
+
+def _key(waypoint: Any) -> Key:
+    return waypoint.road_id, waypoint.section_id, waypoint.lane_id
+
+
+def _bend_speeds(place: Floats, yaw: Floats, lane: Ints) -> Floats:
+    """Return speeds (m/s) that keep the lateral acceleration within `SIDE_MPS2`, from the turn over a few metres."""
+    count = len(yaw)
+    before = np.maximum(np.arange(count) - BEND_POINTS, 0)
+    behind = np.minimum(np.arange(count) + BEND_POINTS, count - 1)
+    before = np.where(lane[before] == lane, before, np.arange(count))
+    behind = np.where(lane[behind] == lane, behind, np.arange(count))
+    turn = np.abs((yaw[behind] - yaw[before] + np.pi) % (2 * np.pi) - np.pi)
+    length = np.hypot(*(place[behind, :2] - place[before, :2]).T)
+    bend = turn / np.maximum(length, SPACING_M)
+    speeds: Floats = np.maximum(np.sqrt(SIDE_MPS2 / np.maximum(bend, 1e-4)), CRAWL_MPS)
+    return speeds
+
+
+def _crossings(chains: list[list[Any]], place: Floats, first: Ints, after: list[list[int]]) -> list[frozenset[int]]:
+    """Return, for each lane in a junction, the others whose middles come near, except those with the same start."""
+    junctions: dict[int, list[int]] = {}
+    for number, chain in enumerate(chains):
+        if chain[0].is_junction:
+            junctions.setdefault(chain[0].junction_id, []).append(number)
+    before: dict[int, set[int]] = {}
+    for number, following in enumerate(after):
+        for one in following:
+            before.setdefault(one, set()).add(number)
+    found: list[set[int]] = [set() for _ in chains]
+    for members in junctions.values():
+        for one in members:
+            for other in members:
+                shares_begin = bool(before.get(one, set()) & before.get(other, set()))
+                if one < other and not shares_begin:
+                    gap = place[first[one] : first[one + 1], None] - place[None, first[other] : first[other + 1]]
+                    if ((gap * gap).sum(axis=2) < CROSSING_M**2).any() and not _linked(one, other, after):
+                        found[one].add(other)
+                        found[other].add(one)
+    return [frozenset(one) for one in found]
+
+
+def _linked(one: int, other: int, after: list[list[int]]) -> bool:
+    return other in after[one] or one in after[other]

@@ -1,0 +1,59 @@
+"""Where lanes have a stop line: the lane points at traffic lights and stop signs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from carlette.geometry import Floats
+from carlette.traffic.lane_graph import LaneGraph
+from carlette.traffic.lane_point_grid import Ints
+from carlette.world.actor import Kind
+from carlette.world.fork import shared
+from carlette.world.world import World
+
+
+@shared
+@dataclass(frozen=True, eq=False)
+class StopLines:
+    """What requires a stop at each lane point; constant within an episode."""
+
+    light: Ints
+    """Index of the traffic light; -1 = none."""
+    sign: Ints
+    """1 where a stop sign applies."""
+
+
+def stop_lines(world: World, graph: LaneGraph) -> StopLines:
+    """The stop lines of the world's lights and signs: where a governed lane passes the middle of the trigger box."""
+    light = np.full(len(graph.place), -1)
+    sign = np.zeros(len(graph.place), np.int64)
+    for actor in world.actors.values():
+        if actor.kind is Kind.LIGHT or (actor.kind is Kind.SIGN and actor.type_id == "traffic.stop"):
+            pose = world.pose(actor)
+            middle = np.array(pose.apply(actor.box.center))
+            yaw = np.radians(pose.rotation.yaw)
+            points = _governed(graph, middle, np.array((np.cos(yaw), np.sin(yaw))), actor.box.extent.x)
+            if actor.kind is Kind.LIGHT:
+                light[points] = actor.index
+            else:
+                sign[points] = 1
+    return StopLines(light, sign)
+
+
+def _governed(graph: LaneGraph, middle: Floats, across: Floats, half_m: float) -> Ints:
+    """The nearest point of each lane that passes through the box; its x axis runs across the lanes."""
+    _, points = graph.grid.candidates(middle[None], half_m + 2.0)
+    gap = graph.place[points] - middle
+    aside = np.abs(gap[:, :2] @ across)
+    along = gap[:, 0] * across[1] - gap[:, 1] * across[0]
+    # A lane crosses the box from its back to its front, whatever sign the box's axis has.
+    straight = np.abs(graph.ahead[points] @ across) < 0.5
+    heading = graph.ahead[points] @ np.array((across[1], -across[0]))
+    inside = (aside <= half_m) & (np.abs(along) < 2.5) & (np.abs(gap[:, 2]) < 3.0) & straight & (heading > 0.5)
+    points, along = points[inside], np.abs(along[inside])
+    best: dict[int, tuple[float, int]] = {}
+    for lane, off, point in zip(graph.lane[points].tolist(), along.tolist(), points.tolist(), strict=True):
+        best[lane] = min(best.get(lane, (np.inf, -1)), (off, point))
+    return np.array([point for _, point in best.values()], np.int64)

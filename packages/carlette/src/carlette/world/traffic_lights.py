@@ -1,0 +1,190 @@
+"""Traffic lights: the phases of each junction, their times, and what clients set by hand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from random import Random
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carlette.geometry import Floats
+from carlette.opendrive.signals import Turn
+from carlette.physics.bodies import Bodies
+from carlette.physics.column_table import Table, flags, indices, numbers
+
+GREEN_S = 10.0
+YELLOW_S = 3.0
+RED_S = 2.0
+RED_ALONE_S = 10.0
+"""Duration of red for a light that no controller names: it does not wait for another light's green (s)."""
+
+
+class Color(IntEnum):
+    """`carla.TrafficLightState`."""
+
+    RED = 0
+    YELLOW = 1
+    GREEN = 2
+    OFF = 3
+    UNKNOWN = 4
+
+
+STAGES = (Color.GREEN, Color.YELLOW, Color.RED)
+"""The stages of a phase; the column of each in `Lights.times`."""
+
+
+@dataclass
+class Group:
+    """The lights of a junction; its phases turn green one after the other."""
+
+    phases: list[list[int]]
+    """Indices of the lights with green together."""
+    red_s: float = RED_S
+    phase: int = 0
+    stage: int = 0
+    elapsed_s: float = 0.0
+    due_s: float | None = None
+    """How long the stage lasts: the longest time of the phase's lights; None = to be looked up."""
+
+
+@dataclass
+class Lights(Table):
+    """One row for each traffic light."""
+
+    row: NDArray[np.int64] = field(default_factory=indices())
+    """The light's row in `Bodies`."""
+    group: NDArray[np.int64] = field(default_factory=indices())
+    color: NDArray[np.int64] = field(default_factory=indices())
+    elapsed: Floats = field(default_factory=numbers())
+    """Seconds since the colour changed."""
+    times: Floats = field(default_factory=numbers(3))
+    """Seconds of green, yellow and red."""
+    frozen: NDArray[np.bool_] = field(default_factory=flags())
+    by_hand: NDArray[np.bool_] = field(default_factory=flags())
+    """True if a client set the colour: it stays for that colour's time, then the group controls the light again."""
+    center: Floats = field(default_factory=numbers(3))
+    """Trigger box, world frame."""
+    ahead: Floats = field(default_factory=numbers(2))
+    extent: Floats = field(default_factory=numbers(3))
+
+
+class Signals:
+    """All traffic lights of the world and the groups they belong to."""
+
+    def __init__(self) -> None:
+        self.lights = Lights()
+        self.groups: list[Group] = []
+        self._is_news = True
+        """True if anything but the time has changed since it was last published."""
+        self._is_held = False
+        """True if a light may be set by hand; checked first, because scanning the column costs more."""
+
+    def form_groups(self, turns: list[Turn], random: Random) -> None:
+        """Groups the lights by their turns; each group starts in a phase drawn at random."""
+        by_group: dict[str, dict[int, list[int]]] = {}
+        for index, turn in enumerate(turns):
+            by_group.setdefault(turn.group, {}).setdefault(turn.phase, []).append(index)
+        alone = {turn.group for turn in turns if turn.alone}
+        for number, (name, members) in enumerate(by_group.items()):
+            ordered = [members[key] for key in sorted(members)]
+            red_s = RED_ALONE_S if name in alone else RED_S
+            self.groups.append(Group(ordered, red_s, phase=random.randrange(len(ordered))))
+            for index in (one for phase in ordered for one in phase):
+                self.lights.group[index] = number
+        self.reset(range(len(self.groups)), keep_phase=True)
+
+    def reset(self, numbers_: range | list[int], keep_phase: bool = False) -> None:
+        """Restart groups: the first phase turns green, all others red; times are as at the start."""
+        lights = self.lights
+        for number in numbers_:
+            group = self.groups[number]
+            self._is_news = True
+            group.phase = group.phase if keep_phase else 0
+            group.stage, group.elapsed_s, group.due_s = 0, 0.0, None
+            for index in (one for phase in group.phases for one in phase):
+                lights.by_hand[index] = False
+                lights.times[index] = (GREEN_S, YELLOW_S, group.red_s)
+                self._paint(index, Color.GREEN if index in group.phases[group.phase] else Color.RED)
+
+    def set_color(self, index: int, color: Color) -> None:
+        """Sets a light by hand."""
+        self._paint(index, color)
+        self.lights.by_hand[index] = self._is_held = True
+
+    def set_time(self, index: int, stage: Color, seconds: float) -> None:
+        """Sets how long a light stays green, yellow or red."""
+        self.lights.times[index, STAGES.index(stage)] = seconds
+        self._is_news = True
+        self.groups[self.lights.group[index]].due_s = None
+
+    def freeze(self, frozen: bool, index: int | None = None) -> None:
+        """Stops or restarts the clock of all lights, or of the group of one."""
+        lights = self.lights
+        self._is_news = True
+        if index is None:
+            lights.frozen[:] = frozen
+        else:
+            lights.frozen[lights.group == lights.group[index]] = frozen
+
+    def members(self, index: int) -> list[int]:
+        """The lights of the same group."""
+        return [one for phase in self.groups[self.lights.group[index]].phases for one in phase]
+
+    def step(self, bodies: Bodies, dt: float) -> None:
+        """Advance the time of all lights."""
+        lights = self.lights
+        if not len(lights):
+            return
+        lights.elapsed += np.where(lights.frozen, 0.0, dt)
+        if self._is_held:
+            self._release()
+        for group in self.groups:
+            if not lights.frozen[group.phases[0][0]]:
+                # In 32 bits, as CARLA counts: at 20 Hz yellow lasts 61 ticks and red 41, so a phase lasts 15.1 s.
+                group.elapsed_s = float(np.float32(group.elapsed_s) + np.float32(dt))
+                self._advance(group)
+        self.publish(bodies)
+
+    def publish(self, bodies: Bodies) -> None:
+        """Writes colours and times into the records."""
+        lights, record = self.lights, bodies.record
+        record["elapsed"][lights.row] = lights.elapsed
+        if not self._is_news:
+            return
+        self._is_news = False
+        record["color"][lights.row] = lights.color
+        record["light_times"][lights.row] = lights.times
+        record["frozen"][lights.row] = lights.frozen
+
+    def _advance(self, group: Group) -> None:
+        lights = self.lights
+        if group.due_s is None:
+            group.due_s = float(lights.times[group.phases[group.phase], group.stage].max())
+        if group.elapsed_s <= group.due_s:
+            return
+        group.elapsed_s, group.due_s = 0.0, None
+        self._is_news = True
+        group.stage = (group.stage + 1) % len(STAGES)
+        if group.stage == 0:
+            group.phase = (group.phase + 1) % len(group.phases)
+        for index in group.phases[group.phase]:
+            if not lights.by_hand[index]:
+                self._paint(index, STAGES[group.stage])
+
+    def _release(self) -> None:
+        lights = self.lights
+        for index in np.flatnonzero(lights.by_hand).tolist():
+            color = Color(int(lights.color[index]))
+            if color in STAGES and lights.elapsed[index] >= lights.times[index, STAGES.index(color)]:
+                lights.by_hand[index] = False
+                group = self.groups[lights.group[index]]
+                current = index in group.phases[group.phase]
+                self._paint(index, STAGES[group.stage] if current else Color.RED)
+        self._is_held = bool(lights.by_hand.any())
+
+    def _paint(self, index: int, color: Color) -> None:
+        self._is_news = True
+        self.lights.color[index] = color
+        self.lights.elapsed[index] = 0.0

@@ -1,0 +1,118 @@
+"""Traffic lights cycle by junction, obey clients, and tell the vehicles in front of them."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+from carlette.geometry import Pose, Rotation, Vector
+from carlette.opendrive.map_file import load_map
+from carlette.opendrive.road_network import RoadNetwork
+from carlette.opendrive.signals import Turn
+from carlette.physics.bodies import Bodies
+from carlette.world.actor import Kind
+from carlette.world.spawn import spawn
+from carlette.world.traffic_lights import GREEN_S, RED_S, YELLOW_S, Color, Signals
+from carlette.world.world import World
+
+DT = 0.05
+
+
+def junction_of(phases: int) -> tuple[Signals, Bodies]:
+    signals, bodies = Signals(), Bodies()
+    for _ in range(phases):
+        signals.lights.append(row=bodies.append())
+    signals.form_groups([Turn("1", place) for place in range(phases)], Random(0))
+    return signals, bodies
+
+
+def run(signals: Signals, bodies: Bodies, seconds: float) -> list[list[int]]:
+    seen = []
+    for _ in range(round(seconds / DT)):
+        signals.step(bodies, DT)
+        seen.append(signals.lights.color.tolist())
+    return seen
+
+
+def test_each_phase_gets_green_then_yellow_then_red_one_after_the_other() -> None:
+    signals, bodies = junction_of(3)
+    cycle_s = 3 * (GREEN_S + YELLOW_S + RED_S)
+    seen = run(signals, bodies, cycle_s)
+    for light in range(3):
+        green = sum(one[light] == Color.GREEN for one in seen) * DT
+        yellow = sum(one[light] == Color.YELLOW for one in seen) * DT
+        assert green == pytest.approx(GREEN_S, abs=2 * DT)
+        assert yellow == pytest.approx(YELLOW_S, abs=2 * DT)
+    assert all(sum(color != Color.RED for color in one) <= 1 for one in seen)
+
+
+def test_a_light_set_by_hand_keeps_its_colour_for_its_own_time() -> None:
+    signals, bodies = junction_of(3)
+    for light in range(3):
+        signals.set_color(light, Color.RED)
+        signals.set_time(light, Color.RED, 10_000.0)
+    assert all(one == [Color.RED] * 3 for one in run(signals, bodies, 60.0))
+    assert signals.lights.elapsed[0] == pytest.approx(60.0, abs=0.1)
+
+
+def test_after_its_time_the_group_takes_a_light_back() -> None:
+    signals, bodies = junction_of(2)
+    signals.set_color(0, Color.GREEN)
+    signals.set_color(1, Color.GREEN)
+    run(signals, bodies, GREEN_S + 1.0)
+    assert sorted(signals.lights.color.tolist()) != [Color.GREEN, Color.GREEN]
+
+
+def test_frozen_lights_stand_still_and_go_on_afterwards() -> None:
+    signals, bodies = junction_of(2)
+    signals.freeze(True)
+    before = signals.lights.color.tolist()
+    assert all(one == before for one in run(signals, bodies, 40.0))
+    signals.freeze(False)
+    assert any(one != before for one in run(signals, bodies, 40.0))
+
+
+def test_a_reset_starts_with_the_first_phase() -> None:
+    signals, bodies = junction_of(3)
+    run(signals, bodies, 21.0)
+    signals.reset([0])
+    assert signals.lights.color.tolist() == [Color.GREEN, Color.RED, Color.RED]
+
+
+def test_a_car_before_a_light_is_told_its_state(town01) -> None:
+    world = World(RoadNetwork(load_map(town01)))
+    light = next(one for one in world.actors.values() if one.kind is Kind.LIGHT)
+    pose = world.pose(light)
+    before_line = pose.apply(light.box.center)
+    yaw = world.roads.waypoint(before_line).transform.rotation.yaw
+    car = spawn(world, "vehicle.tesla.model3", {}, Pose(before_line, Rotation(yaw=yaw)))
+    away = spawn(world, "vehicle.tesla.model3", {}, Pose(Vector(before_line.x, before_line.y, 60.0)))
+    world.signals.set_color(light.index, Color.RED)
+    world.tick()
+    record = world.bodies.record
+    assert (record["has_light"][car.row], record["light_id"][car.row]) == (1, light.id)
+    assert record["light_state"][car.row] == Color.RED
+    assert record["has_light"][away.row] == 0
+
+
+def test_a_phase_lasts_as_long_as_at_20_hz_in_carla() -> None:
+    """CARLA adds up 32-bit steps and changes when the sum is greater than the time: 200 + 61 + 41 ticks."""
+    signals, bodies = junction_of(2)
+    signals.reset([0])
+    seen = [one[0] for one in run(signals, bodies, 4 * 15.1)]
+    first = [seen.index(color) for color in (Color.YELLOW, Color.RED)]
+    assert [first[0] + 1, first[1] - first[0]] == [200, 61]
+    assert seen.index(Color.GREEN, first[1]) - first[1] == 41 + 302
+    assert seen.index(Color.YELLOW, first[1]) - first[0] == 604
+
+
+def test_a_light_that_no_controller_names_changes_for_itself_and_stays_red_longer() -> None:
+    signals, bodies = Signals(), Bodies()
+    for _ in range(2):
+        signals.lights.append(row=bodies.append())
+    signals.form_groups([Turn("signal 7", alone=True), Turn("1")], Random(0))
+    seen = run(signals, bodies, 46.0)
+    assert signals.members(0) == [0]
+    red_s = [sum(one[light] == Color.RED for one in seen) * DT for light in range(2)]
+    assert red_s == pytest.approx([20.0, 6.0], abs=0.3)

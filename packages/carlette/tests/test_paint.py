@@ -1,0 +1,80 @@
+"""A vehicle for which a client chooses no colour has one of its blueprint's, always the same for the same id."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from carlette.blueprints import AttributeType, load_catalogue
+from carlette.blueprints.default_color import UNPAINTED
+from carlette.world.spawn import spawn
+from straight import add, drive, on_lane, straight_world, ticks
+
+CAR, POLICE, BICYCLE = "vehicle.lincoln.mkz_2020", "vehicle.dodge.charger_police_2020", "vehicle.bh.crossbike"
+DEFINITIONS = load_catalogue().definitions
+
+
+def recommended(type_id: str) -> tuple[str, ...]:
+    return next(one.recommended for one in DEFINITIONS[type_id].attributes if one.id == "color")
+
+
+def color_of(actor) -> str:
+    return actor.attributes["color"][1]
+
+
+def asked(color: str):
+    return {"color": (AttributeType.COLOR, color)}
+
+
+def row_of_cars(attributes, type_id: str = CAR, count: int = 60) -> list[str]:
+    world = straight_world()
+    return [color_of(spawn(world, type_id, dict(attributes), on_lane(20.0 + 10.0 * i))) for i in range(count)]
+
+
+@pytest.mark.parametrize("attributes", [{}, asked(UNPAINTED)], ids=["nothing sent", "the blueprint's default"])
+def test_cars_that_nobody_painted_have_all_the_recommended_colours_and_the_same_ones_again(attributes) -> None:
+    colors = row_of_cars(attributes)
+    counts = Counter(colors)
+    assert set(counts) == set(recommended(CAR))
+    assert max(counts.values()) < 0.4 * len(colors)
+    assert row_of_cars(attributes) == colors
+
+
+@pytest.mark.parametrize("color", ["255,255,255", "17,17,17", "1,2,3", "nonsense"])
+def test_a_colour_that_a_client_chose_stays_as_it_was_sent(color: str) -> None:
+    assert set(row_of_cars(asked(color), count=5)) == {color}
+
+
+def test_blueprints_of_one_colour_have_that_colour() -> None:
+    assert set(row_of_cars({}, POLICE, 10)) == set(recommended(POLICE))
+
+
+def test_a_bicycle_has_one_of_a_bicycles_colours() -> None:
+    assert set(row_of_cars({}, BICYCLE, 30)) == set(recommended(BICYCLE))
+
+
+def test_the_default_is_a_colour_and_not_one_of_those_recommended_so_that_a_client_can_choose_any() -> None:
+    for definition in DEFINITIONS.values():
+        for one in definition.attributes:
+            if one.type is AttributeType.COLOR:
+                assert one.value == UNPAINTED and UNPAINTED not in one.recommended
+    assert all(0 <= int(part) <= 255 for part in UNPAINTED.split(","))
+
+
+def test_what_has_no_colour_gets_none() -> None:
+    world = straight_world()
+    for kind in ("walker.pedestrian.0001", "static.prop.constructioncone"):
+        assert "color" not in add(world, kind, x=30.0 if "walker" in kind else 40.0).attributes
+
+
+@pytest.mark.integration
+def test_paint_moves_nothing() -> None:
+    ways = []
+    for attributes in ({}, asked("1,2,3")):
+        world = straight_world()
+        car = spawn(world, CAR, attributes, on_lane(50.0))
+        drive(world, car, throttle=0.7, steer=0.05)
+        ways.append(np.array([w.bodies.position.copy() for w in ticks(world, 200)]))
+    assert (ways[0] == ways[1]).all()

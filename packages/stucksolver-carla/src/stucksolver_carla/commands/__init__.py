@@ -1,0 +1,11 @@
+"""Commands on a running CARLA server."""
+
+from stucksolver.commands.command_table import Command
+
+COMMANDS = {
+    "watch": Command(
+        "observe a car in a running simulator: detect, reason, check and record, but never act",
+        "stucksolver_carla.commands.watch",
+        drives=True,
+    ),
+}

@@ -1,0 +1,20 @@
+"""Our base driver: its interface, and the types in which it gets its orders."""
+
+from stucksolver_carla.drivers.behavior.behavior_driver import BehaviorDriver
+from stucksolver_carla.drivers.behavior.options import DriverOptions
+from stucksolver_carla.drivers.behavior.routing import RouteError, trace_route
+from stucksolver_carla.drivers.behavior.swept_path import Hazard
+from stucksolver_carla.drivers.driver_interface import DrivePoint, Driver, DrivesPath, HasRoute, RoutePoint
+
+__all__ = [
+    "BehaviorDriver",
+    "DrivePoint",
+    "Driver",
+    "DriverOptions",
+    "DrivesPath",
+    "HasRoute",
+    "Hazard",
+    "RouteError",
+    "RoutePoint",
+    "trace_route",
+]

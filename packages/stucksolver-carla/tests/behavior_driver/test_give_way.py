@@ -1,0 +1,356 @@
+"""When the ego waits for others at a junction, and when it goes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stucksolver_carla.drivers.behavior.conflict_paths import Meeting, MeetingWay
+from stucksolver_carla.drivers.behavior.conflicting_traffic import Habits, of_one_pace, on_way
+from stucksolver_carla.drivers.behavior.ego_rollout import LeadVehicle
+from stucksolver_carla.drivers.behavior.junction_yield import PATIENCE_S, SETTLED_S, START_LAG_S, GiveWay, Moving
+from stucksolver_carla.drivers.behavior.lane_speed_prior import KNOWN_S, NEW_S, PACE_S, LanePace
+from stucksolver_carla.drivers.behavior.nearby_objects import FIRST_FAR_ID, NearbyBodies
+from stucksolver_carla.drivers.behavior.path import make_path
+from stucksolver_carla.drivers.behavior.profiles import PROFILES
+from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
+from stucksolver_perception.far_tracking import FIRST_ID
+
+CAR = VehicleModel(half_length=2.45, half_width=0.95, wheelbase=2.9, wheel_lock=1.2)
+S = np.arange(0.0, 200.0)
+LINE = make_path(S, np.zeros(200), np.full(200, 8.0))
+WAIT_S = 90.0
+MEET_S = 100.0
+AT_THE_LINE = WAIT_S - CAR.half_length - 1.0
+TOP_MPS = 13.0
+DT_S = 0.05
+
+
+class Light:
+    def __init__(self, state):
+        self.state = state
+
+
+def way(joins=False, goes_first=True, lights=()):
+    """Comes from y = -90 to the route at x = 100; crosses it, or turns into it."""
+    along = np.arange(0.0, 180.0)
+    inside = np.minimum(along, 90.0)
+    x = MEET_S + (along - inside if joins else np.zeros(180))
+    y = -90.0 + (inside if joins else along)
+    return MeetingWay(
+        x=x,
+        y=y,
+        yaw=np.where(along < 90.0, np.pi / 2.0, 0.0 if joins else np.pi / 2.0),
+        s=along,
+        bend_mps=100.0,
+        inside_s=82.0,
+        meets_s=88.0,
+        parts_s=92.0,
+        route_meets_s=MEET_S - 2.0,
+        route_parts_s=MEET_S + (8.0 if joins else 2.0),
+        straight=True,
+        joins=joins,
+        approach=(1, 0, -1),
+        goes_first=goes_first,
+        lights=tuple(lights),
+    )
+
+
+def comers(*places):
+    """(metres before the meeting, m/s) of cars on the other way."""
+    away, speed = np.array(places, dtype=float).reshape(-1, 2).T
+    zeros = np.zeros(len(away))
+    return NearbyBodies(
+        actor_id=tuple(range(len(away))),
+        is_walker=np.zeros(len(away), dtype=bool),
+        x=zeros + MEET_S,
+        y=-2.0 - away,
+        yaw=zeros + np.pi / 2.0,
+        half_length=zeros + 2.4,
+        half_width=zeros + 0.95,
+        bottom=zeros,
+        top=zeros + 1.5,
+        vx=zeros,
+        vy=speed,
+    )
+
+
+def look(around, s=AT_THE_LINE, speed=0.0, one=None, watch=None):
+    watch = watch or GiveWay([Meeting(WAIT_S, (one or way(),))], PROFILES["normal"], CAR)
+    return watch.look(LINE, s, Moving(speed, TOP_MPS), around, DT_S)
+
+
+def test_with_nobody_about_it_goes():
+    assert look(comers()).wait_m is None
+
+
+def test_it_waits_at_the_line_for_one_who_would_meet_it():
+    assert look(comers((25.0, 8.0))).wait_m == pytest.approx(WAIT_S - AT_THE_LINE - CAR.half_length)
+
+
+@pytest.mark.parametrize("around", [comers((85.0, 8.0)), comers((4.0, 12.0)), comers((25.0, 0.0))])
+def test_it_goes_before_one_far_off_behind_one_about_to_pass_and_past_one_who_stands(around):
+    assert look(around).wait_m is None
+
+
+def test_one_whom_it_passes_behind_is_no_reason_to_brake():
+    assert look(comers((4.0, 12.0))).passing == {0}
+
+
+def test_one_who_must_give_way_is_not_waited_for_unless_it_cannot_stop():
+    minor = way(goes_first=False)
+    assert look(comers((16.0, 5.0)), one=minor).wait_m is None
+    assert look(comers((28.0, 14.0)), s=WAIT_S - 10.0, speed=8.0, one=minor).wait_m is not None
+
+
+def test_a_red_light_holds_those_who_can_still_stop():
+    carla = pytest.importorskip("carla")
+    red = [Light(carla.TrafficLightState.Red)]
+    assert look(comers((16.0, 5.0)), one=way(lights=red)).wait_m is None
+    assert look(comers((16.0, 5.0)), one=way(lights=[Light(carla.TrafficLightState.Green)])).wait_m is not None
+
+
+def test_whoever_has_waited_takes_a_gap_that_was_too_small_at_first():
+    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR)
+    gaps = [away for away in np.arange(20.0, 80.0, 0.5) if look(comers((away, 8.0)), watch=watch).wait_m is None]
+    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR)
+    for _ in range(round(PATIENCE_S / DT_S)):
+        look(comers((25.0, 8.0)), watch=watch)
+    smaller = [away for away in np.arange(20.0, 80.0, 0.5) if look(comers((away, 8.0)), watch=watch).wait_m is None]
+    assert min(smaller) < min(gaps) - 1.0
+
+
+def test_it_is_never_told_to_stop_where_the_ways_meet():
+    for s in np.arange(AT_THE_LINE, MEET_S + 6.0, 0.5):
+        wait_m = look(comers((20.0, 8.0)), s=float(s), speed=5.0).wait_m
+        assert wait_m is None or s + CAR.half_length + wait_m <= MEET_S - 2.0
+
+
+def test_past_the_line_it_still_brakes_before_a_way_that_it_would_join_into_somebody():
+    late = look(comers((16.0, 14.0)), s=93.0, speed=4.0, one=way(joins=True))
+    assert late.wait_m == pytest.approx(MEET_S - 2.0 - 93.0 - CAR.half_length)
+
+
+def test_it_joins_a_flow_behind_the_one_that_is_ahead_by_then_and_not_before_a_faster_one():
+    joining = way(joins=True)
+    verdict = look(comers((5.0, 10.0)), one=joining)
+    assert verdict.wait_m is None and isinstance(verdict.leader, LeadVehicle) and verdict.leader.speed == 10.0
+    assert look(comers((45.0, 14.0)), one=joining).wait_m is not None
+
+
+def test_a_way_that_nobody_has_been_seen_to_take_is_not_expected_of_those_far_off():
+    one, other, habits = way(), way(joins=True), Habits()
+    far, near = (on_way(one, comers((away, 8.0)))[0] for away in (40.0, 12.0))
+    assert habits.expect(one, far)
+    for actor in on_way(other, comers((-1.0, 8.0), (-1.0, 8.0))):
+        habits.see([(other, actor)])
+    assert not habits.expect(one, far) and habits.expect(one, near) and habits.expect(other, far)
+
+
+def test_before_a_turn_where_others_go_first_it_slows_down_to_look():
+    bend = make_path(S, np.zeros(200), np.where(np.abs(S - MEET_S) < 10.0, 5.5, 13.0))
+    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR)
+    verdict = watch.look(bend, 50.0, Moving(10.0, TOP_MPS), comers(), DT_S)
+    assert verdict.look_m == pytest.approx(WAIT_S - 50.0 - CAR.half_length)
+    fast = make_path(S, np.zeros(200), np.full(200, 13.0))
+    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR)
+    assert watch.look(fast, 50.0, Moving(10.0, TOP_MPS), comers(), DT_S).look_m is None
+
+
+def sensed():
+    return GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
+
+
+def test_the_noise_of_a_streams_speeds_is_left_out_and_who_drives_otherwise_is_not():
+    one = way()
+    seen = [(one, other) for other in on_way(one, comers((10.0, 9.2), (30.0, 10.0), (50.0, 10.9), (70.0, 4.0)))]
+    assert [other.speed for _, other in of_one_pace(seen)] == pytest.approx([9.6, 9.6, 9.6, 4.0])
+    pair = seen[:2]
+    assert of_one_pace(pair) == pair
+
+
+@pytest.mark.parametrize("past_m", [0.1, 0.5, 0.9])
+def test_by_sensors_an_ego_that_crept_past_the_place_to_wait_still_waits(past_m):
+    s = MEET_S - 2.0 - CAR.half_length + past_m
+    coming = comers((10.0, 8.0))
+    assert look(coming, watch=sensed(), s=s, speed=0.2).wait_m == 0.0
+    assert look(coming, watch=sensed(), s=s, speed=3.0).wait_m is None, "too late"
+    assert look(coming, s=s, speed=0.2).wait_m is None, "with ground truth it knows that it is in the way"
+
+
+def test_by_sensors_it_sets_off_when_the_way_has_been_free_for_some_looks():
+    watch = sensed()
+    waits = [look(comers(), watch=watch).wait_m is not None for _ in range(10)]
+    assert waits[0] and not waits[-1]
+    assert sum(waits) == round(SETTLED_S / DT_S) - 1
+    watch = sensed()
+    flickering = [look(comers((20.0, 8.0)) if k % 3 == 0 else comers(), watch=watch).wait_m for k in range(40)]
+    assert all(wait_m is not None for wait_m in flickering)
+
+
+def test_who_has_just_come_into_view_is_no_slower_than_those_before_until_it_is_measured():
+    one, paces = way(), LanePace()
+
+    def seen(speed, actor_id):
+        return [(one, other._replace(actor_id=actor_id)) for other in on_way(one, comers((60.0, speed)))]
+
+    for k in range(20):
+        assert paces.of(seen(9.0, 1), DT_S * k)[0][1].speed == 9.0
+        paces.of(seen(9.0, 1) + seen(36.0, FIRST_FAR_ID), DT_S * k)
+    now_s = DT_S * 20
+    assert paces.of(seen(5.0, 2), now_s)[0][1].speed == 9.0
+    assert paces.of(seen(12.0, 3), now_s + DT_S)[0][1].speed == 12.0
+    paces.of(seen(5.0, 4), now_s)
+    assert paces.of(seen(5.0, 4), now_s + NEW_S)[0][1].speed == 5.0, "by now it is measured"
+    assert paces.of(seen(4.0, 5), now_s + NEW_S + PACE_S)[0][1].speed == 4.0, "that was long ago"
+
+
+@pytest.mark.parametrize(("others", "speed"), [(1, 36.0), (2, 11.0)], ids=["one drove there", "two did"])
+def test_whom_only_the_camera_sees_is_little_faster_than_those_who_drove_there(others, speed):
+    """The camera's speed is an upper bound."""
+    one, paces = way(), LanePace()
+
+    def seen(speed, *ids):
+        return [(one, other._replace(actor_id=k)) for k in ids for other in on_way(one, comers((60.0, speed)))]
+
+    for k in range(20):
+        paces.of(seen(9.0, *range(others)), DT_S * k)
+    now_s = DT_S * 20
+    assert paces.of(seen(36.0, FIRST_FAR_ID), now_s)[0][1].speed == speed
+    assert paces.of(seen(36.0, FIRST_FAR_ID), now_s + KNOWN_S)[0][1].speed == 36.0, "that was long ago"
+
+
+@pytest.mark.parametrize(("next_m", "goes_on"), [(90.0, True), (20.0, False)], ids=["a gap behind it", "another one"])
+def test_by_sensors_one_who_has_set_off_lets_who_is_passing_go_by_and_goes_on(next_m, goes_on):
+    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
+    while watch.look(LINE, AT_THE_LINE, Moving(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
+        pass
+    here = MEET_S - 2.0 - CAR.half_length - 1.2
+    for _ in range(round(SETTLED_S / DT_S) + 1):
+        found = watch.look(LINE, here, Moving(2.0, TOP_MPS), comers((2.0, 6.0), (next_m, 9.0)), DT_S)
+    assert found.wait_m is not None
+    assert watch.going is goes_on
+
+
+@pytest.mark.parametrize(("first_id", "gives_up"), [(1, True), (FIRST_FAR_ID, False)], ids=["LiDAR", "camera only"])
+def test_by_sensors_one_who_has_set_off_gives_up_only_for_whom_the_lidar_measures(first_id, gives_up):
+    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
+    while watch.look(LINE, AT_THE_LINE, Moving(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
+        pass
+    comes = replace(comers((20.0, 8.0)), actor_id=(first_id,))
+    for _ in range(round(SETTLED_S / DT_S) + 1):
+        found = watch.look(LINE, AT_THE_LINE, Moving(0.5, TOP_MPS), comes, DT_S)
+    assert (found.wait_m is not None) is gives_up
+
+
+def test_where_a_vehicle_is_that_only_the_camera_tracks_says_nothing_of_the_way_it_takes():
+    turning = way(joins=True)
+    for first_id, taken in ((1, True), (FIRST_FAR_ID, False)):
+        watch = GiveWay([Meeting(WAIT_S, (way(), turning))], PROFILES["normal"], CAR, sensed=True)
+        for k in range(3):
+            bodies = comers((-1.0, 8.0))
+            look(replace(bodies, actor_id=(first_id + k,)), watch=watch, s=AT_THE_LINE - 5.0, speed=5.0)
+        assert bool(watch._habits._took) is taken
+    assert FIRST_FAR_ID == FIRST_ID
+
+
+def least_lead_m(sensed):
+    """How far off a car must be for an ego to set off before it, seven seconds before their ways join."""
+    ramp = make_path(S, np.zeros(200), np.full(200, 4.0))
+    for away_m in np.arange(90.0, 40.0, -1.0):
+        watch = GiveWay([Meeting(WAIT_S - 30.0, (way(joins=True),))], PROFILES["normal"], CAR, sensed=sensed)
+        s = WAIT_S - 30.5 - CAR.half_length
+        if watch.look(ramp, s, Moving(4.0, TOP_MPS), comers((away_m, 7.0)), DT_S).wait_m is not None:
+            return away_m + 1.0
+    raise AssertionError("it never waits")
+
+
+def test_by_sensors_a_gap_is_judged_until_the_ego_has_joined_even_at_the_end_of_a_long_ramp():
+    assert least_lead_m(sensed=True) > least_lead_m(sensed=False) + 5.0
+
+
+@pytest.mark.parametrize(
+    "past_m, speed, stays", [(0.1, 1.2, True), (0.8, 0.0, True), (0.8, 3.0, False), (1.2, 0.5, False)]
+)
+def test_by_sensors_an_ego_that_gives_up_just_past_the_line_stays_there(past_m, speed, stays):
+    s = WAIT_S - CAR.half_length + past_m
+    to_the_way_m = MEET_S - 2.0 - WAIT_S - past_m
+    coming = comers((25.0, 8.0))
+    assert look(coming, watch=sensed(), s=s, speed=speed).wait_m == pytest.approx(0.0 if stays else to_the_way_m)
+    assert look(coming, s=s, speed=speed).wait_m == pytest.approx(to_the_way_m), (
+        "with ground truth it goes up to the way"
+    )
+
+
+def test_by_sensors_who_follows_on_the_common_way_is_no_leader():
+    """It has joined before a car, and would brake to get behind it."""
+    here = comers((0.0, 0.0))
+    follower = replace(here, x=here.x + 3.0, y=np.zeros(1), yaw=np.zeros(1), vx=np.full(1, 10.0), vy=np.zeros(1))
+    joining, s = Meeting(WAIT_S, (way(joins=True),)), MEET_S + 9.5
+    told = [
+        look(follower, s=s, speed=9.0, watch=GiveWay([joining], PROFILES["normal"], CAR, sensed=one))
+        for one in (True, False)
+    ]
+    assert told[0].leader is None and told[0].wait_m is None
+    assert told[1].leader is not None and told[1].leader.gap_m < -2.0 * CAR.half_length, "with ground truth it is one"
+
+
+def test_by_sensors_an_ego_that_has_set_off_does_not_give_up_for_one_noisy_look():
+    noisy_s = SETTLED_S - DT_S
+    for watch, looks in (
+        (sensed(), round(noisy_s / DT_S)),
+        (GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR), 0),
+    ):
+        look(comers(), watch=watch, speed=2.0)
+        assert watch.going
+        goes = [look(comers((21.0, 8.0)), watch=watch, speed=2.0).wait_m is None for _ in range(10)]
+        assert goes == [True] * looks + [False] * (10 - looks)
+
+
+def test_by_sensors_an_ego_gives_up_only_for_a_new_vehicles_measured_speed():
+    for going in (False, True):
+        watch = sensed()
+        for k in range(20):
+            passing = replace(comers((40.0 - 20.0 * DT_S * k, 20.0)), actor_id=(50,))
+            look(passing, watch=watch, s=AT_THE_LINE - 20.0, speed=8.0)
+        if going:
+            look(comers(), watch=watch, speed=2.0)
+        assert watch.going is going
+        new = replace(comers((60.0, 8.0)), actor_id=(51,))
+        waits = [look(new, watch=watch, speed=2.0).wait_m is not None for _ in range(5)]
+        assert waits == [not going] * 5
+
+
+@pytest.mark.integration
+def test_by_sensors_it_goes_on_into_the_gap_that_it_took_after_a_long_wait():
+    """It needs some tenths of a second to set off: once, not once more at each look."""
+    watch = sensed()
+    for _ in range(round(PATIENCE_S / DT_S)):
+        assert look(comers((25.0, 8.0)), watch=watch).wait_m is not None
+    away_m = min(one for one in np.arange(20.0, 80.0, 0.25) if _settles(watch, one))
+    told, s, speed = [], AT_THE_LINE, 0.0
+    for k in range(60):
+        told.append(look(comers((away_m - 8.0 * DT_S * k, 8.0)), watch=watch, s=s, speed=speed).wait_m)
+        speed += 3.3 * DT_S if k * DT_S > START_LAG_S else 0.0
+        s += speed * DT_S
+    assert told == [None] * 60
+
+
+def test_by_sensors_an_ego_that_is_early_lets_one_pass_and_keeps_its_gap():
+    watch, near = sensed(), MEET_S - 2.0 - CAR.half_length - 1.0
+    for _ in range(5):
+        look(comers((70.0, 10.0)), watch=watch, s=near)
+    for _ in range(5):
+        assert look(comers((4.5, 10.0), (60.0, 10.0)), watch=watch, s=near, speed=0.3).wait_m == pytest.approx(1.0)
+        assert watch.going
+    for _ in range(5):
+        look(comers((4.5, 10.0), (20.0, 10.0)), watch=watch, s=near, speed=0.3)
+    assert not watch.going, "before the second one the gap is too short"
+
+
+def _settles(watch, away_m):
+    """True if a standing ego sets off before one that comes from there; if it does not, it has not moved."""
+    waits = [look(comers((away_m, 8.0)), watch=watch).wait_m for _ in range(4)]
+    return waits[-1] is None

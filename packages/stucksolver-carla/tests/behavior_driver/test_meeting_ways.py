@@ -1,0 +1,85 @@
+"""Where the ways of others meet a route: on the roads of the demo town."""
+
+from __future__ import annotations
+
+import math
+import random
+from functools import lru_cache
+
+import carla
+import numpy as np
+import pytest
+
+from carlette.maps import DEMO_TOWN
+from stucksolver_carla.drivers.behavior import RouteError, trace_route
+from stucksolver_carla.drivers.behavior.conflict_paths import MEETS_M, meetings
+from stucksolver_carla.drivers.behavior.lane_graph import lane_graph
+from stucksolver_carla.drivers.behavior.route_line import route_path
+
+
+@lru_cache(maxsize=1)
+def junctions():
+    """(route, line, its meetings) of some routes through the town."""
+    town = carla.Map("demo", DEMO_TOWN.read_text(encoding="utf-8"))
+    spots = [w.transform.location for w in town.generate_waypoints(20.0)]
+    chooser, found = random.Random(3), []
+    while len(found) < 25:
+        try:
+            route = trace_route(town, chooser.choice(spots), chooser.choice(spots))
+        except RouteError:
+            continue
+        line = route_path(route)
+        found.append((route, line, meetings(route, line, lane_graph(town), [], [])))
+    return found
+
+
+def all_ways():
+    return [(line, meeting, one) for _, line, found in junctions() for meeting in found for one in meeting.ways]
+
+
+@pytest.mark.integration
+def test_the_town_has_ways_that_cross_and_ways_that_join():
+    assert {one.joins for _, _, one in all_ways()} == {True, False}
+
+
+def test_every_way_comes_near_the_route_where_it_is_said_to_and_not_before():
+    for line, _, one in all_ways():
+        i = int(np.argmin(np.abs(one.s - one.meets_s)))
+        away = np.hypot(line.x - one.x[i], line.y - one.y[i])
+        assert away.min() < MEETS_M + 0.5
+        assert one.route_meets_s <= one.route_parts_s and one.inside_s - 1.0 <= one.meets_s <= one.parts_s
+
+
+def test_the_place_to_wait_lies_before_the_ways_meet():
+    assert all(meeting.wait_s - 1.5 <= meeting.first_s for _, meeting, _ in all_ways())
+
+
+def test_no_way_leads_in_the_lane_by_which_the_route_comes():
+    for line, meeting, one in all_ways():
+        x, y, yaw = line.at(np.array([meeting.wait_s - 5.0]))
+        same = np.cos(one.yaw - yaw[0]) > 0.9
+        away = np.hypot(one.x - x[0], one.y - y[0])
+        assert not (same & (away < 1.0) & (one.s < one.inside_s)).any()
+
+
+def test_a_left_turn_gives_way_to_those_who_come_straight_on():
+    left = [
+        one
+        for route, line, found in junctions()
+        for meeting in found
+        for one in meeting.ways
+        if one.straight and _turn_deg(line, meeting) < -60.0
+    ]
+    assert left and all(one.goes_first for one in left)
+
+
+def test_after_a_stop_sign_all_others_go_first():
+    route, line, found = next(one for one in junctions() if one[2])
+    town = carla.Map("demo", DEMO_TOWN.read_text(encoding="utf-8"))
+    signed = meetings(route, line, lane_graph(town), [], [meeting.wait_s for meeting in found])
+    assert all(one.goes_first for meeting in signed for one in meeting.ways)
+
+
+def _turn_deg(line, meeting):
+    _, _, yaw = line.at(np.array([meeting.wait_s, max(meeting.last_s, meeting.wait_s + 20.0)]))
+    return pytest.approx(0.0) if len(yaw) < 2 else math.degrees(float(yaw[1] - yaw[0]))

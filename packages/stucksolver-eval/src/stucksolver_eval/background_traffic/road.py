@@ -1,0 +1,234 @@
+"""Traffic on the hero's own road, ahead of it and behind it, in all lanes of its direction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from stucksolver_eval.actors import Car
+from stucksolver_eval.actors.lane_path import Chooser, straightest
+from stucksolver_eval.background_traffic.ego_snapshot import Seen
+from stucksolver_eval.background_traffic.lanes import back, beside, is_driving, slots
+
+if TYPE_CHECKING:
+    import carla
+
+MAX_MPS = 90.0 / 3.6
+
+
+@dataclass(eq=False)
+class _RoadCar:
+    car: Car
+    ahead_m: float = 0.0
+    slot: int = 0
+    """Lanes to the right of the route's lane; negative to the left."""
+
+
+class RoadTraffic:
+    """Two cars ahead and two behind in each lane, 15 m apart; new cars spawn at least 30 m behind the hero."""
+
+    SPACING_M: ClassVar[float] = 15.0
+    AHEAD: ClassVar[int] = 2
+    BEHIND: ClassVar[int] = 2
+    MOST: ClassVar[int] = 4
+    SOURCE_M: ClassVar[float] = 30.0
+    LOST_M: ClassVar[float] = 150.0
+
+    def __init__(self, seen: Seen) -> None:
+        self._seen = seen
+        self._cars: list[_RoadCar] = []
+        self._closed: set[tuple[int, int]] = set()
+        self._closed_slots: set[int] = set()
+        self.spacing_m = self.SPACING_M
+        self.extra_space_m = 0.0
+        self.cap_mps: float | None = None
+        self.sources = True
+        self.front_stopped = self.back_stopped = False
+
+    @property
+    def cars(self) -> list[Car]:
+        """All cars of this traffic."""
+        return [one.car for one in self._cars]
+
+    @property
+    def ahead(self) -> list[Car]:
+        """The cars ahead of the hero."""
+        return [one.car for one in self._cars if one.ahead_m > 0.0]
+
+    def populate(self) -> None:
+        """Spawn the first cars."""
+        for slot in slots(self._seen.waypoint):
+            lane = beside(self._seen.waypoint, slot)
+            if lane is None or self._is_closed(lane):
+                continue
+            ahead = lane
+            for _ in range(self.AHEAD):
+                onward = _onward(ahead, self.SPACING_M)
+                if onward is None:
+                    break
+                ahead = onward
+                self._spawn(ahead, slot, 0.0)
+            for k in range(1, self.BEHIND + 1):
+                behind = back(lane, k * self.SPACING_M)
+                if behind is not None:
+                    self._spawn(behind, slot, 0.0)
+
+    def tick(self) -> None:
+        """Spawn and remove cars, and set their speeds."""
+        self._place()
+        self._retire()
+        if self.sources:
+            self._source()
+        for one in self._cars:
+            one.car.wish_mps = self._wish(one)
+            one.car.brakes_hard = self.front_stopped and one.ahead_m > 0.0
+
+    def adopt(self, car: Car) -> None:
+        """Take over a car that has turned onto the hero's road."""
+        self._cars.append(_RoadCar(car))
+
+    def leave_space(self, space_m: float) -> None:
+        """Move the cars ahead forward until the nearest is `space_m` away; remove those that do not fit on the road."""
+        self._place()
+        ahead = [one for one in self._cars if one.ahead_m > 0.0]
+        lacking = space_m - min((one.ahead_m for one in ahead), default=space_m)
+        if lacking <= 0.0:
+            return
+        cast, cars, route = self._seen.setting.cast, self._seen.setting.cars, self._seen.setting.route
+        # Start with the farthest, so that no car is placed onto another.
+        for one in sorted(ahead, key=lambda other: -other.ahead_m):
+            s = self._seen.s_m + one.ahead_m + lacking
+            there = beside(route.at(s), one.slot) if s < route.length_m else None
+            if there is None or there.is_junction or self._crosses_junction(one.ahead_m, lacking):
+                self._remove([one])
+                continue
+            transform = there.transform
+            transform.location.z += 0.2
+            cast.place(one.car.member, transform)
+            cars.redirect(one.car, there, onward=self._route_chooser())
+
+    def close_lane(self, waypoint: carla.Waypoint) -> None:
+        """Remove the cars of a lane, and keep it empty."""
+        slot = self._slot_of(waypoint)
+        self._closed_slots.add(slot)
+        self._place()
+        self._remove([one for one in self._cars if one.slot == slot])
+
+    def open_lane(self, waypoint: carla.Waypoint) -> None:
+        """Reopen a closed lane."""
+        self._closed_slots.discard(self._slot_of(waypoint))
+
+    def remove_ahead(self) -> None:
+        """Remove the cars ahead."""
+        self._place()
+        self._remove([one for one in self._cars if one.ahead_m > 0.0])
+
+    def remove_behind(self) -> None:
+        """Remove the cars behind in the hero's lane."""
+        self._place()
+        self._remove([one for one in self._cars if one.ahead_m <= 0.0 and one.slot == 0])
+
+    def _wish(self, one: _RoadCar) -> float:
+        """Return a car's target speed (m/s): ahead it waits for the hero, except in junctions; behind it catches up."""
+        seen = self._seen
+        near_m = 2.0 * self.SPACING_M + 1.7 * seen.speed_mps + self.extra_space_m
+        share = (abs(one.ahead_m) - near_m) / self.SPACING_M
+        share = min(max(share, 0.0), 1.0)
+        if one.ahead_m > 0.0:
+            if self.front_stopped:
+                return 0.0
+            factor = 1.0 if one.car.in_junction else 1.0 - share
+        else:
+            if self.back_stopped:
+                return 0.0
+            factor = 1.0 + share
+        return min(seen.limit_mps * factor, MAX_MPS if self.cap_mps is None else self.cap_mps)
+
+    def _place(self) -> None:
+        width_m = max(self._seen.waypoint.lane_width, 2.5)
+        for one in self._cars:
+            one.ahead_m, right_m = self._seen.along(one.car)
+            one.slot = round(right_m / width_m)
+
+    def _retire(self) -> None:
+        seen = self._seen
+        hero = seen.setting.cast.hero
+        gone = [
+            one
+            for one in self._cars
+            if one.car.done
+            or one.car.state.distance_m(hero.x, hero.y) > self.LOST_M
+            or (abs(one.slot) > 5 and one.car.state.distance_m(hero.x, hero.y) > 40.0)
+        ]
+        self._remove(gone)
+        for slot in {one.slot for one in self._cars}:
+            lane = sorted((one for one in self._cars if one.slot == slot), key=lambda one: one.ahead_m)
+            ahead = [one for one in lane if one.ahead_m > 0.0]
+            if len(ahead) > self.AHEAD and len(lane) >= self.MOST and ahead[-1].ahead_m > 40.0:
+                self._remove([ahead[-1]])
+
+    def _source(self) -> None:
+        seen = self._seen
+        here = seen.waypoint
+        if here.is_junction:
+            return
+        for slot in slots(here):
+            if slot in self._closed_slots:
+                continue
+            lane = [one for one in self._cars if one.slot == slot]
+            last_m = min((one.ahead_m for one in lane), default=0.0)
+            if len(lane) >= self.MOST or last_m < -self.SOURCE_M:
+                continue
+            source_m = max(self.SOURCE_M, self.spacing_m - last_m)
+            beside_hero = beside(here, slot)
+            place = None if beside_hero is None else back(beside_hero, source_m)
+            if place is not None and is_driving(place):
+                self._spawn(place, slot, min(seen.speed_mps + 2.0, seen.limit_mps))
+
+    def _spawn(self, waypoint: carla.Waypoint, slot: int, speed_mps: float) -> None:
+        if slot in self._closed_slots:
+            return
+        car = self._seen.spawn(waypoint, speed_mps, onward=self._route_chooser())
+        if car is not None:
+            self._cars.append(_RoadCar(car, slot=slot))
+
+    def _remove(self, some: Sequence[_RoadCar]) -> None:
+        self._seen.setting.cars.remove([one.car for one in some])
+        self._cars = [one for one in self._cars if one not in some]
+
+    def _slot_of(self, waypoint: carla.Waypoint) -> int:
+        place = waypoint.transform.location
+        route = self._seen.setting.route
+        index = route.project(place, self._seen.index)
+        fx, fy = route.forward[index, :2]
+        dx, dy = place.x - route.xyz[index, 0], place.y - route.xyz[index, 1]
+        return round(float(-dx * fy + dy * fx) / max(float(waypoint.lane_width), 2.5))
+
+    def _is_closed(self, waypoint: carla.Waypoint) -> bool:
+        return self._slot_of(waypoint) in self._closed_slots
+
+    def _crosses_junction(self, from_m: float, by_m: float) -> bool:
+        seen = self._seen
+        return bool(from_m < seen.junction_in_m <= from_m + by_m)
+
+    def _route_chooser(self) -> Chooser:
+        """Return a chooser that follows the route at forks where possible, and goes straight on otherwise."""
+        lanes = self._seen.route_lanes
+
+        def choose(options: Sequence[Any]) -> Any:
+            on_route = [one for one in options if (one.road_id, one.lane_id) in lanes]
+            return on_route[0] if on_route else straightest(options)
+
+        return choose
+
+
+def _onward(waypoint: carla.Waypoint, distance_m: float) -> Any | None:
+    """Return the waypoint `distance_m` ahead on the lane, or None if a junction or fork is in between."""
+    here = waypoint
+    for _ in range(max(round(distance_m / 5.0), 1)):
+        after = here.next(5.0)
+        if len(after) != 1 or after[0].is_junction or not is_driving(after[0]):
+            return None
+        here = after[0]
+    return here

@@ -1,0 +1,93 @@
+"""The cases: which scenario type, where on the map, and what a passenger says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from stucksolver_eval.actors.lane_path import straightest
+from stucksolver_eval.streets.finder import choose_street
+
+if TYPE_CHECKING:
+    import carla
+
+APPROACH_M = 30
+BEYOND_M = 70
+
+
+class CaseError(ValueError):
+    """The map has no suitable place for a case; the message says what is missing."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Waypoints 1 m apart, from the start to the destination, and the scenario's parameters."""
+
+    waypoints: tuple[carla.Waypoint, ...]
+    parameters: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case of the figure. `words`: when a passenger speaks (s since the start), and the words."""
+
+    name: str
+    title: str
+    type: str
+    find: Callable[[Any, Any], Place]
+    """Finds the place in a `carla.World` and its `carla.Map`. Raises `CaseError` and `StreetError`."""
+    words: tuple[float, str] | None = None
+    drive_s: float = 60.0
+    shown_from_s: float = 0.0
+    """The figure shows no decision before this time (s)."""
+
+
+def _before_a_light(world: carla.World, carla_map: carla.Map) -> Place:
+    """Find a traffic light with `APPROACH_M` of the same road before its stop line."""
+    for light in sorted(world.get_actors().filter("traffic.traffic_light"), key=lambda one: one.id):
+        for stop in light.get_stop_waypoints():
+            before = stop.previous(float(APPROACH_M))
+            if len(before) == 1 and not before[0].is_junction and before[0].road_id == stop.road_id:
+                return Place(_onward(before[0], APPROACH_M + BEYOND_M), {})
+    raise CaseError(
+        f"map {carla_map.name} has no traffic light with {APPROACH_M} m of street before it; use another map"
+    )
+
+
+def _several_lanes(length_m: int, with_obstacle: bool) -> Callable[[Any, Any], Place]:
+    """Return a finder of a street with a second lane of the same direction, with or without an obstacle on it."""
+
+    def find(world: carla.World, carla_map: carla.Map) -> Place:
+        street = choose_street(carla_map, "multi_lane", 1, length_m)
+        return Place(street.waypoints, {"distance": float(street.obstacle_index)} if with_obstacle else {})
+
+    return find
+
+
+def _onward(waypoint: carla.Waypoint, distance_m: int) -> tuple[carla.Waypoint, ...]:
+    """Return waypoints 1 m apart, as straight ahead as the junctions permit."""
+    found = [waypoint]
+    while len(found) <= distance_m and (options := found[-1].next(1.0)):
+        found.append(straightest(options))
+    return tuple(found)
+
+
+CASES = (
+    Case("pedestrians", "Pedestrians cross at a red light", "PeopleAtRedLight", _before_a_light, shown_from_s=11.0),
+    Case("open_door", "A door stands open into our lane", "OpenDoorInLane", _several_lanes(170, True)),
+    Case(
+        "cyclists",
+        "Two slow cyclists, and a passenger in a hurry",
+        "SlowCyclists",
+        _several_lanes(260, False),
+        words=(9.0, "please overtake them"),
+    ),
+    Case(
+        "paper_bag",
+        "A disabled car, and a paper bag in the lane beside it",
+        "DisabledCarAndPaperBag",
+        _several_lanes(170, True),
+        drive_s=80.0,
+    ),
+)

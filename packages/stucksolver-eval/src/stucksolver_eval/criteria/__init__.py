@@ -1,0 +1,8 @@
+"""The benchmark's criteria for a drive, tick by tick, over the `carla` client API; see `criteria.monitor`.
+
+`criteria.base` needs no client, so that scores can be computed without one.
+"""
+
+from stucksolver_eval.criteria.criterion import Criterion, Infraction, Moment
+
+__all__ = ["Criterion", "Infraction", "Moment"]

@@ -1,0 +1,86 @@
+"""Driving outside the lanes, or in a wrong one (OutsideRouteLanesTest)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import carla
+
+from stucksolver_eval.criteria.criterion import Criterion, Infraction, Moment
+from stucksolver_eval.criteria.route_position import RouteWalk
+
+ALLOWED_OUT_M = 0.5
+LEAVING_DEG = 120.0
+JUMP_DEG = 150.0
+WINDOW = 3
+WELL_INSIDE_M = 1.0
+"""This near to its centre is inside any lane: the usual case needs no second query of the map."""
+
+
+class OutsideLanes(Criterion):
+    """The share of the driven route on which the ego was outside every lane or in the wrong direction; one entry."""
+
+    kind = "outside_route_lanes"
+
+    def __init__(self, carla_map: carla.Map, walk: RouteWalk, start: Any) -> None:
+        super().__init__()
+        self._map = carla_map
+        self._walk = walk
+        self._index = 0
+        self._total_m = self._wrong_m = 0.0
+        self._wrong_lane = False
+        self._last = carla_map.get_waypoint(start)
+
+    def update(self, moment: Moment) -> None:
+        place = moment.location
+        driving = self._map.get_waypoint(place)
+        self._follow_lane(driving, float(moment.transform.rotation.yaw))
+        wrong_lane = self._wrong_lane and "wrong_lane" not in moment.suspended
+        wrong = wrong_lane or self._is_outside(place, driving)
+        for index in range(self._index + 1, min(self._index + WINDOW + 1, len(self._walk))):
+            if self._walk.passed(index, place):
+                self._advance(index, wrong, moment.time_s)
+
+    def _advance(self, index: int, wrong: bool, time_s: float) -> None:
+        step_m = self._walk.s_m[index] - self._walk.s_m[self._index]
+        self._index = index
+        self._total_m += step_m
+        self._wrong_m += step_m if wrong else 0.0
+        if self._wrong_m > 0.0:
+            percentage = 100.0 * self._wrong_m / self._total_m
+            text = f"{self._wrong_m:.3f} m outside the route's lanes ({percentage:.2f}% of the completed route)"
+            self.infractions = [Infraction(self.kind, time_s, text, percentage)]
+
+    def _is_outside(self, place: Any, driving: Any) -> bool:
+        """True if it is farther from the centre of the nearest driving or parking lane than half its width plus
+        0.5 m.
+        """
+        distance, width = place.distance(driving.transform.location), float(driving.lane_width)
+        if distance < WELL_INSIDE_M:
+            return False
+        parking = self._map.get_waypoint(place, lane_type=carla.LaneType.Parking)
+        if parking is not None:
+            beside = place.distance(parking.transform.location)
+            if distance >= beside:
+                distance, width = beside, float(parking.lane_width)
+        return bool(distance > width / 2.0 + ALLOWED_OUT_M)
+
+    def _follow_lane(self, here: Any, ego_yaw_deg: float) -> None:
+        """Track whether the ego drives against its lane."""
+        if here.is_junction:
+            # Lanes cross each other there.
+            self._wrong_lane = False
+        elif (here.road_id, here.lane_id) != (self._last.road_id, self._last.lane_id):
+            lane_yaw = float(here.transform.rotation.yaw)
+            if self._last.is_junction:
+                self._wrong_lane = not between(lane_yaw - ego_yaw_deg, LEAVING_DEG)
+            elif not between(float(self._last.transform.rotation.yaw) - lane_yaw, JUMP_DEG):
+                # Over to the oncoming side, or back from it.
+                self._wrong_lane = not self._wrong_lane
+        self._last = here
+
+
+def between(angle_deg: float, limit_deg: float) -> bool:
+    """True if an angle is smaller than a limit on either side."""
+    wrapped = angle_deg % 360.0
+    return wrapped < limit_deg or wrapped > 360.0 - limit_deg

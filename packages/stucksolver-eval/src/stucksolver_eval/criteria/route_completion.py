@@ -1,0 +1,43 @@
+"""The completed part of the route (RouteCompletionTest)."""
+
+from __future__ import annotations
+
+from stucksolver_eval.criteria.criterion import Criterion, Moment
+from stucksolver_eval.criteria.route_position import RouteWalk
+
+WINDOW = 2
+NEAR_END_PCT = 99.0
+NEAR_END_M = 10.0
+
+
+class RouteCompletion(Criterion):
+    """The completed part of the route.
+
+    Attributes:
+        percentage: By the last point passed, looking at most three points ahead; 100 near the end.
+        index: That point.
+        complete: The destination is reached, and the route is over.
+    """
+
+    kind = "route_completion"
+
+    def __init__(self, walk: RouteWalk) -> None:
+        super().__init__()
+        self._walk = walk
+        self.index = 0
+        self.percentage = 0.0
+        self.complete = False
+
+    def update(self, moment: Moment) -> None:
+        if self.complete:
+            return
+        walk = self._walk
+        self.index = walk.last_passed(self.index, moment.location, WINDOW)
+        self.percentage = round(100.0 * walk.s_m[self.index] / walk.length_m, 2)
+        if self.percentage > NEAR_END_PCT and walk.distance_3d_m(len(walk) - 1, moment.location) < NEAR_END_M:
+            self.percentage, self.complete = 100.0, True
+
+    @property
+    def s_m(self) -> float:
+        """Arc length of the last point passed."""
+        return self._walk.s_m[self.index]

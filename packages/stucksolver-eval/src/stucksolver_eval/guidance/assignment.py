@@ -1,0 +1,63 @@
+"""Draws what is said on which routes of the shipped suites, by seed and scenario type.
+
+    python -m stucksolver_eval.guidance.assignment            # rewrites suites/data/guidance-*.json; always the same
+    result
+
+About 15 % of each suite's routes are drawn. The results of drives play no part.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from random import Random
+
+from stucksolver_eval.guidance.catalog import HELPS, Help
+from stucksolver_eval.guidance.script import Line, Script
+from stucksolver_eval.routes import Route
+from stucksolver_eval.suites import DATA, suite
+
+SUITES = ("bench220", "dev", "immobilized")
+SEED = 24
+
+
+def drawn(name: str, seed: int = SEED) -> Script:
+    """Return the script of a suite. Raises `ValueError` if it has too few routes for a kind of help."""
+    left = {route.id: route for route in suite(name).routes}
+    random = Random(f"{name}:{seed}")
+    found: dict[str, tuple[Line, ...]] = {}
+    for one in HELPS:
+        wanted = one.routes.get(name, 0)
+        fitting = [id for id, route in sorted(left.items()) if route.scenarios and route.scenarios[0].type in one.types]
+        if len(fitting) < wanted:
+            raise ValueError(f"{name} has {len(fitting)} routes left for {one.name!r}; {wanted} are needed")
+        for route_id in random.sample(fitting, wanted):
+            found[route_id] = _lines(one, left.pop(route_id))
+    return Script(routes=dict(sorted(found.items())))
+
+
+def _lines(one: Help, route: Route) -> tuple[Line, ...]:
+    """Return the lines for a route; with `at_trigger`, positions count from the scenario's trigger."""
+    if not one.at_trigger:
+        return one.lines
+    begin_m = _trigger_m(route)
+    moved = [line.when.model_copy(update={"place_m": begin_m + (line.when.place_m or 0.0)}) for line in one.lines]
+    return tuple(line.model_copy(update={"when": when}) for line, when in zip(one.lines, moved, strict=True))
+
+
+def _trigger_m(route: Route) -> float:
+    """Return roughly where on the route its first scenario starts (m); routes are nearly straight up to there."""
+    start, trigger = route.waypoints[0], route.scenarios[0].trigger.position
+    return round(math.dist((start.x_m, start.y_m), (trigger.x_m, trigger.y_m)), 1)
+
+
+def main() -> None:
+    """Write the scripts."""
+    for name in SUITES:
+        lines = drawn(name).model_dump(mode="json", exclude_none=True, exclude_defaults=True)
+        text = json.dumps({"version": 1, **lines}, indent=1) + "\n"
+        (DATA / f"guidance-{name}.json").write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,94 @@
+"""Guidance scripts: JSON by route id. The seed chooses the wording, so different seeds use different wordings.
+
+    {"version": 1, "routes": {"2101": [
+        {"when": {"stopped_s": 6}, "say": ["please overtake them", "go around the parked car"], "kind": "helpful"},
+        {"when": {"asked": "operator", "after_s": 4}, "answer": "yes", "by": "operator", "help": "broken light"}]}}
+
+`when` has one of `time_s` (since the start), `stopped_s` (time at a standstill), `place_m` (along the route) or `asked`
+(a question to that person has been open for `after_s`). A line says something, or answers a question with yes or no.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from pathlib import Path
+from random import Random
+from typing import Literal
+
+from pydantic import Field, ValidationError, model_validator
+
+from stucksolver.ladder import Person
+from stucksolver.scene.base_model import Model
+
+Kind = Literal["helpful", "unhelpful", "wrong", "late", "dangerous"]
+
+
+class GuidanceError(ValueError):
+    """A guidance script cannot be used; the message names file, place and remedy."""
+
+
+class When(Model):
+    """When a line is due: exactly one of the first four fields is set."""
+
+    time_s: float | None = Field(default=None, ge=0)
+    stopped_s: float | None = Field(default=None, ge=0)
+    place_m: float | None = Field(default=None, ge=0)
+    asked: Person | None = None
+    after_s: float = Field(default=3.0, ge=0)
+    """With `asked`: the person's response time (s)."""
+
+    @model_validator(mode="after")
+    def _one(self) -> When:
+        if sum(value is not None for value in (self.time_s, self.stopped_s, self.place_m, self.asked)) != 1:
+            raise ValueError("give exactly one of time_s, stopped_s, place_m and asked")
+        return self
+
+
+class Line(Model):
+    """Something said once on a route, in one of several wordings, or a question answered once with yes or no."""
+
+    when: When
+    say: tuple[str, ...] = ()
+    answer: Literal["yes", "no"] | None = None
+    kind: Kind = "helpful"
+    by: Person = "passenger"
+    help: str = ""
+    """Kind of help, for the report; empty if it is none."""
+
+    @model_validator(mode="after")
+    def _says_or_answers(self) -> Line:
+        if bool(self.say) == (self.answer is not None):
+            raise ValueError("give either say, with at least one wording, or answer")
+        if self.answer is not None and self.when.asked is None:
+            raise ValueError("an answer needs `when` with `asked`: name who was asked")
+        return self
+
+    def wording(self, random: Random) -> str:
+        """Return a random one of its wordings, or its answer."""
+        return random.choice(self.say) if self.say else str(self.answer)
+
+
+class Script(Model):
+    """All lines of a suite."""
+
+    version: Literal[1] = 1
+    routes: dict[str, tuple[Line, ...]]
+
+    def lines(self, route_id: str) -> tuple[Line, ...]:
+        """Return the lines of a route; none for a route that is not in the script."""
+        return self.routes.get(route_id, ())
+
+
+def read_script(path: Path, known: Collection[str] = ()) -> Script:
+    """Read a script. With `known` route ids, at least one must be in the script. Raises `GuidanceError`."""
+    try:
+        script = Script.model_validate_json(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise GuidanceError(f"{path} cannot be read: {error.strerror}; give a guidance script") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"]) or "the file"
+        raise GuidanceError(f"{path}: {where}: {first['msg']}; see docs/evaluate.md for the format") from error
+    if known and not set(script.routes) & set(known):
+        raise GuidanceError(f"{path}: none of its routes is in the suite; give the script that belongs to it")
+    return script

@@ -1,0 +1,77 @@
+"""The benefit and the cost of a person's words, by the kind of help: guided minus unguided, route by route."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stucksolver_eval.metrics.paired_statistics import Difference, compare_pairs
+from stucksolver_eval.metrics.recovery import NOT_HARM
+from stucksolver_eval.metrics.summary import RouteRow, Summary
+from stucksolver_eval.results.outcome import RouteOutcome
+
+KINDS = ("helpful", "late", "unhelpful", "wrong", "dangerous")
+
+
+@dataclass(frozen=True)
+class HelpFigures:
+    """One kind of help. Differences are guided minus unguided, for the routes on which it was given.
+
+    Attributes:
+        score: Points of driving score.
+        success: Percentage points.
+        harm: Additional infractions and near misses in all its drives.
+        won: Drives that succeed only with guidance.
+        lost: Drives that succeed only without it.
+    """
+
+    help: str
+    kind: str
+    drives: int
+    score: Difference
+    success: Difference
+    won: int
+    lost: int
+    harm: int
+
+
+Pair = tuple[RouteRow, RouteRow]
+
+
+def help_figures(unguided: Summary, guided: Summary) -> list[HelpFigures]:
+    """Return a row for each kind of help, and one for each group of kinds (with an empty `help`), in the order of
+    `KINDS`.
+
+    A drive counts for the kind of the first line said in it; a drive without one counts for none.
+    """
+    before = {(row.route.id, row.seed): row for row in unguided.rows}
+    groups: dict[tuple[str, str], list[Pair]] = {}
+    for row in guided.rows:
+        said = () if row.outcome is None else row.outcome.guidance
+        pair = before.get((row.route.id, row.seed))
+        if said and pair is not None:
+            groups.setdefault((said[0].kind, ""), []).append((pair, row))
+            groups.setdefault((said[0].kind, said[0].help), []).append((pair, row))
+    order = sorted(groups, key=lambda key: (KINDS.index(key[0]), key[1]))
+    return [_figures(kind, name, groups[kind, name]) for kind, name in order]
+
+
+def _figures(kind: str, name: str, pairs: list[Pair]) -> HelpFigures:
+    by_route: dict[str, list[Pair]] = {}
+    for pair in pairs:
+        by_route.setdefault(pair[0].route.id, []).append(pair)
+    return HelpFigures(
+        help=name,
+        kind=kind,
+        drives=len(pairs),
+        score=compare_pairs([[b.score - a.score for a, b in some] for some in by_route.values()]),
+        success=compare_pairs([[100.0 * (b.success - a.success) for a, b in some] for some in by_route.values()]),
+        won=sum(b.success and not a.success for a, b in pairs),
+        lost=sum(a.success and not b.success for a, b in pairs),
+        harm=sum(_harm(b.outcome) - _harm(a.outcome) for a, b in pairs),
+    )
+
+
+def _harm(outcome: RouteOutcome | None) -> int:
+    if outcome is None:
+        return 0
+    return len(outcome.near_misses) + sum(one.kind not in NOT_HARM for one in outcome.infractions)

@@ -1,0 +1,103 @@
+"""Prints the passes that were refused for lack of sight, from the records of an evaluation.
+
+    python -m stucksolver_eval.result_pages.refused_passes OUT
+
+`OUT` is the folder of an evaluation that was driven with `--record`. For each route, the refusal that came closest to
+the required sight is printed. The last column shows what would be required in the best case: the sight ends at a
+junction, and everybody there starts from rest when the pass begins. It uses the guard's own acceleration and margin
+(`OncomingPolicy`) and 50 km/h. A pass with less sight than that could not be proven even if the lights and stop lines
+of all others were known.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from stucksolver.guard import GuardPolicy, Unseen
+
+FACTS = ("needed_m", "seen_m", "time_s")
+
+
+@dataclass(frozen=True)
+class RefusedPass:
+    """A pass that was refused for lack of sight.
+
+    Attributes:
+        route: Id of the route.
+        needed_m: Sight that the guard requires (m).
+        seen_m: Sight that there was (m).
+        unseen_s: Time in which traffic may come out of the unseen area (s).
+    """
+
+    route: str
+    needed_m: float
+    seen_m: float
+    unseen_s: float
+
+    @property
+    def least_m(self) -> float:
+        """Sight that would be required if all unseen traffic started from rest at the end of the sight (m)."""
+        policy = GuardPolicy().oncoming
+        starting = Unseen(0.0, 0.0, policy.unknown_limit_mps, policy.turned_accelerates_mps2)
+        return policy.sight_margin_m + starting.way_m(self.unseen_s)
+
+
+def nearest_of(folder: Path) -> tuple[RefusedPass, ...]:
+    """Return the refusal that came closest to the required sight for each route. Raises `FileNotFoundError`."""
+    files = sorted(folder.rglob("intervention-*.jsonl"))
+    if not files:
+        raise FileNotFoundError(f"{folder} has no record of an intervention: drive with evaluate --record")
+    found: dict[str, RefusedPass] = {}
+    for file in files:
+        for one in _refusals(file):
+            known = found.get(one.route)
+            if known is None or one.needed_m - one.seen_m < known.needed_m - known.seen_m:
+                found[one.route] = one
+    return tuple(found[route] for route in sorted(found))
+
+
+def _refusals(file: Path) -> Iterator[RefusedPass]:
+    for line in file.read_text(encoding="utf-8").splitlines():
+        if '"oncoming_sight"' in line:
+            for reject in _rejects(json.loads(line)):
+                needed_m, seen_m, unseen_s = (float(reject[name]) for name in FACTS)
+                yield RefusedPass(file.parent.name, needed_m, seen_m, unseen_s)
+
+
+def _rejects(value: object) -> Iterator[dict[str, float]]:
+    """Yield all rejects for lack of sight in a line of a record, at any depth."""
+    if isinstance(value, dict):
+        if value.get("code") == "oncoming_sight" and all(value.get(name) is not None for name in FACTS):
+            yield value
+        for part in value.values():
+            yield from _rejects(part)
+    elif isinstance(value, list):
+        for part in value:
+            yield from _rejects(part)
+
+
+def table(passes: tuple[RefusedPass, ...]) -> str:
+    """Return the passes as a Markdown table."""
+    rows = [f"| {p.route} | {p.needed_m:.0f} | {p.seen_m:.0f} | {p.unseen_s:.1f} | {p.least_m:.0f} |" for p in passes]
+    return "\n".join(
+        ["| route | sight needed, m | seen, m | time, s | in the best case, m |", "|---|---|---|---|---|", *rows]
+    )
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Print the table. Exits with 2 if there are no records."""
+    parser = argparse.ArgumentParser(description="Prints the passes that were refused for lack of sight.")
+    parser.add_argument("out", type=Path, help="folder of an evaluation driven with --record")
+    try:
+        print(table(nearest_of(parser.parse_args(arguments).out)))
+    except FileNotFoundError as error:
+        parser.exit(2, f"{parser.prog}: {error}\n")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

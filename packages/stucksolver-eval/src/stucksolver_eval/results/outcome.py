@@ -1,0 +1,140 @@
+"""The outcome of one route in addition to the leaderboard's record: the input of the recovery figures.
+
+Times are seconds since the start of the route; places are metres along it.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Literal
+
+from pydantic import Field
+
+from stucksolver.guard import Verdict
+from stucksolver.scene.base_model import Model
+
+Expected = Literal["recover", "wait", "ask", "reroute"]
+State = Literal["driven", "unsupported", "invalid", "crashed"]
+
+
+class Noted(Model):
+    """An infraction, or a near miss, with the time at which it happened."""
+
+    kind: str
+    time_s: float
+    text: str
+
+
+class Spoken(Noted):
+    """What a person said or answered. `help` is the intended kind of help, empty if none."""
+
+    help: str = ""
+    by: str = "passenger"
+
+
+class ImmobilizationEpisode(Model):
+    """A time of immobilization: below 5 km/h for 1 s or more, until 15 m of new progress."""
+
+    onset_s: float
+    place_m: float
+    recovered_after_s: float | None
+    """None: the route ended first."""
+    ended_s: float
+
+
+class InterventionRecord(Model):
+    """A plan that was executed."""
+
+    start_s: float
+    end_s: float
+    place_m: float
+    rung: str
+    """The rung of the ladder that it came from: `rules`, `passenger`, or a timer's action."""
+    behaviors: tuple[str, ...]
+    moves: bool
+    """False for a plan that only stands still."""
+    finished: bool
+    text: str = ""
+
+
+class QueryOutcome(str, Enum):
+    """The outcome of a question to the reasoner."""
+
+    NO_PLAN = "nothing to do"
+    ACCEPTED = "accepted"
+    REFUSED = "refused"
+    """A plan that the guard did not accept."""
+    FAILED = "failed"
+    """There was no answer."""
+
+
+class QueryRecord(Model):
+    """A question to the reasoner."""
+
+    asked_s: float
+    answered_s: float | None = None
+    took_s: float | None = None
+    """Wall time."""
+    tokens: int = 0
+    usd: float | None = None
+    outcome: QueryOutcome | None = None
+    """None if the answer was no longer needed."""
+    verdict: str = ""
+    """The outcome for people, with the reasons."""
+
+
+def came_to(verdict: Verdict | None) -> tuple[QueryOutcome, str]:
+    """Return the outcome of an answer, and the same for people. `verdict` is None if it proposed no plan."""
+    if verdict is None:
+        return QueryOutcome.NO_PLAN, QueryOutcome.NO_PLAN.value
+    if verdict.accepted:
+        return QueryOutcome.ACCEPTED, QueryOutcome.ACCEPTED.value
+    return QueryOutcome.REFUSED, f"{QueryOutcome.REFUSED.value}: {verdict}"
+
+
+class Reliability(Model):
+    """How often a reasoner that depends on an external service answered in a run."""
+
+    reasoner: str
+    asked: int
+    """Questions that it was asked and that were not withdrawn."""
+    unanswered: int
+    why: str = ""
+    """Reason of the last one without a usable answer."""
+
+
+class RouteOutcome(Model):
+    """One route with one arm and one seed."""
+
+    version: Literal[1] = 1
+    route_id: str
+    scenario: str
+    town: str
+    seed: int
+    arm: str
+    state: State = "driven"
+    reason: str = ""
+    """Why it was not driven."""
+    expected: Expected | None = None
+    """The right action in the scenario, if it is stated."""
+    asked_s: float | None = None
+    """When help was requested, or None."""
+    ticks: int = 0
+    wall_s: float = 0.0
+    length_m: float = 0.0
+    points: int = 0
+    first_junction: int | None = None
+    """1-based index of the first junction point of the 1 m route."""
+    stuck_end_pct: float | None = None
+    """Speed relative to the traffic (%) on the last stretch, if the ego did not complete it."""
+    infractions: tuple[Noted, ...] = ()
+    near_misses: tuple[Noted, ...] = ()
+    spells: tuple[ImmobilizationEpisode, ...] = ()
+    stopped_s: float | None = None
+    """Time with a speed below 0.1 m/s (s); None in results from before this was measured."""
+    interventions: tuple[InterventionRecord, ...] = ()
+    queries: tuple[QueryRecord, ...] = ()
+    reliability: tuple[Reliability, ...] = ()
+    guidance: tuple[Spoken, ...] = ()
+    track: tuple[tuple[float, float], ...] = Field(default=())
+    """(time, place) once per second."""

@@ -1,0 +1,53 @@
+"""One route to be driven by one arm, with everything that another process needs for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from stucksolver_eval.guidance.script import Line
+from stucksolver_eval.passenger import PassengerSpec
+from stucksolver_eval.routes import Route
+from stucksolver_eval.runner.recording_spec import RecordingSpec
+from stucksolver_eval.systems.spec import ArmSpec
+
+Replays = Literal["none", "failed", "all"]
+
+
+@dataclass(frozen=True)
+class RouteJob:
+    """One route, one arm and one seed.
+
+    Attributes:
+        background: Add traffic besides the actors of the route's scenarios.
+        limit_s: Simulated time after which the route ends.
+        events: Store all events of the solver.
+        frame_every_s: Time between two frames of the replay.
+        host: Address of a running CARLA server, instead of our own carlette.
+        port: Its port.
+    """
+
+    route: Route
+    seed: int
+    arm: ArmSpec
+    lines: tuple[Line, ...] = ()
+    maps: str | None = None
+    replays: Replays = "none"
+    records: Path | None = None
+    """Folder for the records of its interventions."""
+    background: bool = True
+    limit_s: float | None = None
+    events: bool = False
+    frame_every_s: float = 0.2
+    recording: RecordingSpec | None = None
+    """Record sensor data and ground truth, for training perception."""
+    passenger: PassengerSpec | None = None
+    """Let people talk to the car, if StuckSolver helps it; the drive then runs in real time."""
+    host: str | None = None
+    port: int = 2000
+
+    @property
+    def scenario(self) -> str:
+        """Type of the route's first scenario, as in the benchmark."""
+        return self.route.scenarios[0].type if self.route.scenarios else "None"

@@ -1,0 +1,58 @@
+"""The perception of a drive's ego: the client's ground truth, or its own sensors, behind one interface."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+from stucksolver_eval.runner.job import RouteJob
+from stucksolver_eval.systems.spec import SENSORS
+
+if TYPE_CHECKING:
+    import carla
+
+FAULT_FROM_S = 8.0
+"""Time at which a sensor fault starts."""
+
+
+class KnowsWorld(Protocol):
+    """The interface of a perception; see `stucksolver_perception.carla.Eyes`, which implements it."""
+
+    vehicle: Any
+    """The ego as driver and solver perceive it."""
+
+    def tick(self) -> None:
+        """Update; called once after each tick of the world."""
+
+    def checked(self, control: carla.VehicleControl) -> carla.VehicleControl:
+        """Return the control that may be applied."""
+
+    def close(self) -> None:
+        """Release everything at the end of the drive."""
+
+
+class ClientTruth:
+    """The client's ground truth, which needs no sensors and cannot fail."""
+
+    def __init__(self, hero: carla.Vehicle) -> None:
+        self.vehicle = hero
+
+    def tick(self) -> None:
+        """Do nothing: there are no sensors."""
+
+    def checked(self, control: carla.VehicleControl) -> carla.VehicleControl:
+        """Return the control unchanged."""
+        return control
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+def knowledge_of(job: RouteJob, hero: carla.Vehicle, carla_map: carla.Map) -> KnowsWorld:
+    """Return the perception of the job's arm. Raises what `Eyes` raises."""
+    if job.arm.perception != SENSORS:
+        return ClientTruth(hero)
+    # Imported here because only this needs the networks and their libraries.
+    from stucksolver_perception.carla import Eyes, SensorFault
+
+    fault = SensorFault(job.arm.sensor_fault, FAULT_FROM_S, job.seed) if job.arm.sensor_fault else None
+    return Eyes(hero, carla_map, seed=job.seed, fault=fault)

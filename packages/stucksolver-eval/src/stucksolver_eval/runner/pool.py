@@ -1,0 +1,79 @@
+"""Runs several routes in parallel on this machine, each in a separate process."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
+from stucksolver.atomic_files import OutputError
+from stucksolver_eval.results.outcome import RouteOutcome
+from stucksolver_eval.runner.isolated_process import NotWanted
+from stucksolver_eval.runner.route_process import Task, run_task
+
+
+@dataclass(frozen=True)
+class News:
+    """Progress of a route (`outcome` is None), its outcome, or the error of writing its result (`error`)."""
+
+    task: Task
+    time_s: float = 0.0
+    outcome: RouteOutcome | None = None
+    error: OutputError | None = None
+
+
+Runner = Callable[[Task, Callable[[float], None], Callable[[], bool]], RouteOutcome]
+"""Runs a task. Its arguments are the task, a progress callback, and a check of whether to go on, else `NotWanted`."""
+
+
+def run_tasks(tasks: Iterable[Task], at_once: int, runner: Runner = run_task) -> Iterator[News]:
+    """Run all tasks, `at_once` in parallel, and yield their progress and results. Raises `OutputError`.
+
+    If the caller stops iterating, or the program ends, the running processes are ended first.
+    """
+    waiting: queue.SimpleQueue[Task | None] = queue.SimpleQueue()
+    ending = threading.Event()
+    news: queue.SimpleQueue[News] = queue.SimpleQueue()
+    todo = list(tasks)
+    for task in todo:
+        waiting.put(task)
+    # Daemon threads, so that a second Ctrl-C does not wait for them.
+    threads = [
+        threading.Thread(target=_work, args=(waiting, news, runner, ending), daemon=True)
+        for _ in range(min(at_once, len(todo)))
+    ]
+    for thread in threads:
+        waiting.put(None)
+        thread.start()
+    left = len(todo)
+    try:
+        while left:
+            told = news.get()
+            if told.error is not None:
+                raise told.error
+            left -= told.outcome is not None
+            yield told
+    finally:
+        ending.set()
+        # Left to the interpreter's end, one that begins a process just then would have it waited for to its end.
+        for thread in threads:
+            thread.join()
+
+
+def _work(
+    waiting: queue.SimpleQueue[Task | None], news: queue.SimpleQueue[News], runner: Runner, ending: threading.Event
+) -> None:
+    while (task := waiting.get()) is not None and not ending.is_set():
+        try:
+            outcome = runner(task, _teller(task, news), lambda: not ending.is_set())
+        except NotWanted:
+            return
+        except OutputError as error:
+            news.put(News(task, error=error))
+            return
+        news.put(News(task, outcome=outcome))
+
+
+def _teller(task: Task, news: queue.SimpleQueue[News]) -> Callable[[float], None]:
+    return lambda time_s: news.put(News(task, time_s=time_s))

@@ -1,0 +1,42 @@
+"""What scenarios and background traffic may use: the world, the route, and the cast."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from stucksolver_eval.actors import ActorPool, Cars
+from stucksolver_eval.routes.route_line import RouteLine
+
+if TYPE_CHECKING:
+    import carla
+
+
+@dataclass
+class Setting:
+    """One route in one world. `client`, `world`, `map` and `hero` are objects of the `carla` client.
+
+    The world is in synchronous mode with `dt_s` as its fixed step.
+    """
+
+    client: carla.Client
+    world: carla.World
+    map: carla.Map
+    hero: carla.Vehicle
+    route: RouteLine
+    random: random.Random
+    dt_s: float = 0.05
+    hero_s_m: float = 0.0
+    """Position of the ego along the route (m); updated by `Play`."""
+
+    @cached_property
+    def cast(self) -> ActorPool:
+        """All actors that scenarios and background traffic create."""
+        return ActorPool(self.client, self.world, self.hero)
+
+    @cached_property
+    def cars(self) -> Cars:
+        """The actors that drive."""
+        return Cars(self.cast, self.dt_s)

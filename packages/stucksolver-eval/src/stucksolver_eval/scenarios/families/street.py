@@ -1,0 +1,58 @@
+"""The base of the street scenarios of `demo` and `cases`: one situation until the route's end, and oncoming cars."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import carla
+
+from stucksolver_eval.actors import Car
+from stucksolver_eval.background_traffic.lanes import oncoming_lanes
+from stucksolver_eval.scenarios.families.lane_places import run_of_lane, upstream
+from stucksolver_eval.scenarios.parameters import Number
+from stucksolver_eval.scenarios.scenario import Scenario
+
+FIRST_M = 60.0
+SPACING_M = 40.0
+
+
+def into_gear(vehicle: carla.Vehicle) -> None:
+    """Put a new vehicle into first gear on the next tick, before any other control is applied.
+
+    Otherwise, in CARLA, its first throttle takes effect only after a second, which would look like a standstill.
+    """
+    vehicle.apply_control(carla.VehicleControl(manual_gear_shift=True, gear=1))
+
+
+class StreetScenario(Scenario):
+    """Base: the situation is `distance` beyond the trigger; `oncoming` cars come towards the hero, and no others."""
+
+    timeout_s = None
+    suspends = frozenset({"wrong_lane"})
+    distance_m = Number("distance", 70.0, "m")
+    oncoming = Number("oncoming", 0.0, "cars")
+
+    def stage(self) -> None:
+        """Place the situation, then the oncoming cars, nearest first."""
+        into_gear(self.setting.hero)
+        self.put()
+        self._coming: list[Car] = []
+        lanes = oncoming_lanes(self.ahead(self.distance_m))
+        for k in range(round(self.oncoming) if lanes else 0):
+            start = upstream(lanes[0], FIRST_M + SPACING_M * k)
+            # If the lane is too short, the last ones find no room.
+            car = self.cast.spawn(self.cast.some_car(self.random), start.transform, role="background")
+            if car is not None:
+                line = run_of_lane(start, self.setting.route.length_m + FIRST_M + SPACING_M * k)
+                self._coming.append(self.cars.drive(car, line, self.limit_mps, begin=False, ends=True))
+
+    def put(self) -> None:
+        """Place the situation."""
+
+    def script(self) -> Iterator[None]:
+        while not self.at_route_end():
+            # Cars that have passed are removed before they come around the block again.
+            gone = [car for car in self._coming if car.done]
+            self.cars.remove(gone)
+            self._coming = [car for car in self._coming if car not in gone]
+            yield

@@ -1,0 +1,1 @@
+"""Bench2Drive's 44 scenario types, one file each."""

@@ -1,0 +1,61 @@
+"""InvadingTurn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.background_traffic.lanes import oncoming_lanes
+from stucksolver_eval.scenarios.families.lane_places import beside
+from stucksolver_eval.scenarios.families.obstacle import TwoWays
+from stucksolver_eval.scenarios.parameters import Number
+from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.lane_requirements import bend
+from stucksolver_eval.sites.lane_sites import Along
+from stucksolver_eval.sites.parameter_draws import Hundredths, Value
+from stucksolver_eval.sites.suite_placement import Placed
+
+SPACING_M = (40.0, 40.0)
+HALF_CAR_M = 0.7
+BEYOND_M = 30.0
+CONE = "static.prop.constructioncone"
+CONES_M = 6.0
+
+
+@scenario
+class InvadingTurn(TwoWays):
+    """Oncoming cars cross the centre line because of cones on their side; the hero must keep right."""
+
+    type = "InvadingTurn"
+    placed = Placed(
+        "bench220", 1160, Along(bend, 125, direct=False), {"distance": Value(50, 60), "offset": Hundredths(0.18, 0.39)}
+    )
+    driver_alone = "completed, with near misses"
+    starts = "the oncoming cars come from the trigger on"
+    blueprints = (CONE,)
+    simplified = "the oncoming cars hold their speed whatever the hero does, until one has touched it"
+    distance_m = Number("distance", 100.0, "m")
+    offset_m = Number("offset", 0.25, "m")
+
+    def put(self) -> tuple[float, float]:
+        self._cones = []
+        count = int(self.distance_m // CONES_M)
+        for k in range(count):
+            for lane in oncoming_lanes(self.ahead(k * CONES_M))[:1]:
+                place = beside(lane, lane.lane_width / 2.0 - self.offset_m)
+                self._cones.append((self.cast.keep_below(CONE), place))
+        return 0.0, self.distance_m
+
+    def script(self) -> Iterator[None]:
+        self.traffic.remove_road_lane(self.ahead(0.0))
+        self.traffic.change_opposite_behavior(active=False)
+        self.traffic.clear_opposite()
+        for cone, place in self._cones:
+            self.cast.bring(cone, place, lift_m=0.0)
+        lane = oncoming_lanes(self.ahead(self.distance_m))[0]
+        shift_m = -(self.offset_m + lane.lane_width / 2.0 - HALF_CAR_M)
+        flow = self.oncoming_flow(shift_m, SPACING_M, constant=True)
+        yield from self.along(flow, self.trigger_s_m + self.distance_m + BEYOND_M)
+        flow.clear()
+        self.cast.remove([cone for cone, _ in self._cones])
+        self.traffic.readd_road_lane(self.ahead(0.0))
+        self.traffic.change_opposite_behavior(active=True)

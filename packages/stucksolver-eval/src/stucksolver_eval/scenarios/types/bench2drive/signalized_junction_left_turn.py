@@ -1,0 +1,23 @@
+"""SignalizedJunctionLeftTurn."""
+
+from __future__ import annotations
+
+from stucksolver_eval.scenarios.families.turn_against_flow import LeftTurn
+from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.junction_sites import LEFT_TURNS, LIT, OPPOSITE, Through
+from stucksolver_eval.sites.parameter_draws import flow_values
+from stucksolver_eval.sites.suite_placement import Placed
+
+
+@scenario
+class SignalizedJunctionLeftTurn(LeftTurn):
+    """The hero turns left across an oncoming flow; its light is red for 5 s, then green like the flow's."""
+
+    type = "SignalizedJunctionLeftTurn"
+    placed = Placed(
+        "bench220", 1310, Through(LEFT_TURNS, LIT, from_sides=OPPOSITE), flow_values((8, 12), (15, 24), (25, 30))
+    )
+    driver_alone = "waits for a gap, in vain"
+    starts = "the flow runs from the trigger on"
+    needs_map = f"{LeftTurn.needs_map} and traffic lights"
+    signalized = True

@@ -1,0 +1,25 @@
+"""T_Junction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.scenarios.scenario import Scenario
+from stucksolver_eval.sites.junction_sites import TURNS, Through
+from stucksolver_eval.sites.suite_placement import Placed
+
+LENGTH_M = 200.0
+
+
+@scenario
+class TJunction(Scenario):
+    """The hero turns at a T-junction with the existing traffic, lights and signs."""
+
+    type = "T_Junction"
+    placed = Placed("bench220", 1350, Through(TURNS, arms=3))
+    driver_alone = "completed: yields"
+    starts = "nothing happens; lights and signs are unchanged"
+
+    def script(self) -> Iterator[None]:
+        yield from self.until_passed(self.trigger_s_m + LENGTH_M)

@@ -1,0 +1,53 @@
+"""AnimalsOnRoad."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import carla
+
+from stucksolver_eval.scenarios.families.lane_places import beside
+from stucksolver_eval.scenarios.families.stuck import Stuck
+from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.lane_requirements import one_lane
+from stucksolver_eval.sites.lane_sites import Along
+from stucksolver_eval.sites.parameter_draws import Value
+from stucksolver_eval.sites.suite_placement import Placed
+
+COW, DOG = "animal.cow", "animal.dog"
+PLACES = ((COW, 0.0, -0.6), (COW, 2.6, 1.0), (DOG, -1.6, 1.2))
+LASTS_S = 25.0
+WALK_MPS = 1.0
+AWAY_S = 9.0
+BACK_M = 1.0
+
+
+@scenario
+class AnimalsOnRoad(Stuck):
+    """Animals stand on the road and walk away after a while: wait."""
+
+    type = "AnimalsOnRoad"
+    placed = Placed("immobilized", 3160, Along(one_lane), {"distance": Value(40, 48)})
+    driver_alone = "completed: waits 28 s"
+    expected = "wait"
+    suspends = frozenset({"blocked"})
+    starts = "the animals are present from the start, and leave 25 s after the hero came within 25 m"
+    blueprints = (COW, DOG)
+
+    def stage(self) -> None:
+        self._animals = [
+            self.cast.must_spawn(
+                kind, beside(self.ahead(self.distance_m + ahead_m), right_m, turn_deg=90.0), lift_m=BACK_M
+            )
+            for kind, ahead_m, right_m in PLACES
+        ]
+
+    def happen(self) -> Iterator[None]:
+        yield from self.hero_near()
+        yield from self.wait(LASTS_S)
+        aside = self.ahead(self.distance_m).transform.get_right_vector()
+        for animal in self._animals:
+            control = carla.WalkerControl(aside, WALK_MPS, False)
+            self.cast.send(carla.command.ApplyWalkerControl(animal.id, control))
+        yield from self.wait(AWAY_S)
+        self.cast.remove(self._animals)

@@ -1,0 +1,56 @@
+"""DoubleParkedVan."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stucksolver_eval.scenarios.families.crossing_actors import walk_for
+from stucksolver_eval.scenarios.families.stuck import PASSABLE_M, Stuck
+from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.lane_requirements import two_ways
+from stucksolver_eval.sites.parameter_draws import Value
+from stucksolver_eval.sites.stuck_sites import to_pass
+from stucksolver_eval.sites.suite_placement import Placed
+
+VAN, PERSON = "vehicle.mercedes.sprinter", "walker.pedestrian.0002"
+WALK_MPS = 1.2
+WALK_M = 3.0
+ASIDE_M = 0.6
+
+
+@scenario
+class DoubleParkedVan(Stuck):
+    """A delivery van with hazard lights stands in the only lane, and a person works next to it: pass with room."""
+
+    type = "DoubleParkedVan"
+    placed = Placed("immobilized", 3090, to_pass(two_ways), {"distance": Value(40, 48)})
+    driver_alone = "stuck behind the van"
+    expected = "recover"
+    suspends = frozenset({"blocked", "wrong_lane"})
+    oncoming_gaps_m = PASSABLE_M
+    simplified = "there is no traffic from behind"
+    needs_map = "one lane each way"
+    blueprints = (VAN, PERSON)
+
+    def stage(self) -> None:
+        self._van = self.put_disabled(VAN, right_m=ASIDE_M)
+        aside_m = ASIDE_M + self._van.half_width_m + 0.7
+        self._person = self.put(PERSON, -self._van.half_length_m, aside_m)
+
+    def happen(self) -> Iterator[None]:
+        # The hero needs room behind it to back up and see past the van.
+        self.traffic.switch_route_sources(False)
+        self.traffic.remove_behind()
+        end_s = self.s_at(self.distance_m) + 10.0
+        for _ in self._work():
+            if self.gap_m(end_s) < 0.0:
+                return
+            yield
+
+    def _work(self) -> Iterator[None]:
+        """Script: the person walks to the load and back forever."""
+        yaw = self.ahead(self.distance_m).transform.rotation.yaw
+        while True:
+            for turn_deg in (0.0, 180.0):
+                yield from walk_for(self, self._person, yaw + turn_deg, WALK_MPS, WALK_M)
+                yield from self.wait(2.0)

@@ -1,0 +1,35 @@
+"""PictureOfTrafficLight."""
+
+from __future__ import annotations
+
+from stucksolver_eval.scenarios.families.lane_places import edge_m
+from stucksolver_eval.scenarios.families.stuck import PASSABLE_M, Stuck
+from stucksolver_eval.scenarios.registry import scenario
+from stucksolver_eval.sites.lane_requirements import two_ways_by_sidewalk
+from stucksolver_eval.sites.parameter_draws import Value
+from stucksolver_eval.sites.stuck_sites import to_pass
+from stucksolver_eval.sites.suite_placement import Placed
+
+STOP, POSTER, CAR = "static.prop.busstoplb", "static.prop.advertisement", "vehicle.lincoln.mkz_2020"
+BEFORE_M = 6.0
+
+
+@scenario
+class PictureOfTrafficLight(Stuck):
+    """A bus stop shows a picture of a red traffic light, and a car ahead waits for it: it does not count, so pass."""
+
+    type = "PictureOfTrafficLight"
+    placed = Placed("immobilized", 3150, to_pass(two_ways_by_sidewalk), {"distance": Value(40, 48)})
+    driver_alone = "stuck behind the car"
+    expected = "recover"
+    simplified = "the picture itself is not drawn; all that can be seen is that there is no light"
+    suspends = frozenset({"blocked", "wrong_lane"})
+    oncoming_gaps_m = PASSABLE_M
+    needs_map = "one lane each way and a sidewalk"
+    blueprints = (STOP, POSTER, CAR)
+
+    def stage(self) -> None:
+        aside_m = edge_m(self.ahead(self.distance_m)) + 2.3
+        self.put(STOP, 0.0, aside_m, turn_deg=90.0)
+        self.put(POSTER, -4.5, aside_m - 1.0, turn_deg=90.0)
+        self.put(CAR, -BEFORE_M)

@@ -1,0 +1,164 @@
+"""Sites at junctions in towns and between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import carla
+
+from stucksolver_eval.routes import Parameter
+from stucksolver_eval.sites.lane_walk import Path, Town, approach, beside, follow
+from stucksolver_eval.sites.movements import Control, Movement, Side, Turn, arm, straight
+from stucksolver_eval.sites.site import Site
+
+_TRIGGER_BEFORE_M = 38
+_START_BEFORE_M = 75
+_END_AFTER_M = 95
+_FLOW_BEFORE_M = 75
+_FLOW_AFTER_M = 55
+_BICYCLES_BEFORE_M = 40
+_BICYCLES_AFTER_M = 40
+_NEAR_M = 3
+"""Marks are this close to the junction, so that the route through it is unambiguous."""
+
+LIT: frozenset[Control] = frozenset({"light"})
+UNLIT: frozenset[Control] = frozenset({"stop", "yield", "none"})
+SIGNED: frozenset[Control] = frozenset({"stop", "yield"})
+LEFT_TURNS: frozenset[Turn] = frozenset({"left"})
+RIGHT_TURNS: frozenset[Turn] = frozenset({"right"})
+TURNS: frozenset[Turn] = frozenset({"left", "right"})
+STRAIGHT: frozenset[Turn] = frozenset({"straight"})
+ALL_WAYS: frozenset[Turn] = frozenset({"left", "straight", "right"})
+OPPOSITE: frozenset[Side] = frozenset({"opposite"})
+FROM_LEFT: frozenset[Side] = frozenset({"left"})
+
+Ways = list[Movement]
+Places = Mapping[str, Any]
+Extra = Callable[[Movement, Ways], Iterator[tuple[Places, Mapping[str, Parameter]]]]
+"""Yields the parameters that the place determines, once for each way to play the scenario there."""
+
+
+def _nothing(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+    yield {}, {}
+
+
+@dataclass(frozen=True)
+class Through:
+    """Finds all movements through junctions that have what a type needs."""
+
+    turns: frozenset[Turn] = frozenset({"left", "right"})
+    controls: frozenset[Control] = frozenset({"light", "stop", "yield", "none"})
+    arms: int = 0
+    """Exact number of roads; 0 is any number."""
+    from_sides: frozenset[Side] = frozenset()
+    """Sides from which traffic must be able to go straight on."""
+    rightmost: bool = False
+    """True for the lane at the kerb only, next to a sidewalk."""
+    trigger_m: int = _TRIGGER_BEFORE_M
+    """Distance from the trigger to the junction."""
+    extra: Extra = field(default=_nothing)
+
+    def __call__(self, town: Town, ways: Ways) -> Iterator[Site]:
+        with_turns = {one.junction_id for one in ways if one.turn != "straight"}
+        for mine in ways:
+            if mine.turn not in self.turns or mine.control not in self.controls or mine.junction_id not in with_turns:
+                continue
+            if self.arms and mine.arms != self.arms:
+                continue
+            if not all(straight(arm(mine, side, ways)) for side in self.from_sides):
+                continue
+            if self.rightmost and not beside(mine.entry, carla.LaneType.Sidewalk):
+                continue
+            for number, (positions, fixed) in enumerate(self.extra(mine, ways)):
+                site = site_at(mine, self.trigger_m)
+                yield replace(site, place=f"{site.place}#{number}", positions=positions, fixed=fixed)
+
+
+def site_at(mine: Movement, trigger_m: int = _TRIGGER_BEFORE_M, end_m: int = _END_AFTER_M) -> Site:
+    """Return the site of a route through a junction."""
+    before = approach(mine.entry, max(_START_BEFORE_M, trigger_m + _START_BEFORE_M - _TRIGGER_BEFORE_M))
+    trigger = before[-trigger_m]
+    inside = follow(mine.inside, 80, through=(mine.inside.road_id,))
+    inside = tuple(one for one in inside if one.road_id == mine.inside.road_id)
+    after = follow(mine.exit, end_m)
+    after = tuple(one for one in after if one.road_id == mine.exit.road_id)
+    marks = (before[0], before[-_NEAR_M], after[_NEAR_M], after[-1])
+    group = f"junction {mine.junction_id}"
+    return Site(mine.town, group, mine.key, (*before, *inside, *after), marks, trigger)
+
+
+def _to_exit_lane(mine: Movement, of: Ways) -> Ways:
+    """Return the movements straight on into the lane that the ego turns into, or its neighbour."""
+    return [
+        one for one in straight(of) if one.exit.road_id == mine.exit.road_id and one.exit.lane_id == mine.exit.lane_id
+    ]
+
+
+def enter_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+    """Yield places of a flow from the left on the road that the ego turns right into."""
+    for other in _to_exit_lane(mine, arm(mine, "left", ways)):
+        yield flow(other), {}
+
+
+def oncoming_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+    """Yield places of a flow from the opposite arm, straight through."""
+    for other in straight(arm(mine, "opposite", ways)):
+        yield flow(other), {}
+
+
+def crossing_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+    """Yield places of a flow from the left across the ego's path; the second flow, from the right, follows from it."""
+    for other in straight(arm(mine, "left", ways)):
+        yield flow(other), {"direction": {"value": "right"}}
+
+
+def flow(other: Movement, before_m: int = _FLOW_BEFORE_M, after_m: int = _FLOW_AFTER_M) -> Places:
+    """Return the start and end of a flow along a movement."""
+    start = approach(other.entry, before_m)[0]
+    return {"start_actor_flow": start, "end_actor_flow": follow(other.exit, after_m)[-1]}
+
+
+def bicycles(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+    """Yield bicycle lanes: to the ego's right for a right turn, the oncoming one for a left turn."""
+    sources = [mine] if mine.turn == "right" else straight(arm(mine, "opposite", ways))
+    for other in sources:
+        start = beside(approach(other.entry, _BICYCLES_BEFORE_M)[0], carla.LaneType.Biking)
+        at_junction = beside(other.entry, carla.LaneType.Biking)
+        beyond = _beyond_junction(at_junction) if at_junction is not None else ()
+        if start is not None and len(beyond) > _BICYCLES_AFTER_M:
+            yield {"start_actor_flow": start, "end_actor_flow": beyond[_BICYCLES_AFTER_M]}, {}
+
+
+def _beyond_junction(bicycle_lane: Any) -> Path:
+    """Return the lane's continuation after the junction; empty if it ends there."""
+    path = follow(bicycle_lane, 120)
+    inside = [index for index, one in enumerate(path) if one.is_junction]
+    return path[inside[-1] + 1 :] if inside else ()
+
+
+def joined(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+    """Yield a site if oncoming cars can turn right into the same lane that the ego turns left into."""
+    leave = (mine.exit.road_id, mine.exit.lane_id)
+    if any((one.exit.road_id, one.exit.lane_id) == leave for one in arm(mine, "opposite", ways)):
+        yield {}, {}
+
+
+def direction_of(*sides: Side) -> Extra:
+    """Return an extra that adds `direction`: each of `sides` from which traffic meets the ego's path."""
+
+    def extra(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+        for side in sides:
+            if mine.turn in _MEETS[side] and straight(arm(mine, side, ways)):
+                yield {}, {"direction": {"value": side}}
+
+    return extra
+
+
+_MEETS: Mapping[Side, frozenset[Turn]] = {
+    "opposite": frozenset({"left"}),
+    "left": frozenset({"left", "straight", "right"}),
+    "right": frozenset({"left", "straight"}),
+}
+"""Turns whose path is crossed or joined by traffic that goes straight on from a side."""

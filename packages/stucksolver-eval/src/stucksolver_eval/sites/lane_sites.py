@@ -1,0 +1,49 @@
+"""Sites along a lane, away from junctions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from stucksolver_eval.sites.lane_requirements import Fits
+from stucksolver_eval.sites.lane_walk import Path, Town, bend_deg
+from stucksolver_eval.sites.movements import Movement
+from stucksolver_eval.sites.site import Site
+
+_STRAIGHT_DEG = 12.0
+_STEP_M = 20
+_MARK_EVERY_M = 60
+_MARGIN_M = 6
+_LONGEST_M = 280
+
+
+@dataclass(frozen=True)
+class Along:
+    """Finds all places on a map at which a lane has what a type needs, every 20 m of each lane."""
+
+    fits: Fits
+    after_m: int = 140
+    """Length of free lane after the trigger."""
+    before_m: int = 28
+    """Distance from the route's start to the trigger, on the same road."""
+    behind_m: int = 0
+    """Length of lane that must exist before the route's start."""
+    direct: bool = True
+    """True if the stretch must be straight."""
+
+    def __call__(self, town: Town, ways: list[Movement]) -> Iterator[Site]:
+        for lane in town.lanes:
+            last = len(lane) - self.after_m - _MARGIN_M
+            for start in range(self.behind_m + self.before_m + _MARGIN_M, last + 1, _STEP_M):
+                stretch = lane[start : start + self.after_m]
+                if self.direct and bend_deg(stretch) > _STRAIGHT_DEG:
+                    continue
+                if self.fits(town, stretch):
+                    yield self._site(town, lane, start)
+
+    def _site(self, town: Town, lane: Path, start: int) -> Site:
+        first, trigger = start - self.before_m, lane[start]
+        path = lane[first : min(len(lane) - _MARGIN_M, first + _LONGEST_M)]
+        name = f"{trigger.road_id}/{trigger.lane_id}"
+        marks = (*path[:-_MARK_EVERY_M:_MARK_EVERY_M], path[-1])
+        return Site(town, name, f"{name}@{start}", path, marks, trigger, free_m=len(lane) - start - _MARGIN_M)

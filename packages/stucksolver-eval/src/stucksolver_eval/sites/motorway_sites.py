@@ -1,0 +1,120 @@
+"""Sites on motorways: entries, exits, and lane changes between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import carla
+
+from stucksolver_eval.sites.junction_sites import flow, site_at
+from stucksolver_eval.sites.lane_walk import Path, Town, approach, same_way
+from stucksolver_eval.sites.movements import Movement
+from stucksolver_eval.sites.site import Site
+
+_MERGE_TRIGGER_M = 45
+_MERGE_END_M = 150
+_MERGE_FLOW_M = (60, 120)
+_EXIT_START_M = 170
+_EXIT_TRIGGER_M = 140
+_EXIT_CHANGE_M = 60
+_EXIT_END_M = 65
+_EXIT_FLOW_M = (165, 70)
+_CUT_IN_TRIGGER_M = 110
+_CUT_IN_FROM_M = 75
+_CUT_IN_END_M = 90
+_CHANGES_AFTER_M = (0, 45, 120, 230)
+"""Where the path in each lane starts, and where it ends (m)."""
+_CHANGES_TRIGGER_M = 15
+_CHANGES_STEP_M = 40
+_FEW_LANES, _MANY_LANES = 1, 3
+
+
+def merges(town: Town, ways: list[Movement]) -> Iterator[Site]:
+    """Yield sites from a ramp straight into the rightmost lane of the motorway, with a flow in that lane."""
+    for ramp in ways:
+        for other in _beside_ramp(ramp, ways):
+            if (ramp.exit.road_id, ramp.exit.lane_id) == (other.exit.road_id, other.exit.lane_id):
+                site = site_at(ramp, _MERGE_TRIGGER_M, _MERGE_END_M)
+                yield replace(site, positions=flow(other, *_MERGE_FLOW_M))
+
+
+def exits(town: Town, ways: list[Movement]) -> Iterator[Site]:
+    """Yield sites from the second lane across a flow in the rightmost one onto a ramp."""
+    for ramp in ways:
+        main = [w for w in ways if _same_lane(w.entry, ramp.entry) and w is not ramp]
+        if _lanes(ramp.exit) != _FEW_LANES or _lanes(ramp.entry) < _MANY_LANES or not main:
+            continue
+        lane = approach(ramp.entry, _EXIT_START_M)
+        second = [one for one in (same_way(one, carla.LaneChange.Left) for one in lane) if one is not None]
+        if len({one.road_id for one in lane}) > 1 or len(second) < len(lane):
+            continue
+        changed = len(lane) - _EXIT_CHANGE_M
+        last = site_at(ramp, _CHANGES_TRIGGER_M, _EXIT_END_M)
+        path = (*second[:changed], *lane[changed:], *last.path[last.path.index(ramp.inside) :])
+        trigger = second[-_EXIT_TRIGGER_M]
+        marks = (second[0], second[changed - 1], lane[changed + _CHANGES_TRIGGER_M], *last.marks[1:])
+        yield replace(last, path=path, marks=marks, trigger=trigger, positions=flow(main[0], *_EXIT_FLOW_M))
+
+
+def cut_ins(town: Town, ways: list[Movement]) -> Iterator[Site]:
+    """Yield sites along the rightmost lane past an entry, with a place on its ramp."""
+    for ramp in ways:
+        for other in _beside_ramp(ramp, ways):
+            if (ramp.exit.road_id, ramp.exit.lane_id) == (other.exit.road_id, other.exit.lane_id):
+                start = approach(ramp.entry, _CUT_IN_FROM_M)[0]
+                site = site_at(other, _CUT_IN_TRIGGER_M, _CUT_IN_END_M)
+                yield replace(site, positions={"other_actor_location": start})
+
+
+def lane_changes(town: Town, ways: list[Movement]) -> Iterator[Site]:
+    """Yield sites with lane changes across a motorway, from both sides where there is room."""
+    for lane in town.lanes:
+        last = len(lane) - _CHANGES_AFTER_M[-1] - _CHANGES_STEP_M
+        for start in range(_CHANGES_STEP_M, last, _CHANGES_STEP_M):
+            for side in (carla.LaneChange.Left, carla.LaneChange.Right):
+                yield from _staircase(town, lane[start : start + _CHANGES_AFTER_M[-1] + 1], side, start)
+
+
+def _staircase(town: Town, lane: Path, side: Any, start: int) -> Iterator[Site]:
+    """Yield sites with two lane changes to one side, from the outermost lane of the other side."""
+    other = carla.LaneChange.Right if side == carla.LaneChange.Left else carla.LaneChange.Left
+    if _lanes(lane[0]) < _MANY_LANES or same_way(lane[0], other):
+        return
+    pieces: list[Path] = []
+    for first, end in pairwise(_CHANGES_AFTER_M):
+        shifted = lane[first:end]
+        for _ in pieces:
+            beside = tuple(one for one in (same_way(one, side) for one in shifted) if one is not None)
+            if len(beside) < len(shifted):
+                return
+            shifted = beside
+        pieces.append(shifted)
+    path = tuple(one for piece in pieces for one in piece)
+    marks = (path[0], *(piece[-1] for piece in pieces))
+    name = f"{lane[0].road_id}/{lane[0].lane_id}"
+    yield Site(town, name, f"{name}@{start}", path, marks, path[_CHANGES_TRIGGER_M])
+
+
+def _beside_ramp(ramp: Movement, ways: list[Movement]) -> list[Movement]:
+    """Return the movements in the motorway's rightmost lane where `ramp` joins it."""
+    if _lanes(ramp.entry) != _FEW_LANES or _lanes(ramp.exit) < _MANY_LANES:
+        return []
+    main = [one for one in ways if one.junction_id == ramp.junction_id and _lanes(one.entry) >= _MANY_LANES]
+    return [one for one in main if not same_way(one.entry, carla.LaneChange.Right)]
+
+
+def _lanes(waypoint: carla.Waypoint) -> int:
+    """Return the number of lanes in this direction."""
+    count = 1
+    for side in (carla.LaneChange.Left, carla.LaneChange.Right):
+        lane = same_way(waypoint, side)
+        while lane is not None:
+            count, lane = count + 1, same_way(lane, side)
+    return count
+
+
+def _same_lane(one: Any, other: Any) -> bool:
+    return bool((one.road_id, one.lane_id) == (other.road_id, other.lane_id))

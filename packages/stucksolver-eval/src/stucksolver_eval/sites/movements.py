@@ -1,0 +1,135 @@
+"""Movements through junctions: entry, exit, turn, traffic control, and conflicting movements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import carla
+
+from stucksolver_eval.sites.lane_walk import Town, turn_deg
+
+Turn = Literal["left", "straight", "right"]
+Control = Literal["light", "stop", "yield", "none"]
+Side = Literal["left", "opposite", "right"]
+
+_TURN_DEG = 35.0
+_ARM_TOLERANCE_DEG = 35.0
+_ARM_MIN_M = 90.0
+"""Arms shorter than this belong to roundabouts."""
+_WIDE_M = 3.0
+"""Narrower lanes belong to two-way roads on which two cars cannot pass each other."""
+_SIGN_WITHIN_M = 12.0
+_LIGHT_TYPE = "1000001"
+"""OpenDRIVE's type of a traffic light."""
+_LIGHT_WITHIN_M = 12.0
+_HEADING_DEG: dict[Side, float] = {"left": 90.0, "opposite": 180.0, "right": -90.0}
+"""Heading of traffic from each side relative to one's own (degrees, clockwise)."""
+
+
+@dataclass(frozen=True)
+class Movement:
+    """The path of one lane through a junction."""
+
+    junction_id: int
+    entry: carla.Waypoint
+    """The last waypoint before the junction."""
+    inside: carla.Waypoint
+    """The first waypoint in it."""
+    exit: carla.Waypoint
+    """The first waypoint after it."""
+    turn: Turn
+    control: Control
+    arms: int
+    """Number of roads that meet there."""
+    town: Town
+
+    @property
+    def key(self) -> str:
+        """Identifies the movement on its map."""
+        return f"{self.entry.road_id}/{self.entry.lane_id}-{self.exit.road_id}/{self.exit.lane_id}"
+
+
+def movements(town: Town) -> list[Movement]:
+    """Return all movements of cars through junctions with wide and long enough arms, ordered by id."""
+    found = []
+    for ways in _by_junction(town):
+        wide = [one for one in ways if min(one.entry.lane_width, one.exit.lane_width) >= _WIDE_M]
+        if not any(_is_short(town, one.entry) or _is_short(town, one.exit) for one in wide):
+            found.extend(wide)
+    return found
+
+
+def roundabouts(town: Town) -> Iterator[list[Movement]]:
+    """Yield paths through roundabouts as movements at the nodes of the ring: in, around, and out elsewhere."""
+    ways = [one for junction in _by_junction(town) for one in junction]
+    for enter in ways:
+        if _is_short(town, enter.entry) or not _is_short(town, enter.exit):
+            continue
+        chain = [enter]
+        while True:
+            ahead = [one for one in ways if one.entry.road_id == chain[-1].exit.road_id]
+            yield from ([*chain, out] for out in ahead if not _is_short(town, out.exit))
+            onward = [one for one in ahead if _is_short(town, one.exit)]
+            if onward[0].junction_id == enter.junction_id:
+                break
+            chain.append(onward[0])
+
+
+def arm(mine: Movement, side: Side, others: list[Movement]) -> list[Movement]:
+    """Return the movements that enter the same junction from a side."""
+    return [
+        other
+        for other in others
+        if other.junction_id == mine.junction_id
+        and other.town is mine.town
+        and abs(math.remainder(turn_deg(mine.entry, other.entry) - _HEADING_DEG[side], 360.0)) < _ARM_TOLERANCE_DEG
+    ]
+
+
+def straight(of: list[Movement]) -> list[Movement]:
+    """Return the movements that go straight on."""
+    return [one for one in of if one.turn == "straight"]
+
+
+def _ways(junction: Any, number: int, town: Town) -> Iterator[Movement]:
+    pairs = junction.get_waypoints(carla.LaneType.Driving)
+    ends = [(begin, begin.previous(1.0), end.next(1.0)) for begin, end in pairs]
+    known = [(begin, before[0], after[0]) for begin, before, after in ends if before and after]
+    arms = len({one.road_id for _, before, after in known for one in (before, after)})
+    for begin, before, after in sorted(known, key=lambda one: (one[0].road_id, one[0].lane_id)):
+        yield Movement(number, before, begin, after, _turn(before, after), _control(before), arms, town)
+
+
+def _turn(before: Any, after: Any) -> Turn:
+    angle_deg = turn_deg(before, after)
+    if abs(angle_deg) < _TURN_DEG:
+        return "straight"
+    return "right" if angle_deg > 0 else "left"
+
+
+def _control(entry: carla.Waypoint) -> Control:
+    if entry.get_landmarks_of_type(_LIGHT_WITHIN_M, _LIGHT_TYPE):
+        return "light"
+    back = entry.previous(_SIGN_WITHIN_M / 2)
+    if not back:
+        return "none"
+    for kind, name in (("206", "stop"), ("205", "yield")):
+        if any(one.road_id == entry.road_id for one in back[0].get_landmarks_of_type(_SIGN_WITHIN_M, kind)):
+            return "stop" if name == "stop" else "yield"
+    return "none"
+
+
+def _by_junction(town: Town) -> Iterator[list[Movement]]:
+    junctions = {
+        w.get_junction().id: w.get_junction() for pair in town.map.get_topology() for w in pair if w.is_junction
+    }
+    for number in sorted(junctions):
+        yield list(_ways(junctions[number], number, town))
+
+
+def _is_short(town: Town, waypoint: carla.Waypoint) -> bool:
+    """Return True if the waypoint is on an arm between the nodes of a roundabout."""
+    return town.lengths_m[waypoint.road_id] < _ARM_MIN_M

@@ -1,0 +1,33 @@
+"""Where the shipped suites place a scenario type and with which parameters, as its class declares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from random import Random
+
+from stucksolver_eval.routes import Parameter
+from stucksolver_eval.sites.lane_walk import Town
+from stucksolver_eval.sites.movements import Movement
+from stucksolver_eval.sites.parameter_draws import Draw
+from stucksolver_eval.sites.site import Site
+
+Finder = Callable[[Town, list[Movement]], Iterator[Site]]
+"""Yields all suitable places on a map; it gets the map and the movements through its junctions."""
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Five routes of a suite, with ids from `first_id` on, at places that `find` yields."""
+
+    suite: str
+    first_id: int
+    find: Finder
+    values: Mapping[str, Draw] = field(default_factory=dict)
+    """The scenario's parameters, except those that follow from the place."""
+    only_in: str = ""
+    """The only suitable map, if others lack blocks to drive around, fast roads, or bicycle lanes."""
+
+    def draw(self, random: Random, free_m: int) -> dict[str, Parameter]:
+        """Draw the parameters of one route. The lane is free for `free_m` after the trigger."""
+        return {name: one.draw(random, free_m) for name, one in self.values.items()}

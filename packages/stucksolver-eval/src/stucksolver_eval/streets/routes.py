@@ -1,0 +1,62 @@
+"""Routes past such places, found on the map of a simulator that is started for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from stucksolver_carla.client_connection import ServerError, connect
+from stucksolver_eval.routes import Position, Route, RoutePose, ScenarioSpec
+from stucksolver_eval.simulator_server import CLIENT_TIMEOUT_S, open_server
+
+if TYPE_CHECKING:
+    import carla
+
+MARKS_EVERY_M = 20
+"""Distance between the waypoints that a route lists: close enough that the path between them is unambiguous."""
+
+Found = TypeVar("Found")
+
+
+@dataclass(frozen=True)
+class Where:
+    """A map and its simulator: our own carlette, or a running CARLA server at `host` and `port`."""
+
+    map_name: str
+    maps: str | None = None
+    seed: int = 1
+    host: str | None = None
+    port: int = 2000
+
+
+def look_on_map(where: Where, find: Callable[[Any, Any], Found]) -> Found:
+    """Call `find` with a `carla.World` and its `carla.Map`. Raises `ServerError`, and what `find` raises."""
+    with open_server(where.map_name, where.maps, where.seed, where.host, where.port) as server:
+        try:
+            client = connect(server, CLIENT_TIMEOUT_S)
+            world = client.get_world() if where.host is None else client.load_world(where.map_name)
+            return find(world, world.get_map())
+        except RuntimeError as error:
+            if isinstance(error, ServerError):
+                raise
+            # The client library reports a lost simulator with a bare `RuntimeError`.
+            server.check()
+            raise ServerError(f"the simulator at {server.host}:{server.port} does not answer: {error}") from error
+
+
+def street_route(
+    route_id: str, town: str, waypoints: Sequence[carla.Waypoint], kind: str, parameters: Mapping[str, float]
+) -> Route:
+    """Return a route along waypoints 1 m apart, with one scenario of type `kind` that starts with it."""
+    marks = [*waypoints[:-1:MARKS_EVERY_M], waypoints[-1]]
+    trigger = RoutePose(_position(waypoints[0]), math.remainder(waypoints[0].transform.rotation.yaw, 360.0))
+    values = {name: {"value": f"{value:g}"} for name, value in parameters.items()}
+    spec = ScenarioSpec(f"{kind}_1", kind, trigger, values)
+    return Route(route_id, town, tuple(_position(one) for one in marks), scenarios=(spec,))
+
+
+def _position(waypoint: carla.Waypoint) -> Position:
+    place = waypoint.transform.location
+    return Position(place.x, place.y, place.z)

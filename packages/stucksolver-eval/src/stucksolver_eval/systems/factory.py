@@ -1,0 +1,197 @@
+"""Makes arms from their names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stucksolver.immobilization import DetectorSettings
+from stucksolver.ladder import find_ladder
+from stucksolver.reasoners import Reasoner
+from stucksolver.reasoners.factory import make_reasoner, preflight, sees
+from stucksolver.reasoners.faulty import FAULTY, make_faulty
+from stucksolver.reasoners.registry import ReasonerNameError
+from stucksolver.record import QuestionLog, Recorder
+from stucksolver.solver import StuckSolver
+from stucksolver_carla.stack import CarlaStack
+from stucksolver_carla.stack.client_interface import EgoVehicle
+from stucksolver_carla.stack.front_camera import FrontCamera, GivesPicture
+from stucksolver_eval.drivers import DriverNameError, RouteDriver, check_driver
+from stucksolver_eval.routes.route_line import RouteLine
+from stucksolver_eval.systems.solver_system import Listener, SolverArm
+from stucksolver_eval.systems.spec import SENSORS, ArmSpec
+from stucksolver_eval.systems.system_under_test import Arm, DriverAlone
+from stucksolver_eval.systems.timed_reasoner import TimedReasoner
+from stucksolver_eval.systems.timer_baseline import TimersArm
+from stucksolver_eval.systems.unguarded import Unguarded
+from stucksolver_passenger.memory import EpisodeStore, Memory, MemoryFileError
+from stucksolver_perception.camera.sign_reader import UNREAD, why_not_read
+
+if TYPE_CHECKING:
+    import carla
+
+NONE = "none"
+"""Arm without recovery."""
+TIMERS = "timers"
+"""Arm that recovers by timers."""
+FAULTY_PREFIX = "faulty:"
+"""Arms with a reasoner made to fail; its name follows."""
+VEHICLE = "car-1"
+"""The vehicle's name in a memory."""
+EXCHANGES = "exchanges"
+"""Folder beside the records: every request to a model, and its answer."""
+
+
+class ArmError(ValueError):
+    """There is no such arm. The message lists those that exist."""
+
+
+def check_arm(spec: ArmSpec) -> None:
+    """Check an arm.
+
+    Raises:
+        ArmError: The driver, the recovery or the reasoner does not exist, or they do not fit together.
+        LadderError: The ladder cannot be used.
+    """
+    try:
+        check_driver(spec.driver)
+    except DriverNameError as error:
+        raise ArmError(str(error)) from error
+    _check_perception(spec)
+    _check_memory(spec)
+    if spec.recovery not in (NONE, TIMERS):
+        _reasoner(spec.recovery, 0)
+    elif not spec.guarded:
+        raise ArmError(f"--unguarded needs a recovery with a guard; {spec.recovery!r} has none")
+    elif spec.reasoner:
+        raise ArmError(f"--reasoner {spec.reasoner} needs a recovery that uses it; {spec.recovery!r} does not")
+    if spec.reasoner:
+        _reasoner(spec.reasoner, 0)
+    if spec.ladder is not None:
+        # The weights of a student on a rung are loaded once, so that errors show before the drive.
+        for name in find_ladder(spec.ladder).students():
+            _reasoner(name, 0)
+
+
+def _check_perception(spec: ArmSpec) -> None:
+    if spec.perception == SENSORS:
+        from stucksolver_perception.pipeline import why_not_here
+
+        # This loads all weights once, so that errors show before the drive.
+        why = why_not_here()
+        if why:
+            raise ArmError(f"--perception sensors: {why}")
+    if spec.sensor_fault:
+        from stucksolver_perception.carla.sensor_faults import FAULTS
+
+        if spec.perception != SENSORS:
+            raise ArmError("--sensor-fault needs --perception sensors")
+        if spec.sensor_fault not in FAULTS:
+            raise ArmError(f"unknown sensor fault {spec.sensor_fault!r}; choose from {', '.join(FAULTS)}")
+
+
+def _check_memory(spec: ArmSpec) -> None:
+    if spec.memory is None:
+        return
+    if spec.recovery in (NONE, TIMERS):
+        raise ArmError(f"--memory needs a recovery that proposes plans; it does not work with {spec.recovery!r}")
+    try:
+        EpisodeStore(spec.memory)
+    except MemoryFileError as error:
+        raise ArmError(f"--memory: {error}") from error
+
+
+def preflight_arm(spec: ArmSpec) -> tuple[str, ...]:
+    """Check once that each reasoner responds, and whether signs are read. Returns notes for the user, one line each.
+
+    Raises:
+        ArmError: A reasoner does not respond.
+    """
+    words = [one for one in (spec.recovery, spec.reasoner) if one not in ("", NONE, TIMERS)]
+    unread = why_not_read() if spec.perception == SENSORS else None
+    notes = () if unread is None else (f"{UNREAD}: {unread}",)
+    try:
+        return (*notes, *(note for one in words for note in preflight(_reasoner(one, 0), one)))
+    except ReasonerNameError as error:
+        raise ArmError(str(error)) from error
+
+
+def carries_camera(spec: ArmSpec) -> bool:
+    """True if a reasoner looks at images; the camera costs more than everything else in a tick."""
+    return spec.camera or sees(spec.recovery) or sees(spec.reasoner)
+
+
+def make_arm(
+    spec: ArmSpec,
+    ego: EgoVehicle,
+    driver: RouteDriver,
+    carla_map: carla.Map,
+    line: RouteLine,
+    seed: int,
+    records: Path | None,
+) -> Arm:
+    """Make an arm for a driver that has its route.
+
+    Args:
+        spec: The arm.
+        ego: The vehicle.
+        driver: Its driver.
+        carla_map: The map.
+        line: The route's line.
+        seed: Seed of random choices.
+        records: Folder for a record of each intervention, if any.
+
+    Raises:
+        ArmError: The arm cannot be made.
+        LadderError: The ladder cannot be used.
+    """
+    if spec.recovery == NONE:
+        return DriverAlone(driver)
+    if spec.recovery == TIMERS:
+        return TimersArm(ego, driver, line)
+    exchanges = None if records is None else records / EXCHANGES
+    ladder = find_ladder(spec.ladder or "evaluation")
+    asked = _reasoner(spec.recovery, seed, exchanges)
+    memory = None if spec.memory is None else Memory(spec.memory)
+    rules = TimedReasoner(asked if memory is None else memory.before(asked, ladder.waits.limits()))
+    models = {name: TimedReasoner(_reasoner(name, seed)) for name in ladder.students()}
+    if spec.reasoner:
+        models["model"] = TimedReasoner(_reasoner(spec.reasoner, seed, exchanges))
+    recorder = None if records is None else Recorder(records)
+    camera = _camera(ego) if carries_camera(spec) else None
+    stack = CarlaStack(ego, driver, carla_map, camera=camera)
+
+    def make(listener: Listener) -> StuckSolver:
+        """Return the arm's solver, which tells `listener` its events."""
+        return StuckSolver(
+            stack.scene,
+            ladder=ladder,
+            reasoner=rules,
+            guard=None if spec.guarded else Unguarded(),
+            models=models,
+            detector=DetectorSettings(**spec.detector),
+            clock=spec.clock,
+            on_event=listener if memory is None else memory.ear(VEHICLE, listener),
+            record=recorder if spec.questions is None else QuestionLog(spec.questions),
+        )
+
+    return SolverArm(stack, [rules, *models.values()], make, recorder, camera, memory)
+
+
+def _camera(ego: Any) -> GivesPicture:
+    """The vehicle's own camera, if it perceives by its sensors."""
+    eyes = getattr(ego, "perceiver", None)
+    found: GivesPicture = FrontCamera(ego) if eyes is None else eyes.camera()
+    return found
+
+
+def _reasoner(words: str, seed: int, exchanges: Path | None = None) -> Reasoner:
+    if words.startswith(FAULTY_PREFIX):
+        name = words.removeprefix(FAULTY_PREFIX)
+        if name not in FAULTY:
+            raise ArmError(f"unknown reasoner {words!r}; faulty ones are {', '.join(FAULTY)}")
+        return make_faulty(name, seed)
+    try:
+        return make_reasoner(words, exchanges)
+    except ReasonerNameError as error:
+        raise ArmError(f"{error}; a recovery may also be {NONE}, {TIMERS} or {FAULTY_PREFIX}NAME") from error

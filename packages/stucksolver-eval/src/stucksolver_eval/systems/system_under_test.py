@@ -1,0 +1,69 @@
+"""The interface of every arm: it gives one control per tick, and its actions are logged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+from stucksolver.plan import Directive
+from stucksolver_carla.drivers.behavior import Driver
+from stucksolver_eval.results.outcome import InterventionRecord, QueryRecord, Reliability, Spoken
+
+if TYPE_CHECKING:
+    import carla
+
+
+@dataclass
+class ArmLog:
+    """The log of an arm; times since the start of the route (s)."""
+
+    interventions: list[InterventionRecord] = field(default_factory=list)
+    queries: list[QueryRecord] = field(default_factory=list)
+    guidance: list[Spoken] = field(default_factory=list)
+    asked_s: float | None = None
+    reliability: list[Reliability] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Now:
+    """The ego at this tick: time since the start, speed, and position along the route."""
+
+    time_s: float
+    speed_mps: float
+    place_m: float
+
+
+class Arm(Protocol):
+    """Wraps a driver. `directive` is the driver's last order, for the replay."""
+
+    log: ArmLog
+    directive: Directive | None
+
+    def step(self, now: Now) -> carla.VehicleControl:
+        """Return this tick's `carla.VehicleControl`."""
+
+    def say(self, text: str) -> None:
+        """Take a passenger's words."""
+
+    def close(self, time_s: float) -> None:
+        """End the route."""
+
+
+class DriverAlone:
+    """The driver without help."""
+
+    def __init__(self, driver: Driver) -> None:
+        self._driver = driver
+        self.log = ArmLog()
+        self.directive: Directive | None = None
+
+    def step(self, now: Now) -> carla.VehicleControl:
+        """Let the driver drive."""
+        control: carla.VehicleControl = self._driver.run_step()
+        return control
+
+    def say(self, text: str) -> None:
+        """Ignore the words."""
+
+    def close(self, time_s: float) -> None:
+        """Do nothing."""

@@ -1,0 +1,50 @@
+"""An experiment without the guard: what a reasoner would do if nobody checked its plans."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stucksolver.guard import NOBODY, OK, Approvals, GivingWay, Guard, GuardPolicy, Proven, Verdict, no_path
+from stucksolver.plan.behaviors import REGISTRY, Behavior, CannotPlan, Release
+from stucksolver.plan.frenet_path import Manoeuvre
+from stucksolver.scene.frenet_scene import FrenetScene
+
+
+class Unguarded(Guard):
+    """Drives every plan that has a path and never aborts one. For simulators only."""
+
+    def __init__(self) -> None:
+        super().__init__(GuardPolicy(releases=dict.fromkeys(REGISTRY, Release.AUTONOMOUS)))
+
+    def accept(
+        self,
+        behaviors: Sequence[Behavior],
+        view: FrenetScene,
+        guided: bool,
+        approvals: Approvals = NOBODY,
+        stops: bool = False,
+    ) -> tuple[Verdict, Proven | None]:
+        """Refuse only plans without a path."""
+        try:
+            return OK, self.lay_out(behaviors, view, guided, approvals, stops)
+        except CannotPlan as error:
+            return no_path(error), None
+
+    def allows_standing(self, behavior: Behavior, view: FrenetScene, approvals: Approvals = NOBODY) -> Verdict:
+        """Always accept: that is the purpose of this arm."""
+        return OK
+
+    def clear_to_hand_back(self, view: FrenetScene) -> bool:
+        """Always True."""
+        return True
+
+    def about_to_touch(self, view: FrenetScene, curvature_per_m: float) -> None:
+        """Nothing: it takes the wheel from no driver."""
+
+    def recheck(self, proven: Proven, view: FrenetScene, giving_way: GivingWay = False) -> Verdict:
+        """Always accept."""
+        return OK
+
+    def recheck_way_back(self, path: Manoeuvre, view: FrenetScene, giving_way: bool = False) -> Verdict:
+        """Always accept."""
+        return OK

@@ -1,0 +1,18 @@
+"""The people of the first case look different, and nothing else about them does."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("carla")
+
+from carlette.blueprints import load_catalogue
+from carlette.camera.models.people import clothes_of
+from stucksolver_eval.scenarios.types.street.people_at_red_light import WALKERS
+
+
+def test_the_people_on_the_crossing_are_of_one_size_and_each_has_clothes_of_another_colour() -> None:
+    people = [load_catalogue().walkers[one] for one in WALKERS]
+    assert len({(one.box, one.mass_kg, one.age) for one in people}) == 1
+    clothes = [clothes_of(one.id, one.gender, one.age) for one in people]
+    assert len({one.top for one in clothes}) == len(WALKERS)

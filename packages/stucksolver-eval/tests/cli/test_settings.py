@@ -1,0 +1,183 @@
+"""Settings: which of flag, environment, file and default counts, and what is said of a file with a mistake."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from lab.commands import COMMANDS
+from stucksolver.commands import main
+from stucksolver.commands.command_table import commands
+from stucksolver.commands.config import template
+from stucksolver.commands.main import PROGRAM, _parse, _parser
+
+KNOWN = {**commands(), **COMMANDS}
+
+
+@pytest.fixture(autouse=True)
+def nothing_set(monkeypatch, tmp_path):
+    """An empty folder, a user without a file, no variables of ours."""
+    for name in [name for name in os.environ if name.startswith("STUCKSOLVER_")]:
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "xdg"))
+    (tmp_path / "work").mkdir()
+    monkeypatch.chdir(tmp_path / "work")
+
+
+def parsed(*told: str):
+    command = next(word for word in told if word in KNOWN)
+    return _parse(_parser(PROGRAM, KNOWN, filled=[command]), told, command, KNOWN)
+
+
+def write(text: str, name: str = "stucksolver.toml") -> None:
+    Path(name).parent.mkdir(parents=True, exist_ok=True)
+    Path(name).write_text(text, encoding="utf-8")
+
+
+def test_each_place_beats_the_next_one(monkeypatch):
+    assert parsed("demo").seed == 1
+    write("[all]\nseed = 2\n")
+    assert parsed("demo").seed == 2
+    write("[all]\nseed = 2\n[demo]\nseed = 3\n")
+    assert parsed("demo").seed == 3 and parsed("ride").seed == 2
+    monkeypatch.setenv("STUCKSOLVER_ALL_SEED", "4")
+    assert parsed("demo").seed == 4
+    monkeypatch.setenv("STUCKSOLVER_DEMO_SEED", "5")
+    assert parsed("demo").seed == 5 and parsed("ride").seed == 4
+    assert parsed("demo", "--seed", "6").seed == 6
+
+
+def test_a_flag_with_the_default_value_still_beats_the_file():
+    write("[demo]\nseed = 3\n")
+    assert parsed("demo", "--seed", "1").seed == 1
+
+
+def test_the_file_is_the_one_told_then_the_variables_then_this_folders_then_the_users(monkeypatch, tmp_path):
+    write("[demo]\nseed = 1001\n", str(tmp_path / "xdg" / "stucksolver" / "config.toml"))
+    assert parsed("demo").seed == 1001
+    write("[demo]\nseed = 1002\n")
+    assert parsed("demo").seed == 1002
+    write("[demo]\nseed = 1003\n", "other.toml")
+    monkeypatch.setenv("STUCKSOLVER_CONFIG", "other.toml")
+    assert parsed("demo").seed == 1003
+    write("[demo]\nseed = 1004\n", "told.toml")
+    assert parsed("--config", "told.toml", "demo").seed == 1004
+    assert parsed("--config", "none", "demo").seed == 1
+
+
+def test_a_required_option_may_stand_in_the_file_and_a_list_is_replaced_by_the_flag():
+    write('[evaluate]\nsuite = "dev"\nout = "here"\nsweep = ["v_min=3,5"]\nresume = true\n')
+    options = parsed("evaluate")
+    assert (options.suite, str(options.out), options.sweep, options.resume) == ("dev", "here", ["v_min=3,5"], True)
+    assert parsed("evaluate", "--sweep", "dt=1").sweep == ["dt=1"]
+
+
+@pytest.mark.parametrize(
+    ("flag", "seeds", "seed"), [((), "7,8", 1), (("--seed", "3"), None, 3), (("--seed", "1"), None, 1)]
+)
+def test_one_seed_on_the_command_line_beats_several_in_the_file(flag, seeds, seed):
+    write('[evaluate]\nsuite = "dev"\nout = "here"\nseeds = "7,8"\n')
+    options = parsed("evaluate", *flag)
+    assert (options.seeds, options.seed) == (seeds, seed)
+
+
+def test_parts_of_commands_have_sections_and_a_flag_beats_what_it_excludes():
+    write('[perception.collect]\nsuite = "dev"\nout = "data"\n')
+    assert parsed("perception", "collect").suite == "dev"
+    options = parsed("perception", "collect", "--towns", "Town01")
+    assert (options.suite, options.towns) == ("", "Town01")
+
+
+def test_what_was_taken_from_elsewhere_is_said(capsys, monkeypatch):
+    monkeypatch.setenv("STUCKSOLVER_DEMO_SEED", "5")
+    parsed("demo")
+    assert "seed 5, by STUCKSOLVER_DEMO_SEED" in capsys.readouterr().err
+    parsed("demo", "--seed", "6")
+    assert capsys.readouterr().err == ""
+
+
+def test_help_names_what_the_file_says_as_the_default(capsys):
+    write("[demo]\nseed = 41\n")
+    with pytest.raises(SystemExit):
+        main(["demo", "--help"])
+    assert "default: 41, by stucksolver.toml" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("[demo]\nsede = 3\n", "stucksolver.toml: [demo] has no setting 'sede'; did you mean 'seed'?"),
+        ("[dmeo]\nseed = 3\n", "there is no section [dmeo]; did you mean 'demo'?"),
+        ("[all]\nsede = 3\n", "[all] has no setting 'sede'; did you mean 'seed'?"),
+        ("[ride]\nsede = 3\n", "[ride] has no setting 'sede'"),
+        ("seed = 3\n", "'seed' is outside any section"),
+        ("[demo]\nseed = 'x'\n", "stucksolver.toml: [demo] seed: 'x' is not possible; give a whole number"),
+        ("[demo]\nseed = true\n", "[demo] seed: True is not possible"),
+        ("[demo]\nseed = [1]\n", "[demo] seed: [1] is not possible"),
+        ("[demo]\nroad = 'mud'\n", "[demo] road: 'mud' is not possible; choose from any, one_lane, multi_lane"),
+        ("[ride]\nonce = 'yes'\n", "[ride] once: 'yes' is not possible; give true or false"),
+        ("[evaluate]\nsweep = 'v_min=3'\n", "[evaluate] sweep: 'v_min=3' is not possible; give a list"),
+        ("[memory.forgot]\ndays = 1\n", "did you mean 'memory.forget'?"),
+        ("[evaluate]\nunguarded = true\n", "[evaluate] has no setting 'unguarded'"),
+        ("[demo\n", "stucksolver.toml cannot be read"),
+    ],
+)
+def test_a_mistake_in_the_file_is_one_line_that_names_it(capsys, text, told):
+    write(text)
+    assert main(["demo"]) == 2
+    said = capsys.readouterr()
+    assert told in said.err and said.err.count("\n") == 1 and not said.out
+
+
+@pytest.mark.parametrize(("value", "told"), [("x", "STUCKSOLVER_DEMO_SEED: 'x' is not possible; give a whole number")])
+def test_a_mistake_in_a_variable_names_the_variable(capsys, monkeypatch, value, told):
+    monkeypatch.setenv("STUCKSOLVER_DEMO_SEED", value)
+    assert main(["demo"]) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_a_file_that_is_named_and_not_there_is_an_error(capsys):
+    assert main(["--config", "gone.toml", "demo"]) == 2
+    assert "gone.toml: no such configuration file" in capsys.readouterr().err
+
+
+def test_the_file_that_init_writes_explains_every_setting_and_changes_nothing(capsys):
+    assert main(["config", "init"]) == 0
+    assert main(["config", "init"]) == 2, "it is not written over"
+    used = "\n".join(
+        line.removeprefix("# ") if " = " in line and line[:2] == "# " else line for line in template().splitlines()
+    )
+    write(used)
+    capsys.readouterr()
+    assert main(["config", "show", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    sections = {row["section"] for row in told["settings"]}
+    assert {"demo", "ride", "evaluate", "watch", "cases"} <= sections
+    for command in ("demo", "ride"):
+        plain, same = parsed("--config", "none", command), parsed(command)
+        ours = {"config", "run"}
+        assert {k: v for k, v in vars(same).items() if k not in ours} == {
+            k: v for k, v in vars(plain).items() if k not in ours
+        }
+
+
+def test_show_says_what_counts_and_where_it_comes_from(capsys, monkeypatch):
+    write("[demo]\nseed = 3\n")
+    monkeypatch.setenv("STUCKSOLVER_RIDE_SEED", "5")
+    assert main(["config", "show"]) == 0
+    out = capsys.readouterr().out
+    assert "demo.seed = 3  (stucksolver.toml)" in out and "ride.seed = 5  (STUCKSOLVER_RIDE_SEED)" in out
+    assert main(["config", "show", "demo", "--defaults"]) == 0
+    out = capsys.readouterr().out
+    assert 'demo.map = "demo_town"  (default)' in out and "ride." not in out
+    assert main(["config", "show", "dance"]) == 2
+
+
+def test_the_folders_of_maps_in_the_environment_beat_the_file(monkeypatch):
+    write('[all]\nmaps = "from/file"\n')
+    assert parsed("demo").maps == "from/file"
+    monkeypatch.setenv("STUCKSOLVER_MAPS", "from/environment")
+    assert parsed("demo").maps is None, "the simulator reads the variable by itself"

@@ -1,0 +1,225 @@
+"""What a command says when it is used wrongly, or asked about itself: one clear line."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import carlette.cli
+from stucksolver.commands import main
+from stucksolver.commands.main import full_parser
+
+EXAMPLE = Path(__file__).parents[4] / "examples" / "behavior_agent.py"
+
+
+def refused(capsys, *arguments: str, program=main) -> str:
+    """The one line of a command that was refused."""
+    try:
+        program(list(arguments))
+        code = 0
+    except SystemExit as ended:
+        code = ended.code
+    said = capsys.readouterr()
+    assert code == 2 and said.out == ""
+    assert said.err.count("\n") == 1, said.err
+    return said.err
+
+
+@pytest.mark.parametrize(
+    ("command", "told"),
+    [
+        ("watch --port abc", "--port: 'abc' is not a port; give a number from 1 to 65535"),
+        ("demo --port 0", "--port: '0' is not a port"),
+        ("evaluate --suite dev --out x --port 65536", "--port: '65536' is not a port"),
+        ("demo --oncoming -3", "--oncoming: '-3' is not possible; give a whole number, 0 or more"),
+        ("demo --oncoming 1.5", "--oncoming: '1.5' is not possible"),
+        ("demo --seed x", "--seed: 'x' is not possible; give a whole number"),
+        ("watch --seconds -1", "--seconds: '-1' is not possible; give a number above 0"),
+        ("watch --seconds nan", "--seconds: 'nan' is not possible"),
+        ("cases --deadline 0", "--deadline: '0' is not possible"),
+        ("cases --tries 0", "--tries: '0' is not possible; give a whole number, 1 or more"),
+        ("evaluate --suite dev --out x --jobs 0", "--jobs: '0' is not possible"),
+        ("evaluate --suite dev", "required: --out"),
+        ("dance", "'dance'"),
+    ],
+)
+def test_a_wrong_value_is_one_line_that_names_the_option_and_what_it_takes(capsys, command, told):
+    # Only read: what was accepted by mistake must not be driven.
+    assert told in refused(capsys, *command.split(), program=full_parser().parse_args)
+
+
+@pytest.mark.parametrize(
+    ("command", "told"),
+    [
+        ("--port abc", "--port: 'abc' is not a port; give a number from 0 to 65534"),
+        ("--port 65535", "--port: '65535' is not a port"),
+        ("--seed x", "--seed"),
+        ("--maps", "--maps"),
+    ],
+)
+def test_so_it_is_with_the_simulator(capsys, command, told):
+    assert told in refused(capsys, *command.split(), program=carlette.cli.main)
+
+
+@pytest.mark.parametrize(("program", "name"), [(main, "stucksolver"), (carlette.cli.main, "carlette")])
+def test_the_version_is_told(capsys, program, name):
+    with pytest.raises(SystemExit) as ended:
+        program(["--version"])
+    assert ended.value.code == 0
+    assert re.fullmatch(rf"{name} \d+\.\d+\S*\n", capsys.readouterr().out)
+
+
+def commands() -> dict[str, argparse.ArgumentParser]:
+    (found,) = [a for a in full_parser()._actions if isinstance(a, argparse._SubParsersAction)]
+    return {**found.choices, "carlette": carlette.cli._parser()}
+
+
+@pytest.mark.parametrize("name", commands())
+def test_the_help_names_every_default_and_explains_every_argument(name):
+    parser = commands()[name]
+    told = " ".join(parser.format_help().split())
+    assert parser.description, "a command says what it does"
+    for action in parser._actions:
+        assert action.help, action.dest
+        if action.option_strings and action.default not in (None, False, (), "", argparse.SUPPRESS, []):
+            assert re.search(rf"default: {re.escape(str(action.default))}\b", told), action.dest
+    assert "default: )" not in told, "a default that is empty says nothing"
+
+
+def test_the_help_of_compare_says_what_a_and_b_are_and_what_is_told(capsys):
+    with pytest.raises(SystemExit):
+        main(["compare", "--help"])
+    told = " ".join(capsys.readouterr().out.split())
+    assert "`evaluate --out`" in told and "B - A" in told and "95 %" in told
+
+
+def test_ctrl_c_names_the_way_to_go_on(capsys, monkeypatch, tmp_path):
+    pytest.importorskip("carla")
+    from stucksolver_eval.runner import evaluate
+
+    def interrupted(spec):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(evaluate, "evaluate", interrupted)
+    assert main(["evaluate", "--suite", "dev", "--out", str(tmp_path)]) == 130
+    error = capsys.readouterr().err.strip()
+    assert (
+        error.splitlines()[-1]
+        == "interrupted; finished routes are kept: run the same command with --resume to continue"
+    )
+
+
+def test_a_server_that_is_not_there_is_told_before_a_suite_is_begun(capsys, tmp_path):
+    pytest.importorskip("carla")
+    with socket.create_server(("127.0.0.1", 0)) as gone:
+        port = gone.getsockname()[1]
+    command = f"evaluate --suite dev --recovery rules --host 127.0.0.1 --port {port} --out {tmp_path / 'out'}"
+    assert f"no CARLA server at 127.0.0.1:{port}" in refused(capsys, *command.split(), program=ending)
+    assert not (tmp_path / "out").exists()
+
+
+def ending(arguments: list[str]) -> None:
+    raise SystemExit(main(arguments))
+
+
+# ---- what is not installed
+
+HIDE = """
+import sys
+class Hidden:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {missing!r}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+sys.meta_path.insert(0, Hidden())
+"""
+
+
+def without(missing: tuple[str, ...], program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run a program where some packages cannot be found."""
+    command = [sys.executable, "-c", HIDE.format(missing=missing) + program, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60)
+
+
+CARLETTE = "from carlette.cli import main; sys.exit(main(sys.argv[1:]))"
+RUN_EXAMPLE = f"import runpy; sys.argv[0] = {str(EXAMPLE)!r}; runpy.run_path(sys.argv[0], run_name='__main__')"
+
+
+def test_the_simulator_without_its_extra_names_it_in_one_line():
+    done = without(("carla", "msgpack", "numba"), CARLETTE, "--port", "0")
+    assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+    assert "carla, msgpack, numba" in done.stderr and "pip install carla msgpack numba" in done.stderr
+
+
+def test_one_missing_package_is_named_too():
+    done = without(("msgpack",), CARLETTE, "--port", "0")
+    assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+    assert "msgpack" in done.stderr and "numba" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("missing", "told"),
+    [
+        (("carla",), "pip install 'carla>=0.9.15'"),
+        (("agents",), "PythonAPI/carla"),
+    ],
+)
+def test_the_example_says_what_it_lacks_in_one_line(missing, told):
+    done = without(missing, RUN_EXAMPLE)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr
+    assert told in done.stderr
+
+
+AGENTS = """
+import types
+for name in ("agents", "agents.navigation", "agents.navigation.behavior_agent"):
+    sys.modules[name] = types.ModuleType(name)
+sys.modules["agents.navigation.behavior_agent"].BehaviorAgent = object
+"""
+
+
+@pytest.mark.integration
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [(("127.0.0.1", "9"), "no CARLA server at 127.0.0.1:9"), (("127.0.0.1", "abc"), "'abc' is not a port")],
+)
+def test_the_example_says_that_nobody_serves_it_in_one_line(arguments, told):
+    pytest.importorskip("carla")
+    done = without((), AGENTS + RUN_EXAMPLE, *arguments)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr
+    assert told in done.stderr
+
+
+@pytest.mark.integration
+def test_a_reader_of_the_output_that_has_had_enough_gets_no_traceback():
+    program = "import sys; from stucksolver.commands.main import main; sys.exit(main(['ladder']))"
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode in (0, 141)
+
+
+@pytest.mark.parametrize("asked", ["import stucksolver", "main(['--help'])", "main(['--version'])"])
+def test_help_comes_at_once_since_nothing_is_imported_for_it(asked):
+    program = (
+        "import contextlib, sys\n"
+        "from stucksolver.commands.main import main\n"
+        f"with contextlib.suppress(SystemExit):\n    {asked}\n"
+        "print(sorted({'numpy', 'pydantic', 'carla', 'shapely', 'openai'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_whatever_the_package_offers_is_there():
+    import stucksolver
+
+    assert set(stucksolver.__all__) <= set(dir(stucksolver))
+    assert all(getattr(stucksolver, name) is not None for name in stucksolver.__all__ if name != "attach")
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = stucksolver.nothing

@@ -1,0 +1,102 @@
+"""The pages of evaluations: every figure is explained where it stands, and runs are compared side by side."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from stores import CRASH, ROUTES, begun, keep, record
+
+from stucksolver.record import RecordError
+from stucksolver.record.hash_chain import ChainWriter
+from stucksolver_eval.metrics.columns import RECOVERY_HEAD
+from stucksolver_eval.metrics.comparison import ComparisonError
+from stucksolver_eval.metrics.summary import summarize
+from stucksolver_eval.report.comparison import column_names, write_comparison
+from stucksolver_eval.report.decisions import moments_of
+from stucksolver_eval.report.evaluation import evaluation_page, write_evaluation
+from stucksolver_eval.report.metric_tables import RECOVERY_MEANINGS
+
+DECISION = {
+    "version": 1,
+    "observation": {"controls": [], "participants": [], "summary": "a van"},
+    "analysis": {"steps": [], "immobilized": True, "cause": "parked_vehicle", "reason": "it is parked"},
+    "plan": None,
+    "rationale": "wait: a <b>van</b> comes",
+}
+
+
+def test_every_figure_is_explained_and_what_others_published_is_marked_and_folded(tmp_path: Path) -> None:
+    store = begun(tmp_path / "out")
+    keep(store, ROUTES[0], 1, record(ROUTES[0], 80.0, "TickRuntime", CRASH))
+    page = evaluation_page(summarize(store), {})
+    for name in ("Driving score (DS)", "Success rate (SR)", "Route completion (RC)", "Infraction score (IS)"):
+        assert name in page
+    assert "route completion times infraction score" in page
+    assert "TickRuntime (not done after 4000 ticks, 200 s)" in page
+    assert "<details><summary>Published figures, reported on CARLA, not comparable</summary>" in page
+    assert 'name="viewport"' in page and "<main>" in page and 'lang="en"' in page
+
+
+def test_each_recovery_figure_has_a_meaning() -> None:
+    assert set(RECOVERY_MEANINGS) == set(RECOVERY_HEAD[1:])
+
+
+def test_runs_stand_side_by_side_with_the_drives_that_ended_differently(tmp_path: Path) -> None:
+    stores = [begun(tmp_path / name, recovery=name) for name in ("none", "rules")]
+    keep(stores[0], ROUTES[0], 1, record(ROUTES[0], 50.0, "Agent got blocked"))
+    keep(stores[1], ROUTES[0], 1, record(ROUTES[0], 100.0, None))
+    for store in stores:
+        keep(store, ROUTES[1], 1, record(ROUTES[1], 100.0, None))
+    write_comparison([s.folder for s in stores], [summarize(s) for s in stores], tmp_path / "pages" / "all.html")
+    page = (tmp_path / "pages" / "all.html").read_text()
+    assert "Differences to driver alone" in page and "driver + rules: driving score" in page
+    assert "25.00 [" in page, "the mean difference over both routes"
+    ended = page.split("Drives that ended differently")[2]
+    assert ended.count("<tr>") == 2, "the head, and the one route on which they differ"
+    assert "Agent got blocked, 50.0" in ended and "success, 100.0" in ended
+
+
+def test_runs_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> None:
+    folders = [tmp_path / "monday", tmp_path / "tuesday"]
+    found = [summarize(begun(folder)) for folder in folders]
+    assert column_names(found, folders) == ["driver alone (monday)", "driver alone (tuesday)"]
+
+
+def test_runs_of_other_routes_are_not_compared(tmp_path: Path) -> None:
+    folders = [tmp_path / "a", tmp_path / "b"]
+    found = [summarize(begun(folders[0])), summarize(begun(folders[1], suite_digest="0"))]
+    with pytest.raises(ComparisonError, match="routes differ"):
+        write_comparison(folders, found, tmp_path / "page.html")
+
+
+def recorded(folder: Path) -> Path:
+    """The record of an intervention with one decision, which came in with the line that tells of it."""
+    chain = ChainWriter(folder / "intervention-0001.jsonl")
+    chain.write({"kind": "begin"})
+    told = {"event": {"time_s": 12.345, "kind": "decided", "text": "wait", "trigger": "speed"}}
+    chain.write({"kind": "step", "in": {"answer": {"reasoner": "rules", "decision": DECISION}}, "told": [told]})
+    chain.close()
+    return chain.path
+
+
+def test_decisions_are_read_from_records_where_no_replay_was_kept(tmp_path: Path) -> None:
+    store = begun(tmp_path / "out")
+    keep(store, ROUTES[0], 1, record(ROUTES[0]))
+    recorded(store.interventions(ROUTES[0], 1))
+    page = write_evaluation(store, summarize(store)).read_text()
+    (written,) = store.interventions(ROUTES[0], 1).glob("*.html")
+    assert f'href="{written.relative_to(store.folder)}"' in page
+    text = written.read_text()
+    data = json.loads(text.split('id="data">')[1].split("</script>")[0])
+    (moment,) = data["runs"][0]["decisions"]
+    assert (moment["time_s"], moment["decision"]["rationale"]) == (12.35, DECISION["rationale"])
+    assert "<b>van" not in text
+
+
+def test_a_record_that_was_changed_is_told(tmp_path: Path) -> None:
+    path = recorded(tmp_path)
+    path.write_text(path.read_text().replace("van", "bus"))
+    with pytest.raises(RecordError, match="line 2"):
+        list(moments_of(tmp_path))

@@ -1,0 +1,55 @@
+"""The closed streets of the suite are closed from kerb to kerb, at their mouth."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+carla = pytest.importorskip("carla")
+
+from stucksolver_eval.routes.route_line import RouteLine  # noqa: E402
+from stucksolver_eval.scenarios.types.stuck.closed_road import BARRIER_M, FOR_VEHICLES, row_across  # noqa: E402
+from stucksolver_eval.suites import build, suite  # noqa: E402
+
+ROUTES = [route for route in suite("immobilized").routes if route.scenarios[0].type == "ClosedRoad"]
+
+
+@pytest.fixture(scope="module")
+def town():
+    return next(town for town in build.load_towns() if town.name == "grid_town").map
+
+
+def closed_at(town, route):
+    """The route's waypoint where it is closed, and those after it."""
+    line, spec = RouteLine.trace(town, route.waypoints), route.scenarios[0]
+    trigger = spec.trigger.position
+    first = line.project(carla.Location(trigger.x_m, trigger.y_m, trigger.z_m))
+    distance_m = float(spec.parameters["distance"]["value"])
+    index = line.index_at(float(line.s_m[first]) + distance_m)
+    return line.waypoints[index], line.waypoints[index:]
+
+
+@pytest.mark.parametrize("route", ROUTES, ids=lambda one: one.id)
+def test_a_street_is_closed_at_its_mouth_from_kerb_to_kerb(town, route):
+    here, after = closed_at(town, route)
+    row = row_across(town, here)
+    places = [one.location for one in row]
+    assert here.is_junction and any(one.distance(here.transform.location) < 0.1 for one in places)
+    steps = [a.distance(b) for a, b in itertools.pairwise(places)]
+    assert steps == pytest.approx([BARRIER_M] * len(steps), abs=0.01)
+    for edge, inner in ((places[0], places[1]), (places[-1], places[-2])):
+        beyond = carla.Location(2 * edge.x - inner.x, 2 * edge.y - inner.y, edge.z)
+        assert town.get_waypoint(beyond, False, FOR_VEHICLES) is None
+    street = next(one for one in after if not one.is_junction)
+    widths = {one.lane_id: one.lane_width for one, _ in town.get_topology() if one.road_id == street.road_id}
+    assert len(widths) >= 2 and len(row) * BARRIER_M > sum(widths.values())
+
+
+@pytest.mark.parametrize("route", ROUTES, ids=lambda one: one.id)
+def test_the_row_stands_square_to_the_closed_street(town, route):
+    here, after = closed_at(town, route)
+    street = next(one for one in after if not one.is_junction).transform.get_forward_vector()
+    row = row_across(town, here)
+    along = row[-1].location - row[0].location
+    assert abs(along.x * street.x + along.y * street.y) < 0.05 * row[-1].location.distance(row[0].location)

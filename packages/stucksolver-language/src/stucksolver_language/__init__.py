@@ -1,0 +1,1 @@
+"""Language models, small networks that reason and interpret words, for StuckSolver."""

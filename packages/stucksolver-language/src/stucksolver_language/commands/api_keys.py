@@ -1,0 +1,55 @@
+"""Keys and logins of language models: what the command line says about them, before anything else sees it."""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+from stucksolver.commands.errors import UsageError
+from stucksolver.privacy.url_redaction import add_entry, shown, without_login
+
+PREFIX = "openai:"
+
+
+def add_send_key(parser: argparse.ArgumentParser) -> None:
+    """Add `--send-key`."""
+    parser.add_argument(
+        "--send-key",
+        action="store_true",
+        help="send OPENAI_API_KEY to the servers that openai:MODEL@BASE_URL names, also if they are not OpenAI's",
+    )
+    parser.set_defaults(prepare=send_key_if_wanted)
+
+
+def send_key_if_wanted(options: argparse.Namespace) -> None:
+    """Let the key go if the command line says so. Raises `UsageError` as `send_key` does."""
+    if options.send_key:
+        send_key(options)
+
+
+def send_key(options: argparse.Namespace) -> None:
+    """Let the key go to the servers that the options name, here and in processes that are started here.
+
+    Raises:
+        UsageError: There is no key, or no server is named.
+    """
+    # Only now: the reasoners take a while to import, and most commands need none of this.
+    from stucksolver_language.llm.api_keys import KEY_VARIABLE, origin_of
+    from stucksolver_language.llm.openai_api import URL_VARIABLE
+
+    key = os.environ.get(KEY_VARIABLE)
+    if not key:
+        raise UsageError(f"--send-key: there is no key; set {KEY_VARIABLE}")
+    urls = []
+    for text in (one for one in vars(options).values() if isinstance(one, str)):
+        for word in (part.strip() for part in text.split(",")):
+            if word.startswith(PREFIX):
+                named = word.partition("#")[0].partition("@")[2]
+                urls.append(named or os.environ.get(URL_VARIABLE, ""))
+    if not any(urls):
+        raise UsageError("--send-key: no server is named; name one as openai:MODEL@BASE_URL")
+    try:
+        for url in filter(None, urls):
+            add_entry(f"{origin_of(without_login(url)[0])}={key}")
+    except ValueError as error:
+        raise UsageError(f"--send-key: {shown(str(error))}") from error

@@ -1,0 +1,60 @@
+"""Checks of `stucksolver doctor` on the interpreter of words, the student and language models."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+from collections.abc import Iterator
+
+from stucksolver.commands.doctor import Check, Finding, package
+
+
+def _words() -> Iterator[Finding]:
+    from stucksolver.interpreter import NoReader, find_reader
+
+    reader = find_reader()
+    if isinstance(reader, NoReader):
+        yield Finding("reader of words", "absent", reader.why.split(";")[0], "add the extra [words] (README, Install)")
+        return
+    try:
+        reading = reader.read("please go round it", "")
+    except RuntimeError as error:
+        yield Finding("reader of words", "broken", str(error), "install stucksolver again")
+        return
+    yield Finding("reader of words", "ok", f'{reader.name}; "please go round it" is read as {reading.told}')
+
+
+def _student() -> Iterator[Finding]:
+    from stucksolver_language.student import DistilledReasoner, WeightsError
+
+    what = "student"
+    if importlib.util.find_spec("onnxruntime") is None:
+        yield Finding(what, "absent", "onnxruntime is not installed", "add the extra [distilled] (README, Install)")
+        return
+    try:
+        yield Finding(what, "ok", f"{DistilledReasoner().name} loads")
+    except WeightsError as error:
+        yield Finding(what, "broken", str(error), "install stucksolver again")
+
+
+def _model() -> Iterator[Finding]:
+    from stucksolver.privacy.url_redaction import shown
+    from stucksolver_language.llm.api_keys import KEY_VARIABLE
+    from stucksolver_language.llm.openai_api import URL_VARIABLE
+
+    key, base = os.environ.get(KEY_VARIABLE), os.environ.get(URL_VARIABLE)
+    if key or base:
+        yield Finding(
+            "language model", "ok", f"{KEY_VARIABLE} is set" if key else f"{URL_VARIABLE} is {shown(base or '')}"
+        )
+        return
+    remedy = f"set {KEY_VARIABLE}, or name a server of your own: --reasoner openai:MODEL@http://HOST:PORT/v1"
+    yield Finding("language model", "absent", "no key and no server; the rules need none", remedy)
+
+
+CHECKS: tuple[Check, ...] = (
+    _words,
+    _student,
+    package("openai", "language models over HTTP", "llm"),
+    _model,
+)

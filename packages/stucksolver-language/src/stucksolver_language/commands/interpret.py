@@ -1,0 +1,48 @@
+"""`stucksolver words`: prints how a passenger's words are interpreted."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from stucksolver.commands.errors import UsageError
+from stucksolver.commands.json_lines import json_lines
+from stucksolver.interpreter import NoReader, WordsReader, find_reader
+from stucksolver.scene import Scene
+from stucksolver.solver.situation_text import situation_of
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.add_argument(
+        "file",
+        type=Path,
+        metavar="IN.jsonl",
+        help='JSON lines: {"situation": a sentence or a scene, "text": words}; - reads standard input',
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print one reading per line as JSON. Returns 0. Raises `UsageError` for an invalid line."""
+    reader = find_reader()
+    if isinstance(reader, NoReader):
+        raise UsageError(reader.why)
+    for where, said in json_lines(options.file):
+        print(_read(reader, said, where), flush=True)
+    return 0
+
+
+def _read(reader: WordsReader, said: dict[str, Any], where: str) -> str:
+    try:
+        text, situation = said["text"], said.get("situation", "")
+        if isinstance(situation, dict):
+            situation = situation_of(Scene.model_validate(situation))
+        if not isinstance(text, str) or not isinstance(situation, str):
+            raise TypeError("text and situation must be strings")
+    except (ValueError, KeyError, TypeError, AttributeError, ValidationError) as error:
+        what = f"{type(error).__name__}: {str(error).splitlines()[0]}"
+        raise UsageError(f'{where}: {what}; a line is {{"situation": "...", "text": "..."}}') from error
+    return reader.read(text, situation).model_dump_json()

@@ -1,0 +1,256 @@
+"""Reads a model's answer: tolerant about text around the JSON, strict about the JSON itself."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from pydantic import Field, ValidationError
+
+from stucksolver.plan import (
+    QUESTIONS,
+    Analysis,
+    AnalysisStep,
+    CauseCode,
+    Decision,
+    GuidanceIntent,
+    Intent,
+    Observation,
+    ObservedControl,
+    Participant,
+    RecoveryPlan,
+    WaitReason,
+)
+from stucksolver.plan.behaviors import Behavior
+from stucksolver.plan.behaviors.registry import AnyBehavior
+from stucksolver.reasoners.reasoner import PARSERS, ReasonerError
+from stucksolver.scene import ControlKind, LaneRelation, LightState, ObjectKind, Scene, SceneObject, TrafficControl
+from stucksolver.scene.base_model import Model
+from stucksolver_language.llm.chain_consistency import wrong_chain
+from stucksolver_language.llm.json_extraction import NoJsonError, json_in
+from stucksolver_language.llm.offered_behaviors import available
+from stucksolver_language.llm.tool_schema import MOST_BEHAVIORS, MOST_CONTROLS, MOST_PARTICIPANTS, steps_of
+
+FORMAT = "llm-decide-2"
+"""Version of recorded answers; increased when an answer that was valid before can no longer be read."""
+FORMAT_1 = "llm-decide-1"
+"""The version before the answers to the chain's questions were compared with its conclusion."""
+MOST_CHARACTERS = 40_000
+MOST_ERRORS = 3
+
+
+class AnswerError(ReasonerError):
+    """An answer that is not a decision about this scene. The message can be quoted to the model."""
+
+
+class _Step(Model):
+    answer: bool | None
+    evidence: str
+
+
+class _Control(Model):
+    kind: ControlKind
+    state: LightState | None
+    applies: bool | None
+
+
+class _Participant(Model):
+    object_id: str
+    kind: ObjectKind
+    lane: LaneRelation
+    intent: Intent
+
+
+class _Observation(Model):
+    controls: tuple[_Control, ...] = Field(max_length=MOST_CONTROLS)
+    participants: tuple[_Participant, ...] = Field(max_length=MOST_PARTICIPANTS)
+    summary: str
+
+
+class _Analysis(Model):
+    steps: dict[str, _Step]
+    immobilized: bool
+    cause: CauseCode | None
+    wait: WaitReason | None
+    guidance_intent: GuidanceIntent | None
+    reason: str
+
+
+class _Decision(Model):
+    rationale: str
+    behaviors: tuple[AnyBehavior, ...] | None = Field(min_length=1, max_length=MOST_BEHAVIORS)
+    replan_route: bool
+    route_start: str | None
+
+
+class _Answer(Model):
+    observation: _Observation
+    analysis: _Analysis
+    decision: _Decision
+
+
+class _PlanQuestion(Model):
+    behaviors: tuple[AnyBehavior, ...] = Field(min_length=1, max_length=MOST_BEHAVIORS)
+
+
+def parse_answer(text: str, scene: Scene, *, chain: bool = True) -> Decision:
+    """Parse the decision in an answer.
+
+    Args:
+        text: The model's answer.
+        scene: The scene that it is about.
+        chain: Compare the answers to the questions S2.1 to S2.5 with the conclusion.
+
+    Raises:
+        AnswerError: The answer is not a decision about this scene. The message lists the first errors, for the model.
+    """
+    answer = _read(_Answer, text)
+    wrong = [*_wrong_steps(answer.analysis, scene), *_wrong_ids(answer, scene), *_contradictions(answer, scene)]
+    if chain and not wrong:
+        wrong = wrong_chain(
+            {name: step.answer for name, step in answer.analysis.steps.items()},
+            immobilized=answer.analysis.immobilized,
+            wait=answer.analysis.wait,
+            intent=answer.analysis.guidance_intent,
+            moves=any(not b.stands_still for b in answer.decision.behaviors or ()),
+        )
+    if wrong:
+        raise AnswerError("; ".join(wrong[:MOST_ERRORS]))
+    return _decision(answer, scene)
+
+
+def parse_plan(text: str, scene: Scene) -> RecoveryPlan:
+    """Parse the plan in a question to the guard.
+
+    Raises:
+        AnswerError: The text holds no plan for this scene.
+    """
+    behaviors = _read(_PlanQuestion, text).behaviors
+    wrong = _wrong_behaviors(behaviors, scene)
+    if wrong:
+        raise AnswerError("; ".join(wrong[:MOST_ERRORS]))
+    return RecoveryPlan(behaviors=behaviors)
+
+
+PARSERS[FORMAT] = parse_answer
+PARSERS[FORMAT_1] = partial(parse_answer, chain=False)
+
+
+# ---- from text to a typed answer
+
+
+def _read(kind: type[Any], text: str) -> Any:
+    if len(text) > MOST_CHARACTERS:
+        raise AnswerError(f"the answer is longer than {MOST_CHARACTERS} characters")
+    try:
+        return kind.model_validate_json(json_in(text), strict=True)
+    except NoJsonError as error:
+        raise AnswerError(str(error)) from error
+    except ValidationError as error:
+        raise AnswerError("; ".join(_worded(e) for e in error.errors()[:MOST_ERRORS])) from error
+
+
+def _worded(error: Any) -> str:
+    where = ".".join(str(part) for part in error["loc"])
+    return f"{where}: {error['msg']}" if where else str(error["msg"])
+
+
+# ---- does it fit the scene?
+
+
+def _wrong_steps(analysis: _Analysis, scene: Scene) -> list[str]:
+    asked = steps_of(scene)
+    return [] if set(analysis.steps) == set(asked) else [f"analysis.steps must be exactly {', '.join(asked)}"]
+
+
+def _wrong_ids(answer: _Answer, scene: Scene) -> list[str]:
+    objects = {o.id for o in scene.objects}
+    starts = {w.id for w in scene.waypoints}
+    wrong = [f"unknown object {p.object_id!r}" for p in answer.observation.participants if p.object_id not in objects]
+    if answer.decision.route_start is not None and answer.decision.route_start not in starts:
+        wrong.append(f"unknown waypoint {answer.decision.route_start!r}")
+    return wrong + _wrong_behaviors(answer.decision.behaviors or (), scene)
+
+
+def _wrong_behaviors(behaviors: tuple[Behavior, ...], scene: Scene) -> list[str]:
+    objects, starts = {o.id for o in scene.objects}, {w.id for w in scene.waypoints}
+    offered = {b.name for b in available(scene)}
+    wrong = [f"behavior {b.name} is not available here" for b in behaviors if b.name not in offered]
+    for behavior in behaviors:
+        for key, value in behavior.model_dump().items():
+            if key == "route_start" and value is not None and value not in starts:
+                wrong.append(f"{behavior.name}: unknown waypoint {value!r}")
+            elif key.endswith("_id") and value is not None and value not in objects:
+                wrong.append(f"{behavior.name}: unknown object {value!r}")
+    return wrong
+
+
+def _contradictions(answer: _Answer, scene: Scene) -> list[str]:
+    """Return the contradictions in the chain."""
+    plan, analysis = answer.decision.behaviors is not None, answer.analysis
+    wrong = []
+    if plan and not analysis.immobilized and scene.guidance is None:
+        wrong.append("behaviors are given although the vehicle is not immobilized and nobody spoke")
+    if scene.guidance is not None and analysis.guidance_intent is None:
+        wrong.append("the passenger spoke: analysis.guidance_intent must say what is asked")
+    if answer.decision.route_start is not None and not answer.decision.replan_route:
+        wrong.append("route_start is given although replan_route is false")
+    return wrong
+
+
+# ---- to the decision's own type
+
+
+def _decision(answer: _Answer, scene: Scene) -> Decision:
+    chosen = answer.decision
+    plan = None
+    if chosen.behaviors is not None:
+        plan = RecoveryPlan(
+            behaviors=chosen.behaviors, replan_route=chosen.replan_route, route_start=chosen.route_start
+        )
+    return Decision(
+        observation=_observation(answer.observation, scene),
+        analysis=_analysis(answer.analysis, scene),
+        plan=plan,
+        rationale=chosen.rationale,
+    )
+
+
+def _observation(seen: _Observation, scene: Scene) -> Observation:
+    """Return the observation with measured distances: the model is not asked for numbers that are known."""
+    by_id = {o.id: o for o in scene.objects}
+    return Observation(
+        controls=tuple(
+            ObservedControl(kind=c.kind, state=c.state, applies=c.applies, distance_m=_distance(c, scene.controls))
+            for c in seen.controls
+        ),
+        participants=tuple(_participant(p, by_id[p.object_id]) for p in seen.participants),
+        summary=seen.summary,
+    )
+
+
+def _participant(seen: _Participant, measured: SceneObject) -> Participant:
+    return Participant(
+        object_id=seen.object_id, kind=seen.kind, lane=seen.lane, distance_m=measured.gap_m, intent=seen.intent
+    )
+
+
+def _distance(seen: _Control, measured: tuple[TrafficControl, ...]) -> float | None:
+    return next((c.distance_m for c in measured if c.kind is seen.kind), None)
+
+
+def _analysis(said: _Analysis, scene: Scene) -> Analysis:
+    steps = tuple(
+        AnalysisStep(
+            id=name, question=QUESTIONS[name], answer=said.steps[name].answer, evidence=said.steps[name].evidence
+        )
+        for name in steps_of(scene)
+    )
+    return Analysis(
+        steps=steps,
+        immobilized=said.immobilized,
+        cause=said.cause,
+        wait=said.wait,
+        guidance_intent=said.guidance_intent,
+        reason=said.reason,
+    )

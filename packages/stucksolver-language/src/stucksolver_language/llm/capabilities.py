@@ -1,0 +1,206 @@
+"""What a server and its model support: first guessed from their names, then learnt from their answers."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import Any, Literal, get_args
+from urllib.parse import urlsplit
+
+from stucksolver_language.llm.api_keys import DEPLOYMENT, is_azure_host
+
+MOST_TOKENS = 1900
+"""Limit of an answer (tokens). A normal one takes 300 to 700; one that fills every list and text takes 1,400."""
+THINKING_TOKENS = 8000
+"""The same for a reasoning model, whose thoughts count towards the limit."""
+Effort = Literal["none", "minimal", "low", "medium", "high"]
+REASONING = re.compile(r"(?:^|/)(?:o\d|gpt-[5-9](?!.*chat))")
+"""OpenAI's reasoning models by name: they accept neither `temperature` nor `max_tokens`."""
+
+
+class Dialect(Enum):
+    """How the function call is requested."""
+
+    STRICT_TOOL = "strict"
+    TOOL = "tool"
+    JSON_SCHEMA = "schema"
+    PROSE = "prose"
+
+
+OPENAI_ORDER = (Dialect.STRICT_TOOL, Dialect.TOOL, Dialect.JSON_SCHEMA, Dialect.PROSE)
+OTHERS_ORDER = (Dialect.JSON_SCHEMA, Dialect.TOOL, Dialect.PROSE)
+"""llama.cpp and Ollama treat a named function as a suggestion but follow a schema; vLLM follows both."""
+ANTHROPIC_ORDER = (Dialect.TOOL, Dialect.PROSE)
+"""Anthropic's compatible endpoint documents that it ignores a response format."""
+
+
+@dataclass(frozen=True)
+class ModelOptions:
+    """What a user may set for a model with `#NAME=VALUE` after its name; None means automatic."""
+
+    pictures: bool = True
+    """Send the camera's image. If False, it is not rendered either."""
+    effort: Effort | None = None
+    """`reasoning_effort`, for a reasoning model."""
+    tokens: int | None = None
+    """Upper bound on the tokens of an answer, thoughts included."""
+    call: Dialect | None = None
+    """The only dialect to use."""
+
+
+OPTIONS_HELP = "#pictures=off, #effort=low, #tokens=3000, #call=strict|tool|schema|prose"
+
+
+def parse_options(texts: list[str]) -> ModelOptions:
+    """Parse options from `NAME=VALUE` texts.
+
+    Raises:
+        ValueError: An option is unknown or its value is wrong.
+    """
+    options = ModelOptions()
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            options = replace(options, **_OPTIONS[name](value))
+        except (KeyError, ValueError) as error:
+            raise ValueError(f"unknown option #{text}: use {OPTIONS_HELP}") from error
+    return options
+
+
+def _tokens(value: str) -> dict[str, Any]:
+    count = int(value)
+    if not 100 <= count <= 100_000:
+        raise ValueError("out of bounds")
+    return {"tokens": count}
+
+
+def _effort(value: str) -> dict[str, Any]:
+    if value not in get_args(Effort):
+        raise ValueError("unknown effort")
+    return {"effort": value}
+
+
+_OPTIONS: dict[str, Any] = {
+    "pictures": lambda value: {"pictures": {"on": True, "off": False}[value]},
+    "effort": _effort,
+    "tokens": _tokens,
+    "call": lambda value: {"call": Dialect(value)},
+}
+
+
+@dataclass
+class Capabilities:
+    """What is currently sent. Each feature is dropped at most once, so dropping features ends."""
+
+    dialects: tuple[Dialect, ...]
+    """The dialects that are left; the first one is used."""
+    pictures: bool = True
+    temperature: bool = True
+    token_field: Literal["max_tokens", "max_completion_tokens"] = "max_tokens"
+    effort: Effort | None = None
+    parallel: bool = True
+    """True if `parallel_tool_calls` may be sent."""
+    most_tokens: int = MOST_TOKENS
+    strict_subset: bool = False
+    """True if a schema must stay within the subset of OpenAI's strict mode."""
+    notes: list[str] = field(default_factory=list)
+    """What was dropped and why, for people."""
+    _renamed: bool = False
+
+    @property
+    def dialect(self) -> Dialect:
+        """The dialect in use."""
+        return self.dialects[0]
+
+    def step_down(self, why: str) -> bool:
+        """Switch to the next dialect; False if there is none."""
+        if len(self.dialects) == 1:
+            return False
+        self._note(f"asks by {self.dialects[1].value} instead of {self.dialects[0].value}", why)
+        self.dialects = self.dialects[1:]
+        return True
+
+    def learn(self, said: str, parameter: str | None, request: dict[str, Any]) -> bool:
+        """Drop what a refusal names. True if it had been sent, so that asking again makes sense.
+
+        Args:
+            said: The server's message.
+            parameter: The field that the server names, if any.
+            request: The request that was refused.
+        """
+        if self.pictures and _has_picture(request) and _speaks_of_pictures(said):
+            self.pictures = False
+            self._note("sends no pictures", said)
+            return True
+        names = [parameter, *re.findall(r"[a-z_]+", said.lower())]
+        for name in names:
+            if name in request and name in _PARAMETERS and self._give_up(str(name)):
+                self._note(f"sends no {name}", said)
+                return True
+        return any(word in said.lower() for word in _OF_DIALECTS) and self.step_down(said)
+
+    def _give_up(self, name: str) -> bool:
+        if name == "temperature":
+            self.temperature = False
+        elif name == "reasoning_effort":
+            self.effort = None
+        elif name == "parallel_tool_calls":
+            self.parallel = False
+        elif self._renamed:
+            return False
+        else:
+            self._renamed = True
+            self.token_field = "max_completion_tokens" if name == "max_tokens" else "max_tokens"
+        return True
+
+    def _note(self, what: str, why: str) -> None:
+        self.notes.append(f"{what}: {why[:160]}")
+
+
+_PARAMETERS = ("temperature", "max_tokens", "max_completion_tokens", "reasoning_effort", "parallel_tool_calls")
+_OF_DIALECTS = ("tool", "function", "strict", "schema", "response_format", "guided", "grammar", "json")
+
+
+def capabilities_of(model: str, base_url: str | None, options: ModelOptions) -> Capabilities:
+    """Return what to try first with a model at an address (None for OpenAI itself)."""
+    host = (urlsplit(base_url).hostname or "") if base_url else "api.openai.com"
+    openai = host == "api.openai.com" or is_azure(base_url)
+    thinks = REASONING.search(model) is not None
+    order = OPENAI_ORDER if openai else ANTHROPIC_ORDER if host == "api.anthropic.com" else OTHERS_ORDER
+    return Capabilities(
+        dialects=order if options.call is None else (options.call,),
+        pictures=options.pictures,
+        temperature=not thinks,
+        token_field="max_completion_tokens" if openai or thinks else "max_tokens",
+        effort=options.effort or ("low" if thinks else None),
+        parallel=not thinks,
+        most_tokens=options.tokens or (THINKING_TOKENS if thinks else MOST_TOKENS),
+        strict_subset=openai,
+    )
+
+
+def is_azure(base_url: str | None) -> bool:
+    """True for an Azure address, with or without a deployment in its path."""
+    if base_url is None:
+        return False
+    parts = urlsplit(base_url)
+    return is_azure_host(parts.hostname or "") or has_deployment(base_url)
+
+
+def has_deployment(base_url: str | None) -> bool:
+    """True for Azure's older form, which names the deployment in the path and the version in the query."""
+    return base_url is not None and DEPLOYMENT in urlsplit(base_url).path
+
+
+def _has_picture(request: dict[str, Any]) -> bool:
+    return any(isinstance(message.get("content"), list) for message in request["messages"])
+
+
+def _speaks_of_pictures(said: str) -> bool:
+    """True for a refusal of images in general, not of one that is too large."""
+    text = said.lower()
+    if re.search(r"too (?:large|big)|exceed|dimension", text):
+        return False
+    asks_for_text = "content" in text and "string" in text
+    return asks_for_text or re.search(r"image|vision|multi-?modal|modalit|mmproj", text) is not None

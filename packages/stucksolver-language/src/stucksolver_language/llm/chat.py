@@ -1,0 +1,141 @@
+"""The interface to any vendor's chat API: messages and one tool in, a reply or a typed failure out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any, Literal, Protocol
+
+from stucksolver.reasoners.reasoner import ReasonerError
+from stucksolver.scene import CameraImage
+
+
+@dataclass(frozen=True)
+class ToolCall:
+    """A function call that the model requests. `arguments` is JSON as the model wrote it, unchecked."""
+
+    id: str
+    name: str
+    arguments: str
+
+
+@dataclass(frozen=True)
+class Message:
+    """One turn. Only a user's turn has an `image`; only an assistant's has `calls`; `call_id` names the call
+    answered.
+    """
+
+    role: Literal["system", "user", "assistant", "tool"]
+    text: str
+    image: CameraImage | None = None
+    calls: tuple[ToolCall, ...] = ()
+    call_id: str | None = None
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A function with the JSON Schema of its arguments, within the subset of strict structured output."""
+
+    name: str
+    description: str
+    parameters: dict[str, Any] = field(hash=False)
+
+
+@dataclass(frozen=True)
+class Usage:
+    """Tokens used by a query. `cached_tokens` is the part of the input read from the provider's prompt cache."""
+
+    input_tokens: int
+    output_tokens: int
+    cached_tokens: int = 0
+
+    def __add__(self, other: Usage) -> Usage:
+        return Usage(
+            self.input_tokens + other.input_tokens,
+            self.output_tokens + other.output_tokens,
+            self.cached_tokens + other.cached_tokens,
+        )
+
+
+class Finish(str, Enum):
+    """Why an answer ended."""
+
+    WHOLE = "whole"
+    CUT_OFF = "cut_off"
+    """At the token limit."""
+    UNTOLD = "untold"
+
+
+@dataclass(frozen=True)
+class ChatReply:
+    """The reply: text, calls, or both. `usage` is None if the server does not count tokens.
+
+    `saw` is False if no image was sent because the server accepts none.
+    """
+
+    text: str
+    calls: tuple[ToolCall, ...]
+    usage: Usage | None
+    model: str
+    finish: Finish = Finish.UNTOLD
+    saw: bool = True
+
+
+class ChatModel(Protocol):
+    """A vendor's API, one file for each vendor."""
+
+    @property
+    def name(self) -> str:
+        """The name shown in results: vendor and model."""
+
+    def chat(
+        self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
+    ) -> ChatReply:
+        """Run one exchange.
+
+        Args:
+            messages: The conversation so far.
+            tools: The functions that the model may call.
+            must_call: Name of the function that must be called, if any.
+            limit_s: Wall time for the exchange (s).
+
+        Raises:
+            TryAgain: The failure may be temporary.
+            GiveUp: The failure will last: it needs a person or another model.
+        """
+
+    def cancel(self) -> None:
+        """End the running `chat` from another thread with `GiveUp`. Does nothing if none is running."""
+
+
+class Trouble(Enum):
+    """Kinds of failures that may be temporary."""
+
+    BUSY = "busy"
+    """The server says that it is busy, and may say for how long."""
+    LATE = "late"
+    """There was no answer in time; the query costs money all the same."""
+    AWAY = "away"
+    """Nobody answers at the address, or the connection broke."""
+    BROKEN = "broken"
+    """The server reported an internal error or answered nonsense; one retry shows whether that lasts."""
+
+
+class TryAgain(ReasonerError):
+    """The failure may be temporary. `after_s` is how long the server asks to wait (s), if it says."""
+
+    def __init__(self, text: str, trouble: Trouble = Trouble.BUSY, after_s: float | None = None) -> None:
+        super().__init__(text)
+        self.trouble, self.after_s = trouble, after_s
+
+
+class GiveUp(ReasonerError):
+    """Asking again will not help. The message says what to set or do.
+
+    `lasting`: other questions will fail too until a person acts. `paid`: the question was sent and costs money.
+    """
+
+    def __init__(self, text: str, *, lasting: bool = False, paid: bool = False) -> None:
+        super().__init__(text)
+        self.lasting, self.paid = lasting, paid

@@ -1,0 +1,253 @@
+"""The language-model reasoner: prompt, function call, strict parsing and one repair, within a deadline and a budget."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import threading
+import time
+from dataclasses import dataclass, field
+
+from stucksolver.plan import Decision
+from stucksolver.reasoners.reasoner import Answer, PlanCheck, ReasonerError, Request, Trace
+from stucksolver.scene import Scene
+from stucksolver_language.llm.answer_parser import FORMAT, AnswerError, parse_answer, parse_plan
+from stucksolver_language.llm.capabilities import MOST_TOKENS
+from stucksolver_language.llm.chat import ChatModel, ChatReply, Finish, GiveUp, Message, Tool, Trouble, TryAgain, Usage
+from stucksolver_language.llm.json_extraction import name_in
+from stucksolver_language.llm.preflight import preflight_model
+from stucksolver_language.llm.prompt import PROMPT_VERSION, messages
+from stucksolver_language.llm.tool_schema import CHECK_PLAN, DECIDE, check_tool, decide_tool
+from stucksolver_language.llm.usage_budget import CHARACTERS_FOR_A_TOKEN, PRICES, UsageLimits, estimate
+
+FIRST_PAUSE_S = 0.25
+EPISODE_PAUSE_S = 60.0
+EPISODE_PROGRESS_M = 15.0
+
+
+@dataclass(frozen=True)
+class ModelSettings:
+    """How long and how often a model is asked."""
+
+    deadline_s: float = 5.0
+    """For one decision, repairs and retries included (s). A deadline in the request takes precedence."""
+    repairs: int = 1
+    checks: int = 2
+    """Number of questions to the guard before the model must decide. Only if the request has a check."""
+
+
+@dataclass
+class _Talk:
+    """One decision in progress."""
+
+    scene: Scene
+    turns: list[Message]
+    began: float
+    limit_s: float
+    check: PlanCheck | None
+    checks_left: int
+    repairs_left: int
+    answers: list[str] = field(default_factory=list)
+    usage: Usage | None = None
+    model: str | None = None
+    saw: bool = True
+    """False if there was an image but it was not sent."""
+
+    def add(self, usage: Usage) -> None:
+        self.usage = usage if self.usage is None else self.usage + usage
+
+    def left_s(self) -> float:
+        return self.began + self.limit_s - time.monotonic()
+
+
+class LanguageModelReasoner:
+    """Makes a reasoner of any `ChatModel`. `decide` runs in the solver's worker thread; `cancel` comes from another."""
+
+    def __init__(
+        self, model: ChatModel, *, settings: ModelSettings | None = None, purse: UsageLimits | None = None
+    ) -> None:
+        self.model = model
+        self.name = f"{model.name} (prompt {PROMPT_VERSION})"
+        self.purse = purse or UsageLimits(PRICES.get(getattr(model, "model", "")))
+        self._settings = settings or ModelSettings()
+        self._cancelled = threading.Event()
+        self._last: tuple[float, float | None] | None = None
+
+    def preflight(self) -> tuple[str, ...]:
+        """Check the model, as in `Preflighted`. It costs one short question that counts towards no budget."""
+        return preflight_model(self.model)
+
+    def decide(self, request: Request) -> Answer:
+        """Ask the model, as in `Reasoner`. Without a deadline in the request, that of the settings applies.
+
+        Raises:
+            ReasonerError: There was no answer in time, the budget is spent, or the answer is still invalid after
+                repair.
+        """
+        scene = request.scene
+        self._cancelled.clear()
+        self._note_episode(scene)
+        self.purse.check()
+        talk = _Talk(
+            scene,
+            messages(scene),
+            time.monotonic(),
+            self._settings.deadline_s if request.deadline_s is None else request.deadline_s,
+            request.check,
+            self._settings.checks,
+            self._settings.repairs,
+        )
+        first = list(talk.turns)
+        try:
+            decision = self._talk(talk)
+        except ReasonerError as error:
+            error.trace = self._trace(talk, first)
+            raise
+        return Answer(decision, self.name, self._trace(talk, first))
+
+    def cancel(self) -> None:
+        """Cancel the query under way; callable from any thread."""
+        self._cancelled.set()
+        self.model.cancel()
+
+    # ---- one decision
+
+    def _talk(self, talk: _Talk) -> Decision:
+        while True:
+            reply = self._ask(talk)
+            answer, asks = _chosen(reply)
+            talk.answers.append(answer)
+            if asks and talk.check is not None and talk.checks_left > 0:
+                self._answer_check(talk, reply, answer)
+                continue
+            try:
+                if reply.finish is Finish.CUT_OFF:
+                    raise AnswerError(_cut_off(reply))
+                if asks:
+                    raise AnswerError(f"call {DECIDE} now, with the whole answer")
+                return parse_answer(answer, talk.scene)
+            except AnswerError as error:
+                self._repair(talk, reply, error)
+
+    def _ask(self, talk: _Talk) -> ChatReply:
+        """Run one exchange, and retry after a pause if the failure may be temporary and the deadline allows."""
+        pause, broken = FIRST_PAUSE_S, False
+        tools = self._tools(talk)
+        must = DECIDE if len(tools) == 1 else None
+        while True:
+            if self._cancelled.is_set():
+                raise GiveUp("the question was withdrawn")
+            try:
+                reply = self.model.chat(talk.turns, tools, must, talk.left_s())
+            except TryAgain as error:
+                self._failed(talk, tools, error)
+                if broken and error.trouble is Trouble.BROKEN:
+                    raise ReasonerError(f"{error}; twice in a row") from error
+                broken = error.trouble is Trouble.BROKEN
+                wait = max(pause, error.after_s or 0.0)
+                if talk.left_s() <= wait:
+                    raise ReasonerError(f"{error}; the deadline of {talk.limit_s:g} s is over") from error
+                self._cancelled.wait(wait)
+                pause *= 2
+                continue
+            except GiveUp as error:
+                self._failed(talk, tools, error)
+                raise
+            usage = reply.usage or estimate(talk.turns, tools, len(reply.text) // CHARACTERS_FOR_A_TOKEN)
+            self.purse.add(usage)
+            talk.add(usage)
+            talk.model, talk.saw = reply.model, reply.saw
+            return reply
+
+    def _failed(self, talk: _Talk, tools: list[Tool], error: TryAgain | GiveUp) -> None:
+        """Count a question that was sent, even if its answer came too late."""
+        paid = error.paid if isinstance(error, GiveUp) else error.trouble is Trouble.LATE
+        if paid:
+            talk.add(estimate(talk.turns, tools, MOST_TOKENS))
+            self.purse.add(estimate(talk.turns, tools, MOST_TOKENS))
+
+    def _trace(self, talk: _Talk, first: list[Message]) -> Trace:
+        return Trace(
+            format=FORMAT,
+            prompt=_prompt_text(first, talk.saw),
+            answers=tuple(talk.answers),
+            model=talk.model or self.model.name,
+            input_tokens=talk.usage.input_tokens if talk.usage else None,
+            output_tokens=talk.usage.output_tokens if talk.usage else None,
+            usd=self.purse.price.of(talk.usage) if talk.usage and self.purse.price else None,
+            seconds=round(time.monotonic() - talk.began, 4),
+        )
+
+    def _tools(self, talk: _Talk) -> list[Tool]:
+        tools = [decide_tool(talk.scene)]
+        if talk.check is not None and talk.checks_left > 0:
+            tools.append(check_tool(talk.scene))
+        return tools
+
+    def _answer_check(self, talk: _Talk, reply: ChatReply, answer: str) -> None:
+        assert talk.check is not None
+        talk.checks_left -= 1
+        try:
+            said = talk.check(parse_plan(answer, talk.scene))
+        except AnswerError as error:
+            said = f"not a plan: {error}"
+        talk.turns += _told(reply, said)
+
+    def _repair(self, talk: _Talk, reply: ChatReply, error: AnswerError) -> None:
+        """Quote the error to the model once; after that it is a failure."""
+        if talk.repairs_left == 0:
+            raise ReasonerError(f"{self.model.name} gave an unusable answer: {error}") from error
+        talk.repairs_left -= 1
+        self.purse.check()
+        talk.turns += _told(reply, f"That answer cannot be used: {error}. Answer again, complete and corrected.")
+
+    def _note_episode(self, scene: Scene) -> None:
+        """Begin a new episode after 60 s without a question or 15 m of progress since the last."""
+        left, last = scene.ego.distance_to_destination_m, self._last
+        self._last = (scene.time_s, left)
+        if last is None:
+            return
+        progressed = left is not None and last[1] is not None and last[1] - left > EPISODE_PROGRESS_M
+        if progressed or not 0 <= scene.time_s - last[0] <= EPISODE_PAUSE_S:
+            self.purse.new_episode()
+
+
+def _chosen(reply: ChatReply) -> tuple[str, bool]:
+    """Return the answer's text, and whether it asks the guard.
+
+    A call to an unknown function is parsed like any answer and fails.
+    """
+    for call in reply.calls:
+        if call.name in (DECIDE, CHECK_PLAN):
+            return call.arguments, call.name == CHECK_PLAN
+    text = reply.calls[0].arguments if reply.calls else reply.text
+    return text, not reply.calls and name_in(text) == CHECK_PLAN
+
+
+def _cut_off(reply: ChatReply) -> str:
+    """Return why an answer was cut off; if it had not begun, the model was still thinking."""
+    count = f"{reply.usage.output_tokens} tokens" if reply.usage else "the token limit"
+    if not reply.calls and not reply.text.strip():
+        return f"it was cut off at {count} before it began, while the model was thinking; allow more with #tokens=N"
+    return f"it was cut off at {count}; say less in each text and list"
+
+
+def _told(reply: ChatReply, text: str) -> list[Message]:
+    """Return the reply and our answer to it in the protocol's form, which answers each call, or else the text."""
+    said = Message("assistant", reply.text, calls=reply.calls)
+    if reply.calls:
+        return [said, *(Message("tool", text, call_id=call.id) for call in reply.calls)]
+    return [said, Message("user", text)]
+
+
+def _prompt_text(turns: list[Message], saw: bool) -> str:
+    """Return the prompt for the record, with the digest of the image if it was sent."""
+    told = [
+        {
+            "role": turn.role,
+            "text": turn.text,
+            **({"image_sha256": hashlib.sha256(turn.image.jpeg).hexdigest()} if turn.image and saw else {}),
+        }
+        for turn in turns
+    ]
+    return json.dumps(told, ensure_ascii=False)

@@ -1,0 +1,230 @@
+"""Any server with OpenAI's chat completions API: OpenAI itself, Azure, vLLM, Ollama, llama.cpp and others."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Sequence
+from typing import Any
+from urllib.parse import parse_qs, urlsplit, urlunsplit
+
+from stucksolver.privacy.url_redaction import KEYS_VARIABLE, shown, shown_address, without_login
+from stucksolver_language.llm.api_keys import (
+    AZURE_KEY_VARIABLE,
+    KEY_VARIABLE,
+    Credentials,
+    Origin,
+    credentials_for,
+    origin_of,
+)
+from stucksolver_language.llm.capabilities import ModelOptions, capabilities_of, has_deployment
+from stucksolver_language.llm.chat import ChatReply, Finish, GiveUp, Message, Tool, Trouble, TryAgain, Usage
+from stucksolver_language.llm.event_loop import Cancelled, Loop, OutOfTime
+from stucksolver_language.llm.openai_format import reply_of, request_of
+from stucksolver_language.llm.sdk_errors import REFUSALS, parameter_of, said_by, too_long, translated
+from stucksolver_language.llm.server_text import clean, clean_reply
+
+PRIVATE_HEADERS = ("authorization", "api-key", "cookie", "proxy-authorization")
+"""Headers with which a client identifies itself; only those of the server's own credentials are sent."""
+OPENAI_HEADERS = ("openai-organization", "openai-project")
+"""Headers that the SDK fills from the environment, for OpenAI's own servers only."""
+NO_KEY = "none"
+"""The SDK wants a key; the real one is only put into requests to the right server."""
+URL_VARIABLE = "OPENAI_BASE_URL"
+SHUT_FOR_S = 60.0
+"""After an error that a person must fix (a wrong key, an unknown model), nothing is sent for this long (s)."""
+
+
+class OpenAiChat:
+    """One model at one address. The key comes from the environment, never from a file or an argument.
+
+    Args:
+        model: Its name.
+        base_url: Its server's address; None for OpenAI's, or the one in the environment. A user name and password in it
+            are sent, and stored or shown nowhere.
+        options: What the user set.
+        login: `USER:PASSWORD` of the address, if it was taken out already.
+
+    Raises:
+        ValueError: The address is not valid.
+    """
+
+    def __init__(
+        self,
+        model: str,
+        base_url: str | None = None,
+        options: ModelOptions | None = None,
+        login: str | None = None,
+    ) -> None:
+        told, own_login = without_login(base_url or os.environ.get(URL_VARIABLE) or "")
+        self.model, self.base_url = model, told or None
+        self._login = login or own_login
+        if self.base_url is not None:
+            check_url(self.base_url)
+        self.name = f"openai:{model}" + (f"@{self.base_url}" if base_url else "")
+        self._credentials: Credentials | None = None
+        self.options = options or ModelOptions()
+        self.takes = capabilities_of(model, self.base_url, self.options)
+        self._loop = Loop()
+        self._client: Any = None
+        self._shut: tuple[float, str] | None = None
+
+    def chat(
+        self, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, limit_s: float
+    ) -> ChatReply:
+        """Run one exchange, as in `ChatModel`. What the server refuses is left out from then on, within the same
+        limit.
+        """
+        if self._shut is not None and time.monotonic() < self._shut[0]:
+            raise GiveUp(self._shut[1], lasting=True)
+        try:
+            return self._loop.run(self._exchange(self._connect(), messages, tools, must_call), limit_s)
+        except OutOfTime:
+            raise TryAgain(f"{self.where} gave no answer within {limit_s:.1f} s", Trouble.LATE) from None
+        except Cancelled:
+            raise GiveUp("the question was withdrawn", paid=True) from None
+        except GiveUp as error:
+            if error.lasting:
+                self._shut = (time.monotonic() + SHUT_FOR_S, str(error))
+            raise
+
+    def cancel(self) -> None:
+        """Cancel the running request; may be called from any thread."""
+        self._loop.cancel()
+
+    def described(self, limit_s: float) -> dict[str, Any]:
+        """Return this model's entry in the server's list of models; empty if there is none."""
+        try:
+            return self._loop.run(self._listed(self._connect()), limit_s)
+        except (OutOfTime, Cancelled):
+            return {}
+
+    @property
+    def where(self) -> str:
+        """The server, for people."""
+        return shown(self.base_url) if self.base_url else "api.openai.com"
+
+    def _connect(self) -> Any:
+        """Return the SDK's client, created once. Importing the SDK takes most of a second, so that happens here."""
+        if self._client is None:
+            try:
+                import openai
+            except ImportError as error:
+                raise GiveUp("the openai package is not installed: add the extra [llm] (README, Install)") from error
+            try:
+                sent = credentials_for(self.base_url, self._login)
+            except ValueError as error:
+                raise GiveUp(str(error), lasting=True) from error
+            if sent.note is not None and self._credentials is None:
+                self.takes.notes.append(sent.note)
+            self._credentials = sent
+            if self.base_url is not None and has_deployment(self.base_url):
+                self._client = self._azure(openai)
+                return self._client
+            if not sent.headers and (self.base_url is None or urlsplit(self.base_url).hostname == "api.openai.com"):
+                raise GiveUp(f"no key: set {KEY_VARIABLE}, or name a server of your own as openai:MODEL@BASE_URL")
+            self._client = openai.AsyncOpenAI(
+                api_key=NO_KEY, base_url=self.base_url, max_retries=0, http_client=self._http(openai)
+            )
+        return self._client
+
+    def _azure(self, openai: Any) -> Any:
+        """Return the client for Azure's older form: the key in its own header, the version in the query."""
+        assert self.base_url is not None and self._credentials is not None
+        parts = urlsplit(self.base_url)
+        version = parse_qs(parts.query).get("api-version") or [os.environ.get("OPENAI_API_VERSION", "")]
+        if not version[0]:
+            raise GiveUp(f"{self.where}: no version: end the address with ?api-version=…")
+        if not self._credentials.headers:
+            own = f"{KEYS_VARIABLE}='HOST=KEY' for a server that is not Microsoft's"
+            raise GiveUp(f"{self.where}: no key: set {AZURE_KEY_VARIABLE}, or {own}")
+        base = urlunsplit(parts._replace(query=""))
+        return openai.AsyncAzureOpenAI(
+            api_key=NO_KEY, base_url=base, api_version=version[0], max_retries=0, http_client=self._http(openai)
+        )
+
+    def _http(self, openai: Any) -> Any:
+        """Return an HTTP client that follows no redirect and sends credentials to the named server only."""
+        sent = self._credentials
+        assert sent is not None
+        own = Origin("https", "api.openai.com", 443) if self.base_url is None else origin_of(self.base_url)
+
+        async def identify(request: Any) -> None:
+            for name in PRIVATE_HEADERS + (() if sent.ours else OPENAI_HEADERS):
+                request.headers.pop(name, None)
+            if origin_of(str(request.url)) == own:
+                request.headers.update(sent.headers)
+
+        return openai.DefaultAsyncHttpxClient(follow_redirects=False, event_hooks={"request": [identify]})
+
+    def _clean(self, text: str) -> str:
+        """Return a server's text, fit to be shown and stored."""
+        return clean(text, self._secrets)
+
+    @property
+    def _secrets(self) -> tuple[str, ...]:
+        return () if self._credentials is None else self._credentials.secrets
+
+    async def _exchange(
+        self, client: Any, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None
+    ) -> ChatReply:
+        """Run one exchange, and repeat it without what the server refuses."""
+        import openai
+
+        spent: Usage | None = None
+        while True:
+            request = request_of(self.model, messages, tools, must_call, self.takes)
+            try:
+                answer = await client.chat.completions.create(**request)
+                reply = clean_reply(reply_of(answer, self.model, self.takes.pictures, self._clean), self._secrets)
+            except openai.OpenAIError as error:
+                if not self._learns(error, request):
+                    keyed = self._credentials is not None and bool(self._credentials.headers)
+                    raise translated(error, self.where, self.model, keyed=keyed, clean=self._clean) from None
+                continue
+            except (ValueError, TypeError, AttributeError, LookupError) as error:
+                # The SDK returns bodies that are not completions unchanged, or fails on them in its own ways.
+                raise TryAgain(f"{self.where} did not answer with a chat completion", Trouble.BROKEN) from error
+            spent = reply.usage if spent is None or reply.usage is None else spent + reply.usage
+            if is_called(reply) or not self.takes.step_down(f"answered without a call: {reply.text[:60]!r}"):
+                return ChatReply(reply.text, reply.calls, spent, reply.model, reply.finish, reply.saw)
+
+    def _learns(self, error: Any, request: dict[str, Any]) -> bool:
+        said = said_by(error, self._clean)
+        if getattr(error, "status_code", None) not in REFUSALS or too_long(said):
+            return False
+        return self.takes.learn(said, parameter_of(error), request)
+
+    async def _listed(self, client: Any) -> dict[str, Any]:
+        """Return the model's entry, if possible: a server may have no such list, or one in another form."""
+        import openai
+
+        try:
+            models = [entry.model_dump() for entry in (await client.models.list()).data]
+        except (openai.OpenAIError, ValueError, TypeError, AttributeError):
+            return {}
+        named = [entry for entry in models if entry.get("id") == self.model]
+        # A server with one model answers under any name, as llama.cpp does.
+        found: dict[str, Any] = named[0] if named else models[0] if len(models) == 1 else {}
+        return found
+
+
+def is_called(reply: ChatReply) -> bool:
+    """True if the model answered in the requested form, or was cut off while thinking, before any answer."""
+    return bool(reply.calls) or "{" in reply.text or (reply.finish is Finish.CUT_OFF and not reply.text.strip())
+
+
+def check_url(url: str) -> None:
+    """Check an address.
+
+    Raises:
+        ValueError: It is not the address of a server.
+    """
+    origin_of(url)
+    parts = urlsplit(url)
+    other = [part for part in parts.query.split("&") if part and not part.startswith("api-version=")]
+    if other or parts.fragment:
+        raise ValueError(
+            f"{shown_address(url).partition('?')[0]!r}: only ?api-version=… may follow an address; "
+            f"keys belong into {KEYS_VARIABLE}"
+        )

@@ -1,0 +1,231 @@
+"""Reads the scene of a prompt back: the inverse of `scene_text`, for a model of ours behind a chat server.
+
+The prompt rounds to one decimal and leaves numbers out. A scene read from it has an object's place and motion along
+the road only: its velocity and heading across the road are 0, and it is unknown when it moved last.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from typing import Any
+
+from pydantic import ValidationError
+
+from stucksolver.plan.behaviors import REGISTRY, describe
+from stucksolver.scene import AttemptEnd, LaneRelation, Scene
+from stucksolver.scene.base_model import first_problem
+from stucksolver_language.llm.scene_prompt import SAYS, SIGNALS
+
+FAILED = "failed so far:"
+CONTROLS = "controls:"
+PASSENGER = re.compile(r'passenger says (-?\d+) s ago: (".*")$')
+EGO = re.compile(
+    r"ego: (?P<speed>\S+) m/s, below 5 km/h for (?P<stopped>\S+) s, progress in 20 s (?P<progress>\S+) m, "
+    r"lane (?P<lane>.+) offset (?P<offset>\S+), (?:(?P<left>\S+) m to destination|at destination), "
+    r"size (?P<length>[\d.]+)x(?P<width>[\d.]+), limit (?P<limit>\S+) m/s(?:, route: (?P<route>.*))?$"
+)
+LANE = re.compile(
+    r"(?P<id>.+) (?P<relation>\S+) (?P<kind>\S+) (?P<width>\S+) (?P<line>\S+) (?P<ahead>\S+)/(?P<behind>\S+) "
+    r"(?P<sight>\S+?)(?P<closed> no-entry-by-markings)?$"
+)
+OBJECT = re.compile(
+    r"(?P<id>.+) (?P<kind>\S+) (?P<lane>\S+) (?P<gap>\S+) (?P<right>[-\d.]+?)\.\.(?P<left>[-\d.]+) (?P<speed>\S+) "
+    r"(?P<stood>\S+) (?P<length>[\d.]+)\*(?P<width>[\d.]+)\*(?P<height>[\d.]+)(?P<marks>(?: [a-z-]+)*)$"
+)
+CONTROL = re.compile(
+    r"(?P<kind>traffic_light|stop_sign)(?: (?P<state>[a-z]+))? (?P<gap>\S+) m (?P<applies>applies\??|not for us)$"
+)
+SIGN = re.compile(rf"sign {SAYS}(?P<word>[a-z-]+) (?P<gap>\S+) m at (?P<bearing>\S+) deg$")
+APPLIES = {"applies": True, "not for us": False, "applies?": None}
+
+
+class PromptError(ValueError):
+    """A text is not the scene of a prompt. The message says which line is wrong."""
+
+
+def read_prompt(text: str) -> Scene:
+    """Return the scene of a user's turn as `stucksolver_language.llm.prompt.user_text` writes it.
+
+    Raises:
+        PromptError: The text is not such a turn.
+    """
+    found: dict[str, Any] = {"time_s": 0.0, "frame": 0, "objects": [], "controls": [], "lanes": [], "waypoints": []}
+    found |= {"attempts": [], "behaviors": (), "signs": []}
+    part = ""
+    for number, line in enumerate(text.strip().splitlines(), 1):
+        part = _taken(found, part, number, line)
+    if "ego" not in found:
+        raise PromptError("the text has no line that begins with `ego:`, so it is not a scene")
+    try:
+        return Scene.model_validate(found)
+    except ValidationError as error:
+        raise PromptError(first_problem(error)) from error
+
+
+def _taken(found: dict[str, Any], part: str, number: int, line: str) -> str:
+    """Take one line as `_line` does. Raises `PromptError`."""
+    try:
+        return _line(found, part, line)
+    except (ValueError, TypeError, LookupError, StopIteration) as error:
+        raise PromptError(f"line {number} is not part of a scene: {line[:80]!r}") from error
+
+
+def _line(found: dict[str, Any], part: str, line: str) -> str:
+    """Take one line, and return the part of the text to which the next lines belong."""
+    says = PASSENGER.match(line)
+    if line.startswith("ego: "):
+        found["ego"], found["route_command"], found["speed_limit_mps"] = _ego(_matched(EGO, line))
+        return ""
+    if says is not None:
+        found["guidance"] = {"text": json.loads(says[2]), "time_s": -float(says[1])}
+        return ""
+    if line.startswith("behaviors available now: "):
+        names = line.partition(": ")[2].split(", ")
+        found["behaviors"] = describe(tuple(name for name in names if name in REGISTRY))
+        return ""
+    if line.startswith("route starts ("):
+        found["waypoints"] = [one for group in line.partition("): ")[2].split("; ") for one in _starts(group)]
+        return ""
+    for name in ("lanes", "objects"):
+        if line.startswith((f"{name} (", f"{name}: none")):
+            return name
+    if line in (CONTROLS, FAILED):
+        return line
+    if part == "lanes":
+        found["lanes"].append(_lane(_matched(LANE, line)))
+    elif part == "objects":
+        if not re.fullmatch(r"and \d+ more, farther", line):
+            told = _matched(OBJECT, line)
+            found["objects"].append(_object(told, found["ego"]))
+            found["signs"] += [{"word": _word(word), "object_id": told["id"]} for word in _marked(told, SAYS)]
+    elif part == CONTROLS and line.startswith("sign "):
+        found["signs"].append(_sign(_matched(SIGN, line)))
+    elif part == CONTROLS:
+        found["controls"].append(_control(_matched(CONTROL, line)))
+    elif part == FAILED:
+        tried, _, outcome = line.partition(": ")
+        ended = AttemptEnd.REFUSED
+        found["attempts"].append({"time_s": 0.0, "behaviors": tried.split("+"), "ended": ended, "outcome": outcome})
+    else:
+        raise ValueError(line)
+    return part
+
+
+def _matched(form: re.Pattern[str], line: str) -> dict[str, str | None]:
+    match = form.match(line)
+    if match is None:
+        raise ValueError(line)
+    return match.groupdict()
+
+
+def _ego(told: dict[str, str | None]) -> tuple[dict[str, Any], str | None, float | None]:
+    ego = {
+        "speed_mps": _number(told["speed"]),
+        "lane_id": None if told["lane"] == "none" else told["lane"],
+        "lateral_offset_m": _number(told["offset"]),
+        "stopped_for_s": _number(told["stopped"]),
+        "progress_20s_m": _number(told["progress"]),
+        "distance_to_destination_m": 0.0 if told["left"] is None else _number(told["left"]),
+        "at_destination": told["left"] is None,
+        "length_m": _number(told["length"]),
+        "width_m": _number(told["width"]),
+    }
+    return ego, told["route"], _number(told["limit"])
+
+
+def _lane(told: dict[str, str | None]) -> dict[str, Any]:
+    return {
+        "id": told["id"],
+        "relation": told["relation"],
+        "direction": "opposite" if told["relation"] == LaneRelation.ONCOMING.value else "same",
+        "kind": told["kind"],
+        "width_m": _number(told["width"]),
+        "line": told["line"],
+        "may_enter": told["closed"] is None and told["relation"] != LaneRelation.EGO.value,
+        "free_ahead_m": _number(told["ahead"]),
+        "free_behind_m": _number(told["behind"]),
+        "sight_ahead_m": _number(told["sight"]),
+        "speed_limit_mps": None,
+    }
+
+
+def _object(told: dict[str, str | None], ego: dict[str, Any]) -> dict[str, Any]:
+    gap, length, speed = _number(told["gap"]), _number(told["length"]) or 0.1, _number(told["speed"]) or 0.0
+    left, right = _number(told["left"]) or 0.0, _number(told["right"]) or 0.0
+    marks = (told["marks"] or "").split()
+    return {
+        "id": told["id"],
+        "kind": told["kind"],
+        "lane": told["lane"],
+        "lane_id": None,
+        "gap_m": gap,
+        "left_edge_m": left,
+        "right_edge_m": right,
+        "speed_along_mps": speed,
+        "in_path": "in-path" in marks,
+        "x_m": (gap or 0.0) + (ego["length_m"] + length) / 2,
+        "y_m": (left + right) / 2 - ego["lateral_offset_m"],
+        "yaw_rad": 0.0,
+        "vx_mps": speed,
+        "vy_mps": 0.0,
+        "length_m": length,
+        "width_m": _number(told["width"]) or 0.1,
+        "height_m": _number(told["height"]) or 0.05,
+        "stationary_s": _number(told["stood"]),
+        "hazard_lights": "hazard-lights" in marks,
+        "emergency_lights": "emergency-lights" in marks,
+        "brake_lights": "brake-lights" in marks,
+        "door_open": True if "door-open" in marks else None,
+        "gesture": next(iter(_marked(told, SIGNALS)), None),
+    }
+
+
+def _marked(told: dict[str, str | None], prefix: str) -> list[str]:
+    """Return the rest of each mark of an object that begins so."""
+    return [mark.removeprefix(prefix) for mark in (told["marks"] or "").split() if mark.startswith(prefix)]
+
+
+def _word(mark: str | None) -> str:
+    return (mark or "").replace("-", "_")
+
+
+def _sign(told: dict[str, str | None]) -> dict[str, Any]:
+    bearing = _number(told["bearing"])
+    radians = None if bearing is None else math.radians(bearing)
+    return {"word": _word(told["word"]), "distance_m": _number(told["gap"]), "bearing_rad": radians}
+
+
+def _control(told: dict[str, str | None]) -> dict[str, Any]:
+    applies = APPLIES[told["applies"] or ""]
+    return {"kind": told["kind"], "state": told["state"], "distance_m": _number(told["gap"]), "applies": applies}
+
+
+def _starts(group: str) -> list[dict[str, Any]]:
+    """Return the route starts of one lane: `own@0 +20 +40 at 39 reaches destination 120 m`."""
+    lane, *words = group.split(" ")
+    found: list[dict[str, Any]] = []
+    place = iter(words)
+    for word in place:
+        if not found and word in ("at", "reaches", "dead"):
+            # A place whose id is its lane's is listed without an id.
+            found.append({"id": lane, "lane_id": lane, "x_m": 0.0, "y_m": 0.0, "distance_m": 0.0})
+        if word == "at":
+            found[-1]["distance_m"] = found[-1]["x_m"] = float(next(place))
+        elif word in ("reaches", "dead"):
+            next(place)
+            found[-1]["reaches_destination"] = word == "reaches"
+        elif word == "m":
+            continue
+        elif found and re.fullmatch(r"\d+(?:\.\d)?", word):
+            found[-1]["route_length_m"] = float(word)
+        else:
+            ahead = float(word[1:]) if re.fullmatch(r"\+\d+(?:\.\d)?", word) else 0.0
+            name = lane + word if word.startswith("+") else word
+            found.append({"id": name, "lane_id": lane, "x_m": ahead, "y_m": 0.0, "distance_m": ahead})
+    return found
+
+
+def _number(text: str | None) -> float | None:
+    return None if text is None or text == "?" else float(text)

@@ -1,0 +1,113 @@
+"""Translates the SDK's errors into our own types, with the remedy."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+from stucksolver.privacy.url_redaction import KEYS_VARIABLE
+from stucksolver_language.llm.api_keys import KEY_VARIABLE
+from stucksolver_language.llm.chat import GiveUp, Trouble, TryAgain
+
+LARGER_CONTEXT = "llama.cpp: --ctx-size, vLLM: --max-model-len, Ollama: OLLAMA_CONTEXT_LENGTH"
+REFUSALS = (400, 415, 422, 500, 501)
+"""Statuses with which servers refuse a part of a request that they do not know."""
+PASSING = (408, 409, 425, 502, 503, 504, 529)
+"""Statuses of temporary failures; 529 is Anthropic's status for overloaded."""
+
+
+def translated(error: Any, where: str, model: str, *, keyed: bool, clean: Callable[[str], str]) -> Exception:
+    """Return a `TryAgain` or `GiveUp` for an SDK error.
+
+    Args:
+        error: The error.
+        where: The server, for people.
+        model: The model.
+        keyed: A key was sent.
+        clean: Makes the server's text fit to be shown.
+    """
+    import openai
+
+    if isinstance(error, openai.APITimeoutError):
+        return TryAgain(f"{where} gave no answer in time", Trouble.LATE)
+    if isinstance(error, openai.APIConnectionError):
+        return _no_connection(error, where)
+    if isinstance(error, openai.AuthenticationError | openai.PermissionDeniedError):
+        return GiveUp(_no_entry(where, model, keyed), lasting=True)
+    if isinstance(error, openai.NotFoundError):
+        said = f"{where} has no model {model!r}, or no chat completions under that address"
+        return GiveUp(f"{said} (it said: {said_by(error, clean)})", lasting=True)
+    if isinstance(error, openai.RateLimitError):
+        return _rate_limit(error, where)
+    if isinstance(error, openai.APIStatusError):
+        return _by_status(error, where, clean)
+    return TryAgain(f"{where} did not answer with a chat completion: {clean(str(error))[:200]}", Trouble.BROKEN)
+
+
+def _no_entry(where: str, model: str, keyed: bool) -> str:
+    if keyed:
+        return f"{where} refuses the key: set {KEY_VARIABLE}, or the server's own in {KEYS_VARIABLE}, for {model}"
+    return (
+        f"{where} wants a key, and none was sent: --send-key sends {KEY_VARIABLE} there, {KEYS_VARIABLE}='HOST=KEY' "
+        "another one"
+    )
+
+
+def _by_status(error: Any, where: str, clean: Callable[[str], str]) -> Exception:
+    status, said = error.status_code, said_by(error, clean)
+    if 300 <= status < 400:
+        target = clean(str(error.response.headers.get("location", "")))[:200]
+        return GiveUp(f"{where} sends requests on to {target or 'elsewhere'}, which is not followed: name that address")
+    if too_long(said):
+        return GiveUp(f"{where}: the question and its answer do not fit its context ({said}); {LARGER_CONTEXT}")
+    if status in PASSING:
+        return TryAgain(f"{where} answered {status}: {said}", Trouble.BUSY, _after(error))
+    if status >= 500 and status != 501:
+        return TryAgain(f"{where} answered {status}: {said}", Trouble.BROKEN, _after(error))
+    return GiveUp(f"{where} answered {status}: {said}")
+
+
+def too_long(said: str) -> bool:
+    """True if a server says that the prompt exceeds its context."""
+    text = said.lower()
+    return re.search(r"context[ _](?:length|size|window)|prompt is too long", text) is not None
+
+
+def _no_connection(error: Any, where: str) -> Exception:
+    cause: BaseException | None = error
+    while cause is not None:
+        if "CERTIFICATE" in str(cause).upper():
+            text = f"{where} has a certificate that is not trusted: set SSL_CERT_FILE to its issuer's"
+            return GiveUp(text, lasting=True)
+        cause = cause.__cause__ or cause.__context__
+    return TryAgain(f"{where} cannot be reached or hung up: is it running, and is the address right?", Trouble.AWAY)
+
+
+def _rate_limit(error: Any, where: str) -> Exception:
+    if getattr(error, "code", None) == "insufficient_quota":
+        return GiveUp(f"{where}: the account's quota is exhausted", lasting=True)
+    return TryAgain(f"{where} limits the rate of requests", Trouble.BUSY, _after(error))
+
+
+def _after(error: Any) -> float | None:
+    try:
+        return max(float(error.response.headers["retry-after"]), 0.0)
+    except (KeyError, ValueError, AttributeError):
+        return None
+
+
+def said_by(error: Any, clean: Callable[[str], str]) -> str:
+    """Return the server's own words, cleaned and shortened, from OpenAI's error format or those of other servers."""
+    body = getattr(error, "body", None)
+    text: Any = None
+    if isinstance(body, dict):
+        inner = body.get("error")
+        text = body.get("message") or body.get("detail") or (inner.get("message") if isinstance(inner, dict) else inner)
+    return " ".join(clean(str(text or error)).split())[:300]
+
+
+def parameter_of(error: Any) -> str | None:
+    """Return the field of the request that an error names, if any."""
+    named = getattr(error, "param", None)
+    return named if isinstance(named, str) else None

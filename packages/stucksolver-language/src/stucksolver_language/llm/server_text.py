@@ -1,0 +1,77 @@
+"""Makes text of a server fit to be shown and stored: no control sequences, and none of the keys."""
+
+from __future__ import annotations
+
+import json
+import re
+import unicodedata
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+from stucksolver.privacy.url_redaction import HIDDEN, shown
+from stucksolver_language.llm.api_keys import secrets_here
+from stucksolver_language.llm.chat import ChatReply
+
+SEQUENCE = re.compile(
+    r"(?:\x1b\[|\x9b)[0-?]*[ -/]*[@-~]|(?:\x1b[\]PX^_]|[\x90\x98\x9d-\x9f])[^\x07\x1b\x9c]*(?:\x07|\x1b\\|\x9c)?|\x1b."
+)
+"""Control sequences of terminals with their parameters (ECMA-48)."""
+ESCAPE = re.compile(r"(?<!\\)((?:\\\\)*)\\u([0-9a-fA-F]{4})")
+"""A character that JSON writes as an escape."""
+KEPT = "\n\t"
+INVISIBLE = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
+"""Unicode categories that are removed: they move the cursor, reverse the direction, or split a word unseen."""
+
+
+def printable(text: str) -> str:
+    """Return a text without control sequences and invisible characters; line breaks and tabs stay."""
+    text = SEQUENCE.sub("", text)
+    return "".join(c for c in text if c in KEPT or unicodedata.category(c) not in INVISIBLE)
+
+
+def clean(text: str, secrets: Iterable[str] = ()) -> str:
+    """Return a server's text for people: printable, without logins of URLs, without the keys in the environment and
+    the `secrets`.
+    """
+    text = printable(text)
+    for secret in sorted({*secrets, *secrets_here()}, key=len, reverse=True):
+        text = text.replace(secret, HIDDEN)
+    return shown(text)
+
+
+def clean_reply(reply: ChatReply, secrets: Iterable[str] = ()) -> ChatReply:
+    """Return a reply of which every text is clean, also in JSON that writes characters as escapes."""
+    known = tuple(secrets)
+    calls = tuple(
+        replace(c, id=clean(c.id, known), name=clean(c.name, known), arguments=_clean_json(c.arguments, known))
+        for c in reply.calls
+    )
+    return replace(reply, text=_clean_json(reply.text, known), calls=calls, model=clean(reply.model, known))
+
+
+def _clean_json(text: str, secrets: tuple[str, ...]) -> str:
+    try:
+        value = json.loads(text)
+        cleaned = _clean_value(value, secrets)
+    except (ValueError, RecursionError):
+        return clean(ESCAPE.sub(_unescaped, text), secrets)
+    return clean(text, secrets) if cleaned == value else json.dumps(cleaned, ensure_ascii=False)
+
+
+def _unescaped(found: re.Match[str]) -> str:
+    """Return an escaped character as itself, unless JSON needs the escape."""
+    character = chr(int(found[2], 16))
+    if character in '"\\\n\t' or 0xD800 <= ord(character) <= 0xDFFF:
+        return found[0]
+    return found[1] + character
+
+
+def _clean_value(value: Any, secrets: tuple[str, ...]) -> Any:
+    if isinstance(value, str):
+        return clean(value, secrets)
+    if isinstance(value, list):
+        return [_clean_value(one, secrets) for one in value]
+    if isinstance(value, dict):
+        return {clean(str(key), secrets): _clean_value(one, secrets) for key, one in value.items()}
+    return value

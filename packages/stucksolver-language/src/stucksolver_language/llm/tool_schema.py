@@ -1,0 +1,155 @@
+"""The functions that a model may call, derived from the decision's types, the offered behaviours and the scene's ids.
+
+They cannot express an unavailable behaviour, an unknown object or an unknown waypoint. They stay within the subset of
+JSON Schema for strict structured output (every field required, no others, no defaults), except for `maxLength`, which
+is removed for servers that refuse it. What differs between scenes is in the definitions at the end, so that prompt
+caches match the part before. Lists and texts are bounded, since a small model may repeat one item until its tokens
+are used up.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Any
+
+from stucksolver.plan import CauseCode, GuidanceIntent, Intent, WaitReason
+from stucksolver.scene import ControlKind, LaneRelation, LightState, ObjectKind, Scene
+from stucksolver_language.llm.chat import Tool
+from stucksolver_language.llm.offered_behaviors import available, known
+
+DECIDE = "decide"
+CHECK_PLAN = "check_plan"
+MOST_BEHAVIORS = 6
+MOST_CONTROLS = 6
+MOST_PARTICIPANTS = 8
+MOST_TEXT = 240
+"""Longest text (characters): one or two sentences."""
+
+Schema = dict[str, Any]
+
+
+def decide_tool(scene: Scene) -> Tool:
+    """Return the function for the final answer: observation, analysis and decision, in the order of the chain."""
+    parameters = _object(
+        {"observation": _observation(), "analysis": _analysis(), "decision": _decision()},
+    )
+    parameters["$defs"] = _definitions(scene)
+    return Tool(DECIDE, "Answer with what you observe, analyse and decide, in this order.", parameters)
+
+
+def check_tool(scene: Scene) -> Tool:
+    """Return the function that asks the guard about a plan before the model commits to it."""
+    parameters = _object({"behaviors": _plan()})
+    parameters["$defs"] = _definitions(scene)
+    return Tool(CHECK_PLAN, "Ask whether the safety guard would accept these behaviors now.", parameters)
+
+
+def steps_of(scene: Scene) -> tuple[str, ...]:
+    """Return the questions of the chain that apply."""
+    return ("S2.1",) if scene.guidance is not None else ("S2.2", "S2.3", "S2.4", "S2.5")
+
+
+def _observation() -> Schema:
+    control = _object(
+        {"kind": _enum(ControlKind), "state": _or_null(_enum(LightState)), "applies": {"type": ["boolean", "null"]}}
+    )
+    participant = _object(
+        {
+            "object_id": {"$ref": "#/$defs/object_id"},
+            "kind": _enum(ObjectKind),
+            "lane": _enum(LaneRelation),
+            "intent": _enum(Intent),
+        }
+    )
+    controls, participants = _list(control, MOST_CONTROLS), _list(participant, MOST_PARTICIPANTS)
+    return _object({"controls": controls, "participants": participants, "summary": _text()})
+
+
+def _analysis() -> Schema:
+    return _object(
+        {
+            "steps": {"$ref": "#/$defs/steps"},
+            "immobilized": {"type": "boolean"},
+            "cause": _or_null(_enum(CauseCode)),
+            "wait": _or_null(_enum(WaitReason)),
+            "guidance_intent": _or_null(_enum(GuidanceIntent)),
+            "reason": _text(),
+        }
+    )
+
+
+def _decision() -> Schema:
+    return _object(
+        {
+            "rationale": _text(),
+            "behaviors": _or_null(_plan()),
+            "replan_route": {"type": "boolean"},
+            "route_start": {"$ref": "#/$defs/route_start"},
+        }
+    )
+
+
+def _plan() -> Schema:
+    return {"type": "array", "minItems": 1, "maxItems": MOST_BEHAVIORS, "items": {"$ref": "#/$defs/behavior"}}
+
+
+def _behavior(name: str, parameters: Schema) -> Schema:
+    """Return a behaviour's own schema without titles and defaults, its ids restricted to those of the scene."""
+    fields = {key: _field(key, value) for key, value in parameters["properties"].items() if key != "name"}
+    return _object({"name": {"type": "string", "enum": [name]}, **fields})
+
+
+def _field(key: str, value: Schema) -> Schema:
+    if key == "route_start":
+        return _or_null({"$ref": "#/$defs/waypoint_id"})
+    if key.endswith("_id"):
+        return {"$ref": "#/$defs/object_id"}
+    return {k: v for k, v in value.items() if k not in ("title", "default", "description")}
+
+
+def _start(scene: Scene) -> Schema:
+    return _or_null({"$ref": "#/$defs/waypoint_id"}) if scene.waypoints else {"type": "null"}
+
+
+def _definitions(scene: Scene) -> Schema:
+    """Return the definitions: first those that are the same in every scene of a stack, then the others.
+
+    An enumeration must not be empty, so an empty list offers a word that is no id.
+    """
+    offered = {b.name for b in available(scene)}
+    return {
+        "step": _object({"answer": {"type": ["boolean", "null"]}, "evidence": _text()}),
+        **{b.name: _behavior(b.name, b.parameters) for b in known(scene)},
+        "steps": _object({name: {"$ref": "#/$defs/step"} for name in steps_of(scene)}),
+        "behavior": {"anyOf": [{"$ref": f"#/$defs/{b.name}"} for b in known(scene) if b.name in offered]},
+        "route_start": _start(scene),
+        "waypoint_id": {"type": "string", "enum": [w.id for w in scene.waypoints] or ["none"]},
+        "object_id": {"type": "string", "enum": [o.id for o in scene.objects] or ["none"]},
+    }
+
+
+def _object(properties: Schema) -> Schema:
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": list(properties),
+        "additionalProperties": False,
+    }
+
+
+def _list(items: Schema, most: int) -> Schema:
+    return {"type": "array", "maxItems": most, "items": items}
+
+
+def _enum(kind: type[Enum]) -> Schema:
+    return {"type": "string", "enum": [str(member.value) for member in kind]}
+
+
+def _or_null(schema: Schema) -> Schema:
+    if "enum" in schema:
+        return {"type": ["string", "null"], "enum": [*schema["enum"], None]}
+    return {"anyOf": [schema, {"type": "null"}]}
+
+
+def _text() -> Schema:
+    return {"type": "string", "maxLength": MOST_TEXT}

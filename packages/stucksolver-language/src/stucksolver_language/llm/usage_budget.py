@@ -1,0 +1,123 @@
+"""The budget of an episode and of a trip. When it is spent, the ladder goes on to its next rung."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from stucksolver_language.llm.chat import GiveUp, Message, Tool, Usage
+
+
+class BudgetSpent(GiveUp):
+    """Nothing was asked, because the budget is spent."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Upper bounds; None means unlimited. `usd` is in US dollars, by `PRICES` or the price that the user gives."""
+
+    queries: int | None = None
+    tokens: int | None = None
+    usd: float | None = None
+
+
+@dataclass(frozen=True)
+class Price:
+    """US dollars per million tokens."""
+
+    input_usd: float
+    cached_usd: float
+    output_usd: float
+
+    def of(self, usage: Usage) -> float:
+        """Return the cost of a query (US dollars)."""
+        fresh = usage.input_tokens - usage.cached_tokens
+        spent = fresh * self.input_usd + usage.cached_tokens * self.cached_usd + usage.output_tokens * self.output_usd
+        return spent / 1e6
+
+
+PRICES = {
+    "gpt-4o-2024-08-06": Price(2.50, 1.25, 10.00),
+    "gpt-4o": Price(2.50, 1.25, 10.00),
+    "gpt-4o-mini": Price(0.15, 0.075, 0.60),
+    "gpt-4.1": Price(2.00, 0.50, 8.00),
+    "gpt-4.1-mini": Price(0.40, 0.10, 1.60),
+    "gpt-5": Price(1.25, 0.125, 10.00),
+    "gpt-5-mini": Price(0.25, 0.025, 2.00),
+}
+"""OpenAI's published list prices for these models. Other models cost what the user says, or count as unknown."""
+
+
+@dataclass
+class Spent:
+    """What has been used so far. `usd` is None once the price of any reply is unknown."""
+
+    queries: int = 0
+    tokens: int = 0
+    cached_tokens: int = 0
+    """The part of the tokens read from the server's prompt cache."""
+    usd: float | None = 0.0
+
+    def add(self, usage: Usage, price: Price | None) -> None:
+        """Count one reply. Without a price, the sum in dollars is unknown from then on."""
+        self.queries += 1
+        self.tokens += usage.input_tokens + usage.output_tokens
+        self.cached_tokens += usage.cached_tokens
+        self.usd = None if self.usd is None or price is None else self.usd + price.of(usage)
+
+
+EPISODE = Budget(queries=8, tokens=40_000)
+TRIP = Budget(queries=100, tokens=500_000)
+
+
+class UsageLimits:
+    """Keeps the budget of an episode and of a trip. An episode begins with its first question after a pause.
+
+    Raises:
+        ValueError: A bound in money is set for a model of unknown price.
+    """
+
+    def __init__(self, price: Price | None, episode: Budget = EPISODE, trip: Budget = TRIP) -> None:
+        if price is None and (episode.usd is not None or trip.usd is not None):
+            raise ValueError("a budget in money needs the model's price; give it, or set the budget in tokens")
+        self.price, self._bounds = price, {"episode": episode, "trip": trip}
+        self.spent = {"episode": Spent(), "trip": Spent()}
+
+    def new_episode(self) -> None:
+        """Start a new episode: reset its usage."""
+        self.spent["episode"] = Spent()
+
+    def check(self) -> None:
+        """Check the budget.
+
+        Raises:
+            BudgetSpent: A bound has been reached.
+        """
+        for name, bound in self._bounds.items():
+            spent = self.spent[name]
+            for what, limit, used in (
+                ("queries", bound.queries, spent.queries),
+                ("tokens", bound.tokens, spent.tokens),
+                ("US dollars", bound.usd, spent.usd),
+            ):
+                if limit is not None and used is not None and used >= limit:
+                    raise BudgetSpent(f"the {name}'s budget of {limit:g} {what} is spent")
+
+    def add(self, usage: Usage) -> None:
+        """Count the cost of a question, measured or estimated (`estimate`)."""
+        for spent in self.spent.values():
+            spent.add(usage, self.price)
+
+
+CHARACTERS_FOR_A_TOKEN = 3
+"""Measured on prompts like ours: 3.3 with SmolLM2's encoding."""
+PICTURE_TOKENS = 1_000
+"""About the cost of a camera image of 800 x 450; each provider counts in its own way."""
+
+
+def estimate(messages: Sequence[Message], tools: Sequence[Tool], answer_tokens: int) -> Usage:
+    """Estimate the tokens of a question whose answer was late, or whose server does not count."""
+    text = sum(len(m.text) for m in messages) + sum(len(json.dumps(t.parameters)) for t in tools)
+    pictures = sum(m.image is not None for m in messages)
+    return Usage(text // CHARACTERS_FOR_A_TOKEN + pictures * PICTURE_TOKENS, answer_tokens)

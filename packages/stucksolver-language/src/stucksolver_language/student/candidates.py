@@ -1,0 +1,145 @@
+"""The plans that a scene offers: all its behaviours, with parameters on a grid.
+
+The grid is made from the schemas in the scene, which come from the registry: a new behaviour needs no change here.
+"""
+
+from __future__ import annotations
+
+import itertools
+from functools import cache
+from typing import Any
+
+from pydantic import ValidationError
+
+from stucksolver.plan import RecoveryPlan
+from stucksolver.plan.behaviors import Behavior, parse_behavior
+from stucksolver.scene import Scene
+from stucksolver_language.llm.offered_behaviors import available
+
+STEPS, PAIR_STEPS = 2, 1
+"""Values of each number in plans of one and of two behaviours. The guard's bounds are coarser than a finer grid."""
+GETS_ON_M = 5.0
+"""A plan leads at least this far (m): the detector's own measure of progress. A shorter one ends where it began."""
+MOST_IDS = 3
+"""Number of objects or waypoints that are tried for each parameter that names one."""
+CALLS = frozenset({"request_assistance"})
+"""Behaviours that ask a person. In a search there is nobody to ask."""
+AWAY_M, AWAY_MPS = (15.0, 20.0), (1.08, 1.8)
+"""How far (m) and how fast (m/s) a short lane change goes before the way back. A search over a wider grid found that
+the guard accepts only short and slow ones where something blocks the other lane as well. At 0.8 m/s a plan
+was given up between the lanes, since too little was seen behind.
+"""
+BACK_M, BACK_MPS, REJOIN_MPS = 15.0, (1.5, 3.93), 4.0
+"""The lane change back (m, m/s), and the speed of `rejoin_route` instead (m/s)."""
+Values = tuple[Any, ...]
+
+
+def candidates(scene: Scene) -> tuple[RecoveryPlan, ...]:
+    """Return the plans among which the student chooses: each behaviour that moves the vehicle on, alone and after each
+    of those that prepare another one, and short changes of lane with the way back.
+
+    Waiting is not among them, since it is a choice of its own.
+
+    Args:
+        scene: The scene, with the behaviours that the stack offers.
+    """
+    fitting = {one.name for one in available(scene)}
+    moving = [one for one in offered(scene, STEPS) if one.name in fitting and not one.stands_still]
+    single = [(one,) for one in moving if _gets_on(one)]
+    short = [one for one in offered(scene, PAIR_STEPS) if one.name in fitting and not one.stands_still]
+    pairs = [(one, two) for one in short if one.prepares for two in short if _gets_on(two)]
+    # A way back need not fit before the ego has left its lane.
+    returning = [(out, back) for out, back in there_and_back() if out.name in fitting and scene.offers(back.name)]
+    return tuple(RecoveryPlan.model_validate({"behaviors": plan}) for plan in (*single, *pairs, *returning))
+
+
+@cache
+def there_and_back() -> tuple[tuple[Behavior, Behavior], ...]:
+    """Return short changes of lane, each with a way back: past something that leaves the other lane free for little
+    more than the ego's length.
+    """
+    found: list[tuple[Behavior, Behavior]] = []
+    for side, other in (("left", "right"), ("right", "left")):
+        ways_back = [_lane_change(other, BACK_M, speed) for speed in BACK_MPS]
+        ways_back.append(parse_behavior({"name": "rejoin_route", "speed_mps": REJOIN_MPS}))
+        for distance, speed in itertools.product(AWAY_M, AWAY_MPS):
+            found += [(_lane_change(side, distance, speed), back) for back in ways_back]
+    return tuple(found)
+
+
+def _lane_change(side: str, distance_m: float, speed_mps: float) -> Behavior:
+    return parse_behavior({"name": "change_lane", "side": side, "distance_m": distance_m, "speed_mps": speed_mps})
+
+
+def leads_on(plan: RecoveryPlan) -> bool:
+    """True if a plan can get the vehicle on. One that only backs up, say, would be followed by another of its kind."""
+    return any(_gets_on(behavior) for behavior in plan.behaviors)
+
+
+def _gets_on(behavior: Behavior) -> bool:
+    return not (behavior.stands_still or behavior.prepares) and getattr(behavior, "distance_m", GETS_ON_M) >= GETS_ON_M
+
+
+def offered(scene: Scene, steps: int) -> tuple[Behavior, ...]:
+    """Return every offered behaviour at every point of the grid.
+
+    Args:
+        scene: The scene, with the behaviours that the stack offers.
+        steps: How many values of each number to try, spread evenly on a logarithmic scale between its bounds.
+    """
+    found: list[Behavior] = []
+    for one in scene.behaviors:
+        if one.name in CALLS:
+            continue
+        properties: Any = one.parameters["properties"]
+        axes = {name: _values(name, schema, scene, steps) for name, schema in properties.items()}
+        for point in itertools.product(*axes.values()):
+            behavior = _parsed(dict(zip(axes, point, strict=True)))
+            if behavior is not None:
+                found.append(behavior)
+    return tuple(dict.fromkeys(found))
+
+
+def _parsed(data: dict[str, Any]) -> Behavior | None:
+    """Return the behaviour, or None if the parameters are valid one by one but not together."""
+    try:
+        return parse_behavior(data)
+    except ValidationError:
+        return None
+
+
+def _values(name: str, schema: dict[str, Any], scene: Scene, steps: int) -> Values:
+    if "const" in schema:
+        return (schema["const"],)
+    if "enum" in schema:
+        return tuple(schema["enum"])
+    if schema.get("type") == "number":
+        return _numbers(schema, steps)
+    if schema.get("type") == "boolean":
+        return (True, False)
+    ids = _waypoints(scene) if name == "route_start" else _objects(scene)
+    optional = any(kind.get("type") == "null" for kind in schema.get("anyOf", ()))
+    return (*ids, None) if optional else ids
+
+
+def _numbers(schema: dict[str, Any], steps: int) -> Values:
+    """Return the values of a number: its default, and a grid with its bounds unless the schema excludes them."""
+    open_low = "minimum" not in schema
+    low, high = float(schema["exclusiveMinimum" if open_low else "minimum"]), float(schema["maximum"])
+    parts = [(k + open_low) / (steps - 1 + open_low) for k in range(steps)] if steps > 1 else [0.5]
+    spread = [low * (high / low) ** part for part in parts]
+    default = [float(schema["default"])] if "default" in schema else []
+    return tuple(dict.fromkeys(round(value, 2) for value in (*default, *spread)))
+
+
+def _objects(scene: Scene) -> Values:
+    """Return ids of objects: those in the path ahead first, then the nearest others ahead."""
+    others = sorted((o for o in scene.objects if o.gap_m is not None and o.gap_m > 0.0), key=lambda o: o.gap_m or 0.0)
+    ids = dict.fromkeys(o.id for o in (*scene.in_path_ahead(), *others))
+    return tuple(ids)[:MOST_IDS]
+
+
+def _waypoints(scene: Scene) -> Values:
+    """Return ids of the nearest waypoints from which the destination can be reached."""
+    fitting = sorted((w for w in scene.waypoints if w.reaches_destination is not False), key=lambda w: w.distance_m)
+    return tuple(w.id for w in fitting)[:MOST_IDS]

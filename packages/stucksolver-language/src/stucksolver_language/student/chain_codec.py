@@ -1,0 +1,136 @@
+"""The student's answer as codes: the chain S1 to S3 in at most 60 tokens, and the prose that follows from it.
+
+`chain/1 S1 c:red:yes o12:obstructing S2 no no no yes cause:static_obstacle S3 drive_over object_id=12 speed_mps=2`
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+from urllib.parse import quote, unquote
+
+from pydantic import ValidationError
+
+from stucksolver.plan import CauseCode, Intent, RecoveryPlan, WaitReason
+from stucksolver.scene import GuidanceIntent
+
+VERSION = 1
+HEAD = "chain/"
+FORMAT = f"distilled-{VERSION}"
+"""The name under which recorded answers are parsed again."""
+MOST_TOKENS = 60
+MOST_CONTROLS, MOST_PARTICIPANTS = 3, 6
+
+
+class ChainError(ValueError):
+    """A text is not a chain of this version. The message says what is wrong."""
+
+
+@dataclass(frozen=True)
+class Chain:
+    """The typed answer.
+
+    Attributes:
+        controls: Which of the scene's controls matter, by their number.
+        participants: Ids of the objects that matter, with their intents; nearest first.
+        asked: What the passenger asks for; None if nobody spoke.
+        immobilized: The conclusion of step 2.
+        cause: Why, if it is immobilized.
+        wait: Why waiting is right, if it is.
+        ends: Probability that the wait ends by itself within 10 s, and within 40 s.
+        plan: The decision; None to do nothing.
+    """
+
+    controls: tuple[int, ...]
+    participants: tuple[tuple[str, Intent], ...]
+    asked: GuidanceIntent | None
+    immobilized: bool
+    cause: CauseCode | None
+    wait: WaitReason | None
+    ends: tuple[float, float]
+    plan: RecoveryPlan | None
+
+
+def write_chain(chain: Chain) -> str:
+    """Return a chain as text.
+
+    Raises:
+        ChainError: It takes more than `MOST_TOKENS` tokens: the plan is too long.
+    """
+    tokens = [f"{HEAD}{VERSION}", "S1", *(f"c{number}" for number in chain.controls)]
+    tokens += [f"o{quote(name, safe='')}:{intent.value}" for name, intent in chain.participants]
+    tokens += ["S2", "stuck" if chain.immobilized else "free"]
+    tokens += [
+        f"{key}:{value.value}"
+        for key, value in (("asked", chain.asked), ("cause", chain.cause), ("wait", chain.wait))
+        if value is not None
+    ]
+    tokens += [f"ends:{chain.ends[0]:.2f}:{chain.ends[1]:.2f}", "S3"]
+    tokens += ["-"] if chain.plan is None else _plan_tokens(chain.plan)
+    if len(tokens) > MOST_TOKENS:
+        raise ChainError(f"the answer takes {len(tokens)} tokens, more than {MOST_TOKENS}")
+    return " ".join(tokens)
+
+
+def read_chain(text: str) -> Chain:
+    """Return the chain of a text: `read_chain(write_chain(chain)) == chain`, probabilities rounded.
+
+    Raises:
+        ChainError: It is not a chain of this version.
+    """
+    tokens = text.split()
+    if not tokens or tokens[0] != f"{HEAD}{VERSION}":
+        raise ChainError(f"the answer begins with {text[:20]!r}, not with {HEAD}{VERSION}")
+    try:
+        one, two, three = (tokens.index(step) for step in ("S1", "S2", "S3"))
+        seen, thought, done = tokens[one + 1 : two], tokens[two + 1 : three], tokens[three + 1 :]
+        told = dict(token.split(":", 1) for token in thought[1:])
+        soon, late = told["ends"].split(":")
+        return Chain(
+            controls=tuple(int(token[1:]) for token in seen if token[0] == "c"),
+            participants=tuple(_participant(token) for token in seen if token[0] == "o"),
+            asked=GuidanceIntent(told["asked"]) if "asked" in told else None,
+            immobilized={"stuck": True, "free": False}[thought[0]],
+            cause=CauseCode(told["cause"]) if "cause" in told else None,
+            wait=WaitReason(told["wait"]) if "wait" in told else None,
+            ends=(float(soon), float(late)),
+            plan=None if done == ["-"] else _plan(done),
+        )
+    except ValidationError as error:
+        raise ChainError(f"the plan is not valid: {error.errors()[0]['msg']}") from error
+    except (ValueError, KeyError, IndexError) as error:
+        raise ChainError(f"the answer is not a chain: {error}") from error
+
+
+def _participant(token: str) -> tuple[str, Intent]:
+    name, _, intent = token[1:].rpartition(":")
+    return unquote(name), Intent(intent)
+
+
+def _plan_tokens(plan: RecoveryPlan) -> Iterator[str]:
+    for behavior in plan.behaviors:
+        yield behavior.name
+        for key, value in behavior:
+            if key != "name" and value is not None:
+                yield f"{key}={quote(value, safe='') if isinstance(value, str) else value}"
+    if plan.replan_route:
+        yield "replan_route"
+    if plan.route_start is not None:
+        yield f"@{quote(plan.route_start, safe='')}"
+
+
+def _plan(tokens: list[str]) -> RecoveryPlan:
+    behaviors: list[dict[str, Any]] = []
+    whole: dict[str, Any] = {"behaviors": behaviors}
+    for token in tokens:
+        if token.startswith("@"):
+            whole["route_start"] = unquote(token[1:])
+        elif "=" in token:
+            key, _, value = token.partition("=")
+            behaviors[-1][key] = unquote(value)
+        elif token == "replan_route":
+            whole["replan_route"] = True
+        else:
+            behaviors.append({"name": token})
+    return RecoveryPlan.model_validate(whole)

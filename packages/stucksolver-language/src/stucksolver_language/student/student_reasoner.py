@@ -1,0 +1,242 @@
+"""The student as a reasoner: it waits where the wait will end by itself, and else proposes the most promising plan."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from stucksolver.plan import CauseCode, Decision, Intent, RecoveryPlan, WaitReason
+from stucksolver.plan.behaviors import RequestAssistance
+from stucksolver.reasoners.reasoner import ACCEPTED, PARSERS, Answer, ReasonerError, Request, Trace
+from stucksolver.reasoners.rules import RuleReasoner
+from stucksolver.reasoners.rules.analyze import LIGHT_AHEAD_M, MOVING_MPS, blocker, loops, red_light_within
+from stucksolver.reasoners.rules.observe import goes_first
+from stucksolver.scene import REQUESTS, GuidanceIntent, ObjectKind, Scene
+from stucksolver_language.student.candidates import candidates
+from stucksolver_language.student.chain_codec import (
+    FORMAT,
+    MOST_CONTROLS,
+    MOST_PARTICIPANTS,
+    Chain,
+    ChainError,
+    read_chain,
+    write_chain,
+)
+from stucksolver_language.student.decision_renderer import render
+from stucksolver_language.student.feature_encoding import Encoded, encode
+from stucksolver_language.student.heads import CAUSES, HOLDS, INTENTS, Numbers, ends_within
+from stucksolver_language.student.network import DATA, Network
+from stucksolver_language.student.scene_codec import write_scene
+
+DUTIES = frozenset({WaitReason.LIGHT, WaitReason.STOP_SIGN, WaitReason.PEOPLE, WaitReason.YIELD})
+"""Where the rules of the road make the vehicle wait, it waits, however likely the wait is to end."""
+
+IN_LANE = frozenset({"back_up", "creep", "follow_vehicle", "keep_lane"})
+"""Behaviours that keep to the lane: plans of only these do not get past what stands in it."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """How the student chooses. Set by hand; docs/distilled.md says what follows from it.
+
+    Attributes:
+        soon: A wait that ends within 10 s with at least this probability is waited for.
+        longest_s: After so long a stop it waits no longer, whatever it expects (s): an expectation that is always wrong
+            must not hold the vehicle for ever.
+        margin: A plan is preferred to the rules' plan if it is worth this much more (10 m of progress). With the
+            default the rules' plan comes first: on held-out data the others were worth less where it was accepted.
+        unlikely: A plan that the guard accepts with a smaller probability is not asked about.
+        tried: Number of plans about which the guard is asked.
+        instead: Where the rules ask a person for help, a plan that the guard accepts is proposed instead if it is worth
+            at least this (10 m): less would only move the place at which help is needed.
+    """
+
+    soon: float = 0.5
+    longest_s: float = 60.0
+    margin: float = 10.0
+    unlikely: float = 0.5
+    tried: int = 8
+    instead: float = 2.5
+
+
+class DistilledReasoner:
+    """Reasons with a small network of our own, in milliseconds, on one core of a CPU.
+
+    Args:
+        folder: Folder of the weights and their card.
+        choice: How it chooses.
+
+    Raises:
+        WeightsError: The weights cannot be used here.
+    """
+
+    def __init__(self, folder: Path = DATA, choice: Choice | None = None) -> None:
+        self._network = Network(folder)
+        self._choice = choice or Choice()
+        self._rules = RuleReasoner()
+        self.name = f"distilled ({self._network.card.sha256[:8]})"
+
+    def decide(self, request: Request) -> Answer:
+        """Return the decision for a scene. The same scene and the same verdicts of the guard give the same answer.
+
+        Raises:
+            ReasonerError: The scene cannot be written as text: it has numbers that are none.
+        """
+        began = time.perf_counter()
+        try:
+            prompt = write_scene(request.scene)
+        except ValueError as error:
+            raise ReasonerError(f"the scene cannot be written: {error}") from error
+        text = write_chain(self._chain(request))
+        decision = render(read_chain(text), request.scene)
+        trace = Trace(
+            format=FORMAT,
+            prompt=prompt,
+            answers=(text,),
+            model=self.name,
+            seconds=round(time.perf_counter() - began, 4),
+        )
+        return Answer(decision, self.name, trace)
+
+    def _chain(self, request: Request) -> Chain:
+        scene, said = request.scene, self._rules.decide(request).decision
+        own = said.plan
+        known = set(self._network.card.vocabulary.behaviors)
+        plans = tuple(p for p in candidates(scene) if known.issuperset(b.name for b in p.behaviors))
+        if own is not None and known.issuperset(b.name for b in own.behaviors):
+            plans = tuple(dict.fromkeys((own, *plans)))
+        encoded = encode(scene)
+        numbers = self._network.answer(encoded, plans)
+        within = ends_within(numbers.hazard)
+        ends = round(float(within[2]), 2), round(float(within[4]), 2)
+        wait = self._wait(scene, numbers, ends[0], said.analysis.wait)
+        idle = wait is not None or not _wanted(scene) or _unheld(scene, said)
+        plan = None if idle else self._plan(request, plans, numbers, own)
+        if wait is None and plan is None and _wanted(scene):
+            wait = said.analysis.wait or WaitReason.NO_SAFE_WAY
+        stuck = plan is not None or wait is WaitReason.NO_SAFE_WAY
+        asked = None if scene.guidance is None else _asked(scene)
+        return Chain(
+            controls=tuple(n for n, c in enumerate(scene.controls) if c.applies is not False)[:MOST_CONTROLS],
+            participants=_participants(encoded, numbers),
+            asked=asked,
+            immobilized=(stuck and scene.ego.speed_mps < MOVING_MPS) or loops(scene),
+            cause=_cause(scene, numbers, said.analysis.cause) if stuck and asked is None else None,
+            wait=wait,
+            ends=ends,
+            plan=plan,
+        )
+
+    def _wait(self, scene: Scene, numbers: Numbers, soon: float, said: WaitReason | None) -> WaitReason | None:
+        """Return why waiting is right, or None if it is not. `said` is what the rules say."""
+        if scene.ego.at_destination:
+            return WaitReason.AT_DESTINATION
+        choice = self._choice
+        if said in DUTIES:
+            return said
+        if scene.guidance is not None or scene.ego.speed_mps >= MOVING_MPS:
+            return None
+        if soon < choice.soon or scene.ego.stopped_for_s > choice.longest_s:
+            return None
+        reasons = [
+            (logit, one)
+            for logit, one in zip(numbers.hold, HOLDS, strict=True)
+            if one not in (None, WaitReason.AT_DESTINATION, WaitReason.NO_SAFE_WAY)
+        ]
+        return max(reasons, key=lambda pair: pair[0])[1]
+
+    def _plan(
+        self, request: Request, plans: tuple[RecoveryPlan, ...], numbers: Numbers, own: RecoveryPlan | None
+    ) -> RecoveryPlan | None:
+        """Return the best plan that the guard accepts; or else the rules' plan, for which a gap may open."""
+        ranked = self._ranked(request.scene, plans, numbers, own)
+        if own is not None and any(isinstance(b, RequestAssistance) for b in own.behaviors):
+            if request.check is None or held_by_law(request.scene):
+                return own
+            worth = dict(zip(plans, numbers.value, strict=True))
+            ranked = [plan for plan in ranked if plan != own and worth[plan] >= self._choice.instead]
+        for plan in ranked[: self._choice.tried]:
+            if request.check is None or request.check(plan) == ACCEPTED:
+                return plan
+        return own
+
+    def _ranked(
+        self, scene: Scene, plans: tuple[RecoveryPlan, ...], numbers: Numbers, own: RecoveryPlan | None
+    ) -> list[RecoveryPlan]:
+        """Return the plans worth asking about, best first. What was tried in this episode comes last, unless the rules
+        propose it again.
+        """
+        accepted = 1.0 / (1.0 + np.exp(-numbers.accepted.astype(np.float64)))
+        shares = np.exp(numbers.prior.astype(np.float64) - float(numbers.prior.max()))
+        fits = shares / shares.max()
+        tried = {attempt.behaviors for attempt in scene.attempts}
+        blocked = blocker(scene) is not None and scene.guidance is None
+        ranked = []
+        for number, plan in enumerate(plans):
+            ours = plan == own
+            stays = blocked and IN_LANE.issuperset(b.name for b in plan.behaviors)
+            if (accepted[number] < self._choice.unlikely or stays) and not ours:
+                continue
+            # A passenger's words choose the plan; without words what it is worth does.
+            worth = fits[number] if scene.guidance is not None else float(numbers.value[number])
+            score = accepted[number] * worth + (self._choice.margin if ours else 0.0)
+            again = not ours and tuple(b.name for b in plan.behaviors) in tried
+            ranked.append((again, -score, number))
+        return [plans[number] for _, _, number in sorted(ranked)]
+
+
+def held_by_law(scene: Scene) -> bool:
+    """True if the rules of the road keep the vehicle where it is, however long it has stood: a light, a closed gate, or
+    someone who goes first. The rules' reasoner asks for help there once the wait is too long.
+    """
+    lead = blocker(scene)
+    gated = lead is not None and lead.kind is ObjectKind.CROSSING_GATE
+    return gated or red_light_within(scene, LIGHT_AHEAD_M) is not None or goes_first(scene) is not None
+
+
+def _wanted(scene: Scene) -> bool:
+    """True if something may be done: the passenger asks for it, or the vehicle does not get on."""
+    if scene.guidance is not None:
+        return _asked(scene) in REQUESTS
+    return (scene.ego.speed_mps < MOVING_MPS or loops(scene)) and not scene.ego.at_destination
+
+
+def _unheld(scene: Scene, said: Decision) -> bool:
+    """True if the rules find nothing that holds the vehicle, nor anything to do, so there is nothing to get past."""
+    nothing = said.plan is None and said.analysis.wait is None
+    return nothing and scene.guidance is None and not loops(scene)
+
+
+def _asked(scene: Scene) -> GuidanceIntent:
+    reading = None if scene.guidance is None else scene.guidance.reading
+    return GuidanceIntent.UNCLEAR if reading is None else reading.intent
+
+
+def _cause(scene: Scene, numbers: Numbers, said: CauseCode | None) -> CauseCode:
+    """Return the cause: that of the rules if they know one, else the network's."""
+    if loops(scene):
+        return CauseCode.LOOP
+    if said not in (None, CauseCode.UNKNOWN):
+        return said
+    standing = [(logit, one) for logit, one in zip(numbers.cause, CAUSES, strict=True) if one is not CauseCode.LOOP]
+    return max(standing, key=lambda pair: pair[0])[1]
+
+
+def _participants(encoded: Encoded, numbers: Numbers) -> tuple[tuple[str, Intent], ...]:
+    best = numbers.intent[: len(encoded.ids)].argmax(axis=1)
+    found = [(name, INTENTS[k]) for name, k in zip(encoded.ids, best, strict=True)]
+    return tuple((name, intent) for name, intent in found if intent is not None)[:MOST_PARTICIPANTS]
+
+
+def _parse(text: str, scene: Scene) -> Decision:
+    """Return a recorded answer again as a decision."""
+    try:
+        return render(read_chain(text), scene)
+    except ChainError as error:
+        raise ReasonerError(str(error)) from error
+
+
+PARSERS[FORMAT] = _parse

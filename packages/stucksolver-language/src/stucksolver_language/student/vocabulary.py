@@ -1,0 +1,68 @@
+"""The names with which plans are written as numbers, derived from the registry of behaviours."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from stucksolver.plan.behaviors import REGISTRY, Behavior
+from stucksolver.scene.base_model import Model
+
+
+class Vocabulary(Model):
+    """Names of behaviours and of their parameters. A network keeps the one with which it was trained in its card.
+
+    Attributes:
+        behaviors: Names of behaviours.
+        numbers: Names of parameters that are numbers or yes-or-no.
+        choices: `name=value` of each value of a parameter that is a choice.
+    """
+
+    behaviors: tuple[str, ...]
+    numbers: tuple[str, ...]
+    choices: tuple[str, ...]
+
+    @property
+    def width(self) -> int:
+        """How many numbers describe one behaviour."""
+        return len(self.behaviors) + 2 * len(self.numbers) + len(self.choices)
+
+    def row(self, behavior: Behavior) -> list[float]:
+        """Return one behaviour as numbers: its name, each number with a 1 if it is given, and its choices.
+
+        Raises:
+            KeyError: The behaviour is not in the vocabulary.
+        """
+        if behavior.name not in self.behaviors:
+            raise KeyError(behavior.name)
+        given = behavior.model_dump()
+        values = [given.get(name) for name in self.numbers]
+        name = [float(behavior.name == one) for one in self.behaviors]
+        numbers = [part for v in values for part in ((0.0, 0.0) if v is None else (_scaled(float(v)), 1.0))]
+        choices = [float(given.get(key) == value) for key, _, value in (one.partition("=") for one in self.choices)]
+        return [*name, *numbers, *choices]
+
+
+def _scaled(value: float) -> float:
+    """Return a parameter (m, s or m/s, at most 150) as a number of the order of 1."""
+    return value / (abs(value) + 10.0) * 2.0
+
+
+def vocabulary() -> Vocabulary:
+    """Return the vocabulary of the present registry."""
+    fields = {(name, key): tuple(_parts(schema)) for name, key, schema in _fields()}
+    numbers = {k for (_, k), parts in fields.items() if any(p.get("type") in ("number", "boolean") for p in parts)}
+    choices = {f"{k}={v}" for (_, k), parts in fields.items() for p in parts for v in p.get("enum", ())}
+    return Vocabulary(behaviors=tuple(REGISTRY), numbers=tuple(sorted(numbers)), choices=tuple(sorted(choices)))
+
+
+def _fields() -> Iterator[tuple[str, str, dict[str, Any]]]:
+    for name, kind in REGISTRY.items():
+        for key, schema in kind.model_json_schema()["properties"].items():
+            if key != "name":
+                yield name, key, schema
+
+
+def _parts(schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    yield schema
+    yield from schema.get("anyOf", ())

@@ -1,0 +1,73 @@
+"""Reasoners by their words: what there is, one's own, and what is said of those that are not."""
+
+from __future__ import annotations
+
+import pytest
+
+from stucksolver.reasoners import Answer, Request, RuleReasoner
+from stucksolver.reasoners.factory import HELP, make_reasoner, sees
+from stucksolver.reasoners.registry import KINDS, Kind, ReasonerNameError, register
+from worlds import World, straight_road, thing
+
+
+class Mine:
+    """One as a user would write it."""
+
+    name = "mine"
+
+    def decide(self, request: Request) -> Answer:
+        return Answer(RuleReasoner().decide(request).decision, self.name)
+
+
+class Odd:
+    """A class that is no reasoner."""
+
+
+class Raises:
+    def __init__(self) -> None:
+        raise RuntimeError("no weights")
+
+
+def test_ones_own_is_named_by_module_and_class():
+    scene = World(straight_road(), [thing("car", 60.0)]).scene()
+    answer = make_reasoner(f"own:{__name__}:Mine").decide(Request(scene))
+    assert answer.reasoner == "mine"
+    assert answer.decision == RuleReasoner().decide(Request(scene)).decision
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        ("own:", "name a module and a class"),
+        ("own:no_such_module_here:Mine", "ModuleNotFoundError: No module named 'no_such_module_here'"),
+        (f"own:{__name__}:Nobody", "AttributeError"),
+        (f"own:{__name__}:Raises", "RuntimeError: no weights"),
+        (f"own:{__name__}:Odd", "has no name and no decide"),
+        ("rules:fast", "rules takes no 'fast'"),
+        ("recorded:", "names no folder"),
+        ("ruels", "unknown reasoner 'ruels': use rules, "),
+    ],
+)
+def test_what_cannot_be_made_is_said_with_the_reason(words, why):
+    with pytest.raises(ReasonerNameError, match=why):
+        make_reasoner(words)
+
+
+def test_the_help_names_every_kind_and_no_name_is_taken_twice():
+    assert all(kind.form in HELP for kind in KINDS.values())
+    with pytest.raises(ValueError, match="already a kind of reasoner named 'rules'"):
+        register(Kind("rules", "rules", lambda rest, exchanges: RuleReasoner()))
+
+
+@pytest.mark.parametrize(
+    ("words", "looks"),
+    [
+        ("rules", False),
+        ("rules, openai:m", True),
+        ("openai:m#pictures=off", False),
+        ("driver", False),
+        ("own:a:B", True),
+    ],
+)
+def test_pictures_are_rendered_only_for_who_looks_at_them(words, looks):
+    assert sees(words) is looks

@@ -1,0 +1,1 @@
+"""The passenger's page and HTTP API for talking to the car, outside the control loop."""

@@ -1,0 +1,7 @@
+"""Checks of `stucksolver doctor` on the passenger's page."""
+
+from __future__ import annotations
+
+from stucksolver.commands.doctor import Check, package
+
+CHECKS: tuple[Check, ...] = (package("fastapi", "the passenger's page", "passenger"),)

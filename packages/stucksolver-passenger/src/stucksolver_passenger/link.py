@@ -1,0 +1,109 @@
+"""The vehicle's end of the socket to the server. Nothing here ever makes the control loop wait."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from pathlib import Path
+
+from stucksolver_passenger.socket_frames import LENGTH_BYTES, Frame, FrameError, Topic, body_length, unpacked
+
+CONNECT_S = 5.0
+NEWEST_ONLY = frozenset({Topic.NOW, Topic.VIEW, Topic.PICTURE})
+CLOSE_S = 1.0
+"""Time for sending the rest when the link is closed."""
+
+
+class LinkError(RuntimeError):
+    """The server cannot be reached. The message says which address was tried."""
+
+
+class Link:
+    """Sends and receives frames. An unsent frame is replaced by a newer one of its kind.
+
+    `receive` is called by the link's own thread. If the server goes away, the link falls silent and the vehicle drives
+    on.
+
+    Raises:
+        LinkError: The server cannot be reached.
+    """
+
+    def __init__(self, address: Path, receive: Callable[[Frame], None]) -> None:
+        self._receive = receive
+        self._waiting: OrderedDict[object, Frame] = OrderedDict()
+        self._more = threading.Condition()
+        self._open = True
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self._socket.settimeout(CONNECT_S)
+        try:
+            self._socket.connect(str(address))
+        except OSError as error:
+            self._socket.close()
+            raise LinkError(f"no passenger server at {address}: {error}; start it first") from error
+        self._socket.settimeout(None)
+        self._sender = threading.Thread(target=self._send_all, name="passenger-send", daemon=True)
+        self._sender.start()
+        threading.Thread(target=self._receive_all, name="passenger-receive", daemon=True).start()
+
+    def send(self, frame: Frame) -> None:
+        """Queue a frame; returns at once."""
+        with self._more:
+            if not self._open:
+                return
+            newest = frame.topic in NEWEST_ONLY
+            self._waiting[(frame.topic, frame.vehicle) if newest else object()] = frame
+            self._more.notify()
+
+    def close(self) -> None:
+        """Send what is left and disconnect."""
+        with self._more:
+            self._open = False
+            self._more.notify()
+        self._sender.join(CLOSE_S)
+        self._hang_up()
+
+    def _send_all(self) -> None:
+        with contextlib.suppress(OSError):
+            while (frames := self._taken()) is not None:
+                self._socket.sendall(b"".join(frame.packed() for frame in frames))
+        self._drop()
+
+    def _taken(self) -> list[Frame] | None:
+        """Return the frames to send now, in order; None if the link is closed and nothing is left."""
+        with self._more:
+            while self._open and not self._waiting:
+                self._more.wait()
+            frames = list(self._waiting.values())
+            self._waiting.clear()
+            return frames or None
+
+    def _receive_all(self) -> None:
+        with contextlib.suppress(OSError, EOFError, FrameError):
+            while True:
+                self._receive(unpacked(self._read(body_length(self._read(LENGTH_BYTES)))))
+        self._drop()
+
+    def _read(self, count: int) -> bytes:
+        parts = []
+        while count:
+            part = self._socket.recv(min(count, 1 << 16))
+            if not part:
+                raise EOFError
+            parts.append(part)
+            count -= len(part)
+        return b"".join(parts)
+
+    def _drop(self) -> None:
+        """Stop sending."""
+        with self._more:
+            self._open = False
+            self._waiting.clear()
+            self._more.notify()
+
+    def _hang_up(self) -> None:
+        with contextlib.suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
+        self._socket.close()

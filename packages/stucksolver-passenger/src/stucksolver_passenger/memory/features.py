@@ -1,0 +1,149 @@
+"""Features that say when two scenes are alike: what blocks the way, and which ways are left."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from stucksolver.scene import (
+    MOTOR_VEHICLES,
+    VULNERABLE,
+    ControlKind,
+    LaneRelation,
+    LightState,
+    Scene,
+    SceneObject,
+)
+from stucksolver.scene.base_model import Model
+
+NEAR_M = 25.0
+"""Objects further ahead do not hold the vehicle up; the rules' own bound."""
+PEOPLE_M = 15.0
+"""People nearer than this count; the rules' own clearance."""
+LIGHT_M = 20.0
+"""A light further ahead does not hold the vehicle up; the rules' own bound."""
+BESIDE_M = 40.0
+"""How far ahead the lane beside is checked: about the distance to pass a car and return."""
+BEHIND_M = -5.0
+"""An object that begins more than a car's length behind the front bumper is not in the way."""
+STANDS_MPS = 0.5
+"""A slower object stands; the rules' own bound."""
+ALIKE_SHARE = 0.75
+"""This share of the soft features must agree: five of six do, four of six do not."""
+HARD = ("obstacle", "motion", "light")
+"""Features in which two scenes must agree, because each asks for another solution."""
+SOFT = ("hazard_lights", "left", "right", "oncoming", "people", "detour")
+
+
+class Motion(str, Enum):
+    """Motion of the obstacle along the route."""
+
+    NONE = "none"
+    STANDING = "standing"
+    AWAY = "away"
+    TOWARDS = "towards"
+    ACROSS = "across"
+
+
+class LaneState(str, Enum):
+    """State of a lane beside the ego."""
+
+    NONE = "none"
+    FREE = "free"
+    BUSY = "busy"
+    """It has a vehicle or a person in it that will move on."""
+    BLOCKED = "blocked"
+    """It has something in it that stays: an object, or a vehicle with hazard lights."""
+
+
+class SceneFeatures(Model):
+    """A scene without places, times, images or names: nothing in it says where or with whom it was.
+
+    Attributes:
+        obstacle: Kind of the nearest object in the path, or `none`.
+        light: State of the light ahead; `none` without one and for a green one, which holds nobody up.
+        people: True if a person, an animal or a cyclist is near ahead.
+        detour: True if another road leads to the destination from here.
+    """
+
+    obstacle: str
+    motion: Motion
+    light: str
+    hazard_lights: bool
+    left: LaneState
+    right: LaneState
+    oncoming: LaneState
+    people: bool
+    detour: bool
+
+
+def features_of(scene: Scene) -> SceneFeatures:
+    """The features of a scene."""
+    lead = next(iter(scene.in_path_ahead(NEAR_M)), None)
+    return SceneFeatures(
+        obstacle="none" if lead is None else lead.kind.value,
+        motion=_motion(lead),
+        light=_light(scene),
+        hazard_lights=lead is not None and bool(lead.hazard_lights),
+        left=_lane(scene, LaneRelation.LEFT),
+        right=_lane(scene, LaneRelation.RIGHT),
+        oncoming=_lane(scene, LaneRelation.ONCOMING),
+        people=any(o.kind in VULNERABLE and 0.0 < (o.gap_m or 0.0) < PEOPLE_M for o in scene.objects),
+        detour=_detour(scene),
+    )
+
+
+def similarity(one: SceneFeatures, other: SceneFeatures) -> float:
+    """Return the similarity from 0 (nothing in common, or another obstacle) to 1 (all features agree)."""
+    if any(getattr(one, name) != getattr(other, name) for name in HARD):
+        return 0.0
+    agreeing = [name for name in SOFT if getattr(one, name) == getattr(other, name)]
+    return len(agreeing) / len(SOFT)
+
+
+def alike(one: SceneFeatures, other: SceneFeatures) -> bool:
+    """True if what was learned in one scene counts in the other."""
+    return similarity(one, other) >= ALIKE_SHARE
+
+
+def _motion(lead: SceneObject | None) -> Motion:
+    if lead is None:
+        return Motion.NONE
+    if abs(lead.speed_across_mps) > max(STANDS_MPS, abs(lead.speed_along_mps)):
+        return Motion.ACROSS
+    if abs(lead.speed_along_mps) <= STANDS_MPS:
+        return Motion.STANDING
+    return Motion.AWAY if lead.speed_along_mps > 0.0 else Motion.TOWARDS
+
+
+def _light(scene: Scene) -> str:
+    for control in scene.controls:
+        ahead = control.applies is not False and -1.0 < control.distance_m < LIGHT_M
+        light = control.kind is ControlKind.TRAFFIC_LIGHT and control.state not in (None, LightState.GREEN)
+        if ahead and light and control.state is not None:
+            return control.state.value
+    return "none"
+
+
+def _lane(scene: Scene, where: LaneRelation) -> LaneState:
+    lane = next((one for one in scene.lanes if one.relation is where), None)
+    if lane is None:
+        return LaneState.NONE
+    there = [o for o in scene.objects if o.lane_id == lane.id and _beside(o)]
+    if any(_stays(o) for o in there):
+        return LaneState.BLOCKED
+    return LaneState.BUSY if there else LaneState.FREE
+
+
+def _beside(o: SceneObject) -> bool:
+    return o.gap_m is not None and BEHIND_M < o.gap_m < BESIDE_M
+
+
+def _stays(o: SceneObject) -> bool:
+    """True if it will be there however long one waits."""
+    goes_on = o.kind in MOTOR_VEHICLES | VULNERABLE and not o.hazard_lights
+    return not goes_on and abs(o.speed_along_mps) <= STANDS_MPS
+
+
+def _detour(scene: Scene) -> bool:
+    known = {lane.id for lane in scene.lanes}
+    return any(w.reaches_destination and w.lane_id not in known for w in scene.waypoints)

@@ -1,0 +1,192 @@
+"""Makes episodes from a solver's events: what was tried in an intervention, for which words, and how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from stucksolver.scene import Guidance
+from stucksolver.solver import Event, EventKind, QuestionKind
+from stucksolver_passenger.memory.features import SceneFeatures, features_of
+from stucksolver_passenger.memory.solution import Solution, solution_of
+from stucksolver_passenger.memory.tried_solution import Ending, Episode
+
+HOW_CHARACTERS = 300
+CREDITED_WITHIN_S = 60.0
+"""A recovery later than this after a plan's end is not credited to the plan: the evaluation's bound for a recovery."""
+
+
+@dataclass
+class Trial:
+    """One solution in the open intervention. `begun_s` is when its plan was last begun; None before that."""
+
+    scene: SceneFeatures
+    solution: Solution
+    words: Guidance | None
+    behaviors: tuple[str, ...]
+    proposer: str
+    begun_s: float | None = None
+    ended_s: float | None = None
+    finished: bool = False
+    """True if its plan finished when it was last begun."""
+    ending: Ending = Ending.REFUSED
+    how: str = ""
+
+
+@dataclass
+class Intervention:
+    """What has happened since the intervention began. `last` is the trial whose plan was begun last."""
+
+    trials: dict[tuple[Solution, bool], Trial] = field(default_factory=dict)
+    words: tuple[Guidance, SceneFeatures] | None = None
+    """The last words that asked for something, with the scene in which nothing could be done for them."""
+    decided: Trial | None = None
+    last: Trial | None = None
+    questions: int = 0
+
+
+class Observer:
+    """Receives a solver's events, and passes the episodes of each intervention to `keep` when it is over.
+
+    It is called from the control loop and does nothing that takes time. `now_s` returns the seconds since 1970.
+    """
+
+    def __init__(self, vehicle: str, keep: Callable[[Episode], None], now_s: Callable[[], float]) -> None:
+        self._vehicle = vehicle
+        self._keep = keep
+        self._now_s = now_s
+        self._under_way = Intervention()
+
+    def hear(self, event: Event) -> None:
+        """Receive one event."""
+        told = _TOLD.get(event.kind)
+        if told is not None:
+            told(self, event)
+
+    def close(self) -> None:
+        """End the drive. A plan that has not got the vehicle moving has failed; one that still runs is unfinished."""
+        self._write()
+
+    # ---- events
+
+    def _decided(self, event: Event) -> None:
+        if event.scene is None or event.decision is None:
+            return
+        plan, words = event.decision.plan, event.scene.guidance
+        solution = None if plan is None else solution_of(plan)
+        if plan is None or solution is None:
+            if words is not None:
+                self._under_way.words = (words, features_of(event.scene))
+            return
+        key = (solution, words is not None)
+        trial = self._under_way.trials.get(key)
+        if trial is None:
+            names = tuple(b.name for b in plan.behaviors)
+            trial = Trial(features_of(event.scene), solution, words, names, event.reasoner or "")
+            self._under_way.trials[key] = trial
+        if event.verdict is not None and not event.verdict.accepted:
+            trial.how = str(event.verdict)
+        self._under_way.decided = trial
+
+    def _started(self, event: Event) -> None:
+        trial = self._under_way.decided
+        if trial is None:
+            self._under_way.last = None  # the way to the roadside
+            return
+        trial.begun_s, trial.ended_s, trial.finished = event.time_s, None, False
+        trial.ending, trial.how = Ending.UNFINISHED, ""
+        self._under_way.last = trial
+
+    def _ended(self, event: Event) -> None:
+        trial = self._under_way.last
+        if trial is not None and trial.ending is Ending.UNFINISHED:
+            trial.ending, trial.how, trial.ended_s = Ending.FAILED, event.text, event.time_s
+            trial.finished = event.kind is EventKind.FINISHED
+
+    def _recovered(self, event: Event) -> None:
+        """Credit the plan that was begun last, unless it was given up or ended long ago."""
+        trial = self._under_way.last
+        if trial is None:
+            return
+        running = trial.ending is Ending.UNFINISHED
+        late = trial.ended_s is not None and event.time_s - trial.ended_s > CREDITED_WITHIN_S
+        if running or (trial.finished and not late):
+            trial.ending, trial.how, trial.ended_s = Ending.WORKED, event.text, event.time_s
+
+    def _useless(self, event: Event) -> None:
+        trial = self._under_way.last
+        if trial is not None and trial.ending is Ending.FAILED:
+            trial.how, trial.finished = event.text, False
+
+    def _asked(self, event: Event) -> None:
+        if event.question is not None and event.question.kind is not QuestionKind.ASSISTANCE:
+            self._under_way.questions += 1
+
+    def _denied(self, event: Event) -> None:
+        trial = self._under_way.decided
+        if event.answer is False and trial is not None and trial.begun_s is None:
+            trial.how = event.text
+
+    def _stopped(self, event: Event) -> None:
+        """Help was called: nothing that was tried before got the vehicle moving."""
+        self._under_way.last = None
+
+    def _closed(self, event: Event) -> None:
+        trial = self._under_way.last
+        if trial is not None and trial.finished and trial.words is not None:
+            # A request carried out while the vehicle was not immobilized: there is nothing to recover from.
+            trial.ending = Ending.WORKED
+        self._write()
+
+    # ---- writing
+
+    def _write(self) -> None:
+        under_way, self._under_way = self._under_way, Intervention()
+        at_s = self._now_s()
+        for trial in under_way.trials.values():
+            self._keep(self._episode(trial, under_way, at_s))
+        if under_way.words is not None and not any(t.words is not None for t in under_way.trials.values()):
+            words, scene = under_way.words
+            self._keep(
+                Episode(
+                    at_s=at_s,
+                    vehicle=self._vehicle,
+                    scene=scene,
+                    text=words.text,
+                    reading=words.reading,
+                    ending=Ending.REFUSED,
+                    how="nothing was found to do",
+                    questions=under_way.questions,
+                )
+            )
+
+    def _episode(self, trial: Trial, under_way: Intervention, at_s: float) -> Episode:
+        begun, ended = trial.begun_s, trial.ended_s
+        return Episode(
+            at_s=at_s,
+            vehicle=self._vehicle,
+            scene=trial.scene,
+            text="" if trial.words is None else trial.words.text,
+            reading=None if trial.words is None else trial.words.reading,
+            solution=trial.solution,
+            behaviors=trial.behaviors,
+            proposer=trial.proposer[:100],
+            ending=trial.ending,
+            how=trial.how[:HOW_CHARACTERS],
+            questions=under_way.questions,
+            took_s=None if begun is None or ended is None else round(ended - begun, 2),
+        )
+
+
+_TOLD: dict[EventKind, Callable[[Observer, Event], None]] = {
+    EventKind.DECIDED: Observer._decided,
+    EventKind.STARTED: Observer._started,
+    EventKind.FINISHED: Observer._ended,
+    EventKind.ABORTED: Observer._ended,
+    EventKind.RECOVERED: Observer._recovered,
+    EventKind.USELESS: Observer._useless,
+    EventKind.ASKED: Observer._asked,
+    EventKind.ANSWERED: Observer._denied,
+    EventKind.STOPPED: Observer._stopped,
+    EventKind.CLOSED: Observer._closed,
+}

@@ -1,0 +1,63 @@
+"""An episode: one solution that was tried in one intervention."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from pydantic import Field
+
+from stucksolver.scene import MAX_WORDS, Reading
+from stucksolver.scene.base_model import Model
+from stucksolver_passenger.memory.features import SceneFeatures
+from stucksolver_passenger.memory.solution import Solution
+
+
+class Ending(str, Enum):
+    """How it ended."""
+
+    WORKED = "worked"
+    """It was executed last, and the vehicle recovered."""
+    FAILED = "failed"
+    """It was given up, or executed without the vehicle moving on."""
+    REFUSED = "refused"
+    """The guard, or a person whose approval it needed, refused it."""
+    UNFINISHED = "unfinished"
+    """The drive ended first: its result is unknown."""
+
+
+COUNTED = frozenset({Ending.WORKED, Ending.FAILED, Ending.REFUSED})
+"""Endings that count for or against a solution."""
+
+
+class Episode(Model):
+    """One solution that was tried, and how it ended.
+
+    Attributes:
+        at_s: Time in seconds since 1970.
+        vehicle: The vehicle's name in its stack.
+        scene: Features of the scene.
+        text: The passenger's words for it; empty if the vehicle tried it by itself.
+        reading: How the words were understood; None without words.
+        solution: None if nothing was tried in spite of the words.
+        proposer: Name of the reasoner.
+        questions: Number of questions to people in the intervention before it ended.
+    """
+
+    at_s: float
+    vehicle: str = Field(max_length=40)
+    scene: SceneFeatures
+    text: str = Field(default="", max_length=MAX_WORDS)
+    reading: Reading | None = None
+    solution: Solution | None = None
+    behaviors: tuple[str, ...] = ()
+    proposer: str = Field(default="", max_length=100)
+    ending: Ending
+    how: str = Field(default="", max_length=300)
+    questions: int = Field(default=0, ge=0)
+    took_s: float | None = None
+    """From the start of the plan to its end or the recovery (s, the vehicle's clock)."""
+
+    @property
+    def guided(self) -> bool:
+        """True if it followed a passenger's words."""
+        return self.reading is not None

@@ -1,0 +1,44 @@
+"""Ready answers: what a passenger may want to say in this situation, one press each."""
+
+from __future__ import annotations
+
+from stucksolver.scene import Scene
+from stucksolver.solver import Question, QuestionKind
+from stucksolver.solver.state_machine.state import Executing, State
+from stucksolver_passenger.api_types import AnswerKind, ReadyAnswer
+
+STOP_WORDS = "stop"
+"""What the button Stop says to the solver. In every situation it is read as a call to stay."""
+YES = ReadyAnswer(does=AnswerKind.YES, label="Yes")
+NO = ReadyAnswer(does=AnswerKind.NO, label="No")
+
+
+def _says(label: str, words: str | None = None) -> ReadyAnswer:
+    return ReadyAnswer(does=AnswerKind.SAY, label=label, says=words or label)
+
+
+WAIT = _says("Please wait")
+ROUND = _says("Please go round it")
+OVERTAKE = _says("Please overtake them")
+BEHIND = _says("Stay behind them")
+OTHER_WAY = _says("Please take another way")
+PULL_OVER = _says("Please pull over")
+DRIVE_ON = _says("Please drive on")
+NEVER_MIND = _says("Never mind, stop that")
+ALL = (WAIT, ROUND, OVERTAKE, BEHIND, OTHER_WAY, PULL_OVER, DRIVE_ON, NEVER_MIND)
+NEAR_M = 45.0
+MOVING_MPS = 0.5
+
+
+def ready_answers(state: State, question: Question | None, scene: Scene | None) -> tuple[ReadyAnswer, ...]:
+    """Return the answers to the passenger's open question, or else what may be asked for now."""
+    if question is not None and question.to == "passenger" and question.kind is not QuestionKind.ADVICE:
+        return (YES, NO)
+    if isinstance(state.activity, Executing):
+        return (NEVER_MIND,)
+    ahead = () if scene is None else scene.in_path_ahead(NEAR_M)
+    if not ahead:
+        return (PULL_OVER,) if question is None else (WAIT, DRIVE_ON, OTHER_WAY)
+    if ahead[0].speed_along_mps > MOVING_MPS:
+        return (OVERTAKE, BEHIND)
+    return (ROUND, WAIT, OTHER_WAY)

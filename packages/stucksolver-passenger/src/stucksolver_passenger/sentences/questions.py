@@ -1,0 +1,41 @@
+"""Questions to people."""
+
+from __future__ import annotations
+
+from stucksolver.solver import Question, QuestionKind
+from stucksolver_passenger.sentences.plans import BEHAVIORS, will
+
+NEEDS: dict[str, str] = {
+    "solid_line": "I would cross a solid line.",
+    "emergency_scene": "I would pass a stopped emergency vehicle.",
+    "school_bus": "I would pass a school bus.",
+    "level_crossing": "I would cross a level crossing.",
+    "flagger": "I would pass someone who directs the traffic.",
+    "red_light": "I would drive through a red light.",
+    "borrow_oncoming_lane": "I would use the lane of the oncoming traffic.",
+}
+"""What a yes would release beyond the plan's own words: the guard's rules, and what deserves a warning."""
+
+ADVICE = "I cannot get any further by myself. What shall I do?"
+ASSISTANCE = "I have stopped, and I need help. May I try again?"
+
+
+def needed(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return a sentence for each thing that a yes would release.
+
+    Raises:
+        KeyError: There is no sentence for a name.
+    """
+    unknown = [name for name in names if name not in NEEDS and name not in BEHAVIORS]
+    if unknown:
+        raise KeyError(f"nothing is said of {', '.join(unknown)}: add it to NEEDS")
+    return tuple(NEEDS[name] for name in names if name in NEEDS)
+
+
+def asked(question: Question) -> str:
+    """Return the question in words for people, made from its plan and codes; its own text is the solver's."""
+    if question.kind is QuestionKind.ADVICE:
+        return ADVICE
+    if question.kind is QuestionKind.ASSISTANCE or question.plan is None:
+        return ASSISTANCE
+    return " ".join((f"May I {will(question.plan)}?", *needed(question.needs)))

@@ -1,0 +1,51 @@
+"""Sentences that say why the car waits, and what blocks it."""
+
+from __future__ import annotations
+
+from stucksolver.plan import CauseCode, WaitReason
+from stucksolver.scene import Scene
+from stucksolver_passenger.sentences.nouns import SOMETHING, capital, noun
+
+WAITS: dict[WaitReason, tuple[str, str]] = {
+    WaitReason.AT_DESTINATION: ("We are there.", "I stay here."),
+    WaitReason.LIGHT: ("I am waiting for the red light.", "I will drive on when it is green."),
+    WaitReason.STOP_SIGN: ("I am stopping for the stop sign.", "I will drive on when the way is free."),
+    WaitReason.QUEUE: ("I am waiting in a queue.", "I will move up when it moves."),
+    WaitReason.PEOPLE: ("I am waiting for people on the road.", "I will drive on when they are out of the way."),
+    WaitReason.YIELD: ("I am giving way.", "I will drive on when the others have passed."),
+    WaitReason.UNKNOWN_STOPPED: (
+        "{Thing} has stopped in front of me.",
+        "I will watch for a moment whether it drives on by itself.",
+    ),
+    WaitReason.NO_SAFE_WAY: ("{Thing} is in my way, and I see no safe way past it.", "I will keep looking for one."),
+}
+"""What is going on, and what comes next."""
+
+CAUSES: dict[CauseCode, str] = {
+    CauseCode.PARKED_VEHICLE: "A parked {bare} blocks my lane.",
+    CauseCode.DISABLED_VEHICLE: "A broken-down {bare} blocks my lane.",
+    CauseCode.STATIC_OBSTACLE: "{Thing} blocks my lane.",
+    CauseCode.BLOCKED_ROAD: "The road ahead is blocked.",
+    CauseCode.LOOP: "I have been past here before and am making no progress.",
+    CauseCode.UNKNOWN: "I am making no progress, and I do not know why.",
+}
+NEAR_M = 60.0
+"""Objects further ahead do not hold the car up."""
+
+
+def waiting(reason: WaitReason, scene: Scene | None) -> tuple[str, str]:
+    """Return what the car waits for, and what it will do then."""
+    now, then = WAITS[reason]
+    return _filled(now, scene), _filled(then, scene)
+
+
+def blocked_by(cause: CauseCode | None, scene: Scene | None) -> str:
+    """Return what immobilizes the car."""
+    return _filled(CAUSES[cause or CauseCode.UNKNOWN], scene)
+
+
+def _filled(text: str, scene: Scene | None) -> str:
+    ahead = () if scene is None else scene.in_path_ahead(NEAR_M)
+    thing = noun(ahead[0].kind) if ahead else SOMETHING
+    bare = thing.partition(" ")[2] if thing.startswith(("a ", "an ")) else "vehicle"
+    return text.format(Thing=capital(thing), bare=bare)

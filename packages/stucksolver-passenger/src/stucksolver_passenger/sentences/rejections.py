@@ -1,0 +1,98 @@
+"""Sentences that say why the car cannot do something, and when it will try again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stucksolver.guard import Verdict
+from stucksolver.scene import PlanFailure, RejectCode, Scene
+from stucksolver_passenger.sentences.nouns import noun_of
+
+PASSED = "I will try when it has passed."
+GONE = "I will try when it is out of the way."
+AGAIN = "I will look again in a moment."
+OTHERWISE = "I will look for another way."
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """`why` completes "I can't: ..."; `then` says what follows. `{who}` is who or what is in the way."""
+
+    why: str
+    then: str
+
+
+REFUSALS: dict[RejectCode, Refusal] = {
+    RejectCode.STALE: Refusal("I do not see well enough at the moment", "I will try when I see clearly again."),
+    RejectCode.UNSOUND: Refusal("what I see does not add up at the moment", "I will try when I see clearly again."),
+    RejectCode.PRECONDITION: Refusal("that cannot be done here", OTHERWISE),
+    RejectCode.APPROVAL: Refusal("it would not be safe at the moment", AGAIN),  # otherwise an approval is asked for
+    RejectCode.NO_PATH: Refusal("there is no room for it here", OTHERWISE),
+    RejectCode.COLLISION: Refusal("{who} is in the way", GONE),
+    RejectCode.GAP: Refusal("{who} is too close", "I will try when there is more room."),
+    RejectCode.CLEARANCE: Refusal("{who} would be too close to me", "I will try when there is more room."),
+    RejectCode.RED_LIGHT: Refusal("the light is red", "I will drive when it is green."),
+    RejectCode.STOP_LINE: Refusal("I have to stop at the line first", "I will try after that."),
+    RejectCode.ONCOMING_SIGHT: Refusal("I cannot see far enough ahead to use the other lane", AGAIN),
+    RejectCode.ONCOMING_GAP: Refusal("{who} is coming", PASSED),
+    RejectCode.LANE_ENTRY: Refusal("{who} is coming up in that lane", PASSED),
+    RejectCode.ZONE: Refusal("I would have to stop on a junction or a crossing", OTHERWISE),
+    RejectCode.SOLID_LINE: Refusal("there is a solid line", OTHERWISE),
+    RejectCode.OFF_LANES: Refusal("I would have to leave the lanes", OTHERWISE),
+    RejectCode.OFF_ROAD: Refusal("I would have to leave the road", OTHERWISE),
+    RejectCode.DOOR: Refusal("a car door may open there", "I will try when there is more room."),
+    RejectCode.OFF_ROUTE: Refusal("that leads too far away from our route", OTHERWISE),
+    RejectCode.AUTHORITY: Refusal("only the operator may allow that", OTHERWISE),
+    RejectCode.WAIT_FIRST: Refusal("{who} may drive on by itself", AGAIN),
+    RejectCode.NOT_PASSABLE: Refusal("I am not sure that it is safe to drive over it", OTHERWISE),
+    RejectCode.LEAVES_LANE: Refusal("there is no room for it in my lane", OTHERWISE),
+    RejectCode.STOPPING_PLACE: Refusal("I must not stop there", OTHERWISE),
+    RejectCode.UNSEEN: Refusal("I cannot see whether the way is free", AGAIN),
+    RejectCode.NO_ABORT: Refusal("I could not stop safely on the way", AGAIN),
+    RejectCode.OVERSPEED: Refusal("I would have to drive too fast", OTHERWISE),
+    RejectCode.DEVIATION: Refusal("I did not keep to the path that I had checked", OTHERWISE),
+    RejectCode.TIMEOUT: Refusal("it took too long", OTHERWISE),
+    RejectCode.NOT_IMMOBILIZED: Refusal("I am already moving again", "I will just drive on."),
+    RejectCode.REPEATED: Refusal("I have tried that here, and it did not work", OTHERWISE),
+}
+
+FAILURES: dict[PlanFailure, str] = {
+    PlanFailure.PRECONDITION: "that cannot be done here",
+    PlanFailure.EMPTY: "I have no plan for that",
+    PlanFailure.NOT_SEEN: "I do not see it any more",
+    PlanFailure.NOT_IN_THE_WAY: "there is nothing in my way",
+    PlanFailure.NOT_LEADING: "nobody drives ahead of me",
+    PlanFailure.NO_LANE: "there is no lane there",
+    PlanFailure.NOT_OUR_LANE: "that lane belongs to oncoming traffic",
+    PlanFailure.LANE_TOO_NARROW: "the other lane is too narrow",
+    PlanFailure.NO_ROOM_TO_TURN: "the road is too narrow to turn round in",
+    PlanFailure.NO_ROOM_ASIDE: "there is no room to move aside",
+    PlanFailure.NO_ROOM_TO_SWING_OUT: "I am too close to swing out",
+    PlanFailure.NO_ROOM_TO_COME_BACK: "there is no room to return to my lane",
+    PlanFailure.TOO_LONG: "it would take too long to get past",
+    PlanFailure.MUST_STAND: "I have to stop first",
+}
+"""They complete "I can't: ..." if there is no path (`RejectCode.NO_PATH`)."""
+
+
+def can_not(verdict: Verdict, scene: Scene | None) -> str:
+    """Return why not, and what follows: `I can't: a truck is coming. I will try when it has passed.`
+
+    Of several reasons the first one is given; the guard's checks begin with the plainest.
+
+    Raises:
+        ValueError: The verdict rejects nothing.
+    """
+    if not verdict.rejects:
+        raise ValueError("the verdict rejects nothing; ask only of one that does")
+    first = verdict.rejects[0]
+    refusal = REFUSALS[first.code]
+    why = refusal.why if first.failure is None else FAILURES[first.failure]
+    return f"I can't: {why.format(who=noun_of(first.object_id, scene))}. {refusal.then}"
+
+
+def given_up(codes: tuple[RejectCode, ...]) -> str:
+    """Return why a running manoeuvre was ended; without codes a person wanted it."""
+    if not codes:
+        return "I have ended that."
+    return f"I have ended that: {REFUSALS[codes[0]].why.format(who='somebody')}."

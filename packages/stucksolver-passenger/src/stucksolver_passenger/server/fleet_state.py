@@ -1,0 +1,176 @@
+"""The server's state of all vehicles: the newest of everything, and who waits for what."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from stucksolver_passenger.api_types import Call, Command, Now, Outcome
+from stucksolver_passenger.socket_frames import Frame, Topic
+
+OUTCOME_S = 3.0
+"""Time for a vehicle to report the result of a command."""
+HELP_CALLS = 50
+"""Number of calls for help that are kept."""
+VEHICLES = 500
+"""Number of vehicles known at once; one that has left is dropped first."""
+UNREACHABLE = "The car does not answer at the moment. Please try again."
+SHOWN = (Topic.SCENERY, Topic.NOW, Topic.VIEW, Topic.PICTURE)
+
+
+@dataclass
+class Vehicle:
+    """One vehicle. `shown` has the newest payload of each topic, a picture in base64, with an increasing number."""
+
+    id: str
+    name: str
+    write: Callable[[bytes], None] | None
+    """Sends to its process; None after it has left."""
+    shown: dict[Topic, tuple[int, str]] = field(default_factory=dict)
+    asked: tuple[str, float] | None = None
+    """Id of the open question to the operator, and since when."""
+
+    @property
+    def now(self) -> Now | None:
+        """Its present state; None before its first report."""
+        told = self.shown.get(Topic.NOW)
+        return None if told is None else Now.model_validate_json(told[1])
+
+
+class Board:
+    """Used by one event loop only."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._vehicles: OrderedDict[str, Vehicle] = OrderedDict()
+        self._numbers = 0
+        self._outcomes: dict[int, asyncio.Future[Outcome]] = {}
+        self._help: OrderedDict[str, tuple[str, str, float]] = OrderedDict()
+        """By the call's id: vehicle, words, since when."""
+        self._changed = asyncio.Event()
+
+    # ---- called by vehicles
+
+    def take(self, frame: Frame, write: Callable[[bytes], None]) -> None:
+        """Take a frame from a vehicle's process; `write` sends to it."""
+        if frame.topic is Topic.HELLO:
+            self._join(frame, write)
+            return
+        vehicle = self._vehicles.get(frame.vehicle)
+        if vehicle is None:
+            return
+        if frame.topic is Topic.OUTCOME:
+            outcome = Outcome.model_validate_json(frame.payload)
+            waiting = self._outcomes.pop(outcome.number, None)
+            if waiting is not None and not waiting.done():
+                waiting.set_result(outcome)
+        elif frame.topic is Topic.BYE:
+            vehicle.write = None
+        elif frame.topic in SHOWN:
+            image = frame.topic is Topic.PICTURE
+            self._show(vehicle, frame.topic, (base64.b64encode(frame.payload) if image else frame.payload).decode())
+
+    def lost(self, write: Callable[[bytes], None]) -> None:
+        """A process has disconnected: its vehicles can no longer be reached."""
+        for vehicle in self._vehicles.values():
+            if vehicle.write is write:
+                vehicle.write = None
+
+    def _join(self, frame: Frame, write: Callable[[bytes], None]) -> None:
+        self._vehicles.pop(frame.vehicle, None)
+        self._vehicles[frame.vehicle] = Vehicle(frame.vehicle, frame.payload.decode("utf-8", "replace")[:80], write)
+        gone = [one.id for one in self._vehicles.values() if one.write is None]
+        for name in gone[: max(len(self._vehicles) - VEHICLES, 0)]:
+            del self._vehicles[name]
+
+    def _show(self, vehicle: Vehicle, topic: Topic, payload: str) -> None:
+        self._numbers += 1
+        vehicle.shown[topic] = (self._numbers, payload)
+        if topic is Topic.NOW:
+            now = vehicle.now
+            question = None if now is None else now.question
+            if question is None or question.to != "operator":
+                vehicle.asked = None
+            elif vehicle.asked is None or vehicle.asked[0] != question.id:
+                vehicle.asked = (question.id, self._clock())
+        changed, self._changed = self._changed, asyncio.Event()
+        changed.set()
+
+    # ---- called by people
+
+    def vehicle(self, vehicle_id: str) -> Vehicle | None:
+        """Return a vehicle that is or was here."""
+        return self._vehicles.get(vehicle_id)
+
+    @property
+    def vehicles(self) -> tuple[Vehicle, ...]:
+        """Return all of them, in the order of arrival."""
+        return tuple(self._vehicles.values())
+
+    async def change(self) -> None:
+        """Wait until any vehicle has shown something new."""
+        await self._changed.wait()
+
+    def number(self) -> int:
+        """Return a number for the next command."""
+        self._numbers += 1
+        return self._numbers
+
+    async def command(self, vehicle: Vehicle, command: Command) -> Outcome:
+        """Pass a command to its vehicle, and wait briefly for its result."""
+        if vehicle.write is None:
+            return Outcome(number=command.number, taken=False, told="This ride is over.")
+        waiting: asyncio.Future[Outcome] = asyncio.get_running_loop().create_future()
+        self._outcomes[command.number] = waiting
+        vehicle.write(Frame(Topic.COMMAND, vehicle.id, command.model_dump_json().encode()).packed())
+        try:
+            return await asyncio.wait_for(waiting, OUTCOME_S)
+        except asyncio.TimeoutError:
+            return Outcome(number=command.number, taken=False, told=UNREACHABLE)
+        finally:
+            self._outcomes.pop(command.number, None)
+
+    # ---- the operators' queue
+
+    def call_for_help(self, vehicle: Vehicle, text: str) -> None:
+        """Take a passenger's call; a vehicle has one call at a time."""
+        if all(other != vehicle.id for other, _, _ in self._help.values()):
+            self._help[f"h{self.number()}"] = (vehicle.id, text, self._clock())
+        while len(self._help) > HELP_CALLS:
+            self._help.popitem(last=False)
+
+    def close_call(self, call_id: str) -> bool:
+        """Close a call for help. Returns False if there is none with this id."""
+        return self._help.pop(call_id, None) is not None
+
+    def queue(self) -> tuple[Call, ...]:
+        """Return what waits for an operator, the longest waiting first."""
+        now_s = self._clock()
+        calls = [
+            Call(id=key, vehicle=who, name=self._name(who), kind="help", text=text, waiting_s=round(now_s - since_s, 1))
+            for key, (who, text, since_s) in self._help.items()
+        ]
+        for one in self._vehicles.values():
+            now = one.now if one.asked is not None and one.write is not None else None
+            if now is None or now.question is None or one.asked is None:
+                continue
+            calls.append(
+                Call(
+                    id=f"{one.id}:{now.question.id}",
+                    vehicle=one.id,
+                    name=one.name,
+                    kind="question",
+                    text=f"{now.thought} {now.question.text}",
+                    waiting_s=round(now_s - one.asked[1], 1),
+                    question_id=now.question.id,
+                )
+            )
+        return tuple(sorted(calls, key=lambda call: -call.waiting_s))
+
+    def _name(self, vehicle_id: str) -> str:
+        vehicle = self._vehicles.get(vehicle_id)
+        return vehicle_id if vehicle is None else vehicle.name

@@ -1,0 +1,146 @@
+"""Runs the server in its own process."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import multiprocessing
+import os
+import socket
+import tempfile
+import threading
+from dataclasses import dataclass
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import TracebackType
+
+from stucksolver.interrupts import uninterrupted
+from stucksolver_passenger.access_tokens import Tokens
+from stucksolver_passenger.server.options import PageOptions
+
+START_S = 30.0
+LEAVE_S = 5.0
+NICE = 10
+"""Added to the server's niceness: fifty pages that reload must not delay the control loop on the same cores."""
+HUB = "desk"
+"""Name of the socket in its folder."""
+
+
+class ServerDied(RuntimeError):
+    """The server's process ended unexpectedly. The message says when."""
+
+
+@dataclass(frozen=True)
+class _Told:
+    """The arguments of the server's process."""
+
+    options: PageOptions
+    address: Path
+    secret: bytes
+
+
+class PassengerServer:
+    """Starts the server when entered and ends it when left. The server also ends when this process does.
+
+    Raises:
+        PageError: It cannot listen.
+        ServerDied: Its process ended unexpectedly.
+    """
+
+    def __init__(self, options: PageOptions | None = None, tokens: Tokens | None = None) -> None:
+        self.options = options or PageOptions()
+        self.options.check()
+        self.tokens = tokens or Tokens()
+        self._folder = tempfile.TemporaryDirectory(prefix="stucksolver-")  # mode 0700: nobody else may enter
+        self.address = Path(self._folder.name) / HUB
+        """The address for desks."""
+        self.port = 0
+        self._process: multiprocessing.process.BaseProcess | None = None
+        self._ours: Connection | None = None
+
+    def url(self, token: str) -> str:
+        """Return the page's address. The token is behind the #, a part that a browser never sends to a server."""
+        return f"{self.options.scheme}://{self.options.addresses(self.port)[0]}/#{token}"
+
+    def __enter__(self) -> PassengerServer:
+        listening = self.options.bound()
+        self.port = int(listening.getsockname()[1])
+        context = multiprocessing.get_context("spawn")
+        self._ours, theirs = context.Pipe()
+        told = _Told(self.options, self.address, self.tokens.secret)
+        self._process = context.Process(target=_serve, args=(told, listening, theirs), daemon=True)
+        # Ctrl-C is handled by us: we end the server.
+        resource_tracker.ensure_running()
+        with uninterrupted():
+            self._process.start()
+        theirs.close()
+        listening.close()
+        try:
+            ready = self._ours.poll(START_S) and self._ours.recv()
+        except EOFError:
+            ready = False
+        if not ready:
+            self.close()
+            raise ServerDied("the passenger server ended at its start; what it printed says why")
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the server."""
+        process = self._process
+        if process is not None and process.is_alive():
+            process.terminate()
+            process.join(LEAVE_S)
+            if process.is_alive():
+                process.kill()
+                process.join()
+        if self._ours is not None:
+            self._ours.close()
+        self._folder.cleanup()
+
+
+def _serve(told: _Told, listening: socket.socket, theirs: Connection) -> None:
+    """The body of the server's process."""
+    os.nice(NICE)
+    threading.Thread(target=_end_with_parent, args=(theirs,), daemon=True).start()
+    asyncio.run(_serving(told, listening, theirs))
+
+
+async def _serving(told: _Told, listening: socket.socket, theirs: Connection) -> None:
+    from stucksolver_passenger.server.access import Sharing
+    from stucksolver_passenger.server.app import make_app
+    from stucksolver_passenger.server.fleet_state import Board
+    from stucksolver_passenger.server.http_server import limits_here, make_server, serve, tls_of
+    from stucksolver_passenger.server.request_filter import Doors
+    from stucksolver_passenger.server.vehicle_socket import Hub
+
+    options, board, tokens = told.options, Board(), Tokens(told.secret)
+    app = make_app(board, tokens, Hub(board, told.address), options.drawing, options.recognizer)
+    hosts = frozenset(options.addresses(int(listening.getsockname()[1])))
+    doors = Doors(
+        app, hosts, options.scheme, compiles=options.recognizer is not None, shares=Sharing(tokens).of_request
+    )
+    tls = None if options.cert is None or options.key is None else tls_of(str(options.cert), str(options.key))
+    server = make_server(doors, limits_here(), tls)
+    telling = asyncio.create_task(_tell_when_up(server, theirs))
+    await serve(server, [listening])
+    telling.cancel()
+
+
+async def _tell_when_up(server: object, theirs: Connection) -> None:
+    while not getattr(server, "started", False):
+        await asyncio.sleep(0.02)
+    with contextlib.suppress(OSError):
+        theirs.send(True)
+
+
+def _end_with_parent(theirs: Connection) -> None:
+    """Our end of the pipe is closed when the parent is gone."""
+    with contextlib.suppress(EOFError, OSError):
+        theirs.recv()
+    os._exit(0)

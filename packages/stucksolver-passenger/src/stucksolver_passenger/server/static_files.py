@@ -1,0 +1,44 @@
+"""The page itself: files of the package, and the scripts that draw the view from above."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+
+from fastapi import FastAPI, HTTPException, Response
+
+TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
+DRAWING = ("dom.js", "decode.js", "palette.js", "camera.js", "scene.js", "palette.css")
+"""The scripts with which the report draws its replays; the page uses the same, live."""
+
+
+def add_pages(app: FastAPI, drawing: Path | None) -> None:
+    """Serve the page. All its files are read now; a file that is missing now is never served."""
+    files = _own() | ({} if drawing is None else _drawing(drawing))
+
+    @app.get("/", include_in_schema=False)
+    async def page() -> Response:
+        return _served("index.html", files)
+
+    @app.get("/docs", include_in_schema=False)
+    async def docs() -> Response:
+        return _served("docs.html", files)
+
+    @app.get("/files/{name}", include_in_schema=False)
+    async def file(name: str) -> Response:
+        return _served(name, files)
+
+
+def _own() -> dict[str, bytes]:
+    folder = resources.files("stucksolver_passenger") / "web"
+    return {one.name: one.read_bytes() for one in folder.iterdir() if Path(one.name).suffix in TYPES}
+
+
+def _drawing(folder: Path) -> dict[str, bytes]:
+    return {name: (folder / name).read_bytes() for name in DRAWING}
+
+
+def _served(name: str, files: dict[str, bytes]) -> Response:
+    if name not in files:
+        raise HTTPException(404, "There is no such file.")
+    return Response(files[name], media_type=f"{TYPES[Path(name).suffix]}; charset=utf-8")

@@ -1,0 +1,268 @@
+"""One vehicle at the desk: forwards people's words to its solver, and its state to people."""
+
+from __future__ import annotations
+
+import contextlib
+import queue
+import re
+import time
+from collections.abc import Callable
+
+from stucksolver.scene import GuidanceIntent, Scene, Status
+from stucksolver.scene.plausibility import why_unsound_status
+from stucksolver.solver import Question, QuestionError, StuckSolver
+from stucksolver.word_safeguards.restraint import alarm
+from stucksolver_passenger.api_types import Command, CommandKind, Now, OpenQuestion, Outcome, Speaker
+from stucksolver_passenger.consent import consents
+from stucksolver_passenger.conversation import Conversation
+from stucksolver_passenger.quick_replies import STOP_WORDS, ready_answers
+from stucksolver_passenger.sentences.questions import asked
+from stucksolver_passenger.status_summary import OVER, Mind, mind
+
+TELL_EVERY_S = 0.25
+"""By the vehicle's clock: interval at which everything is sent again."""
+LOOK_EVERY_S = 1.0
+"""Interval between two scenes made only for the page."""
+SHOWN_LINES = 40
+WAITING_WORDS = 8
+"""Sentences that may wait, one per tick; further ones are refused with a message."""
+HOLD_S = 5.0
+"""After a passenger has called a stop, others are not heard for this long, so that nobody overrules it at once."""
+MOVING_MPS = 0.5
+"""Below this speed the car stands."""
+LONGEST_WORD = 45
+"""Longest word accepted (characters): as in English dictionaries. The reader has never seen longer input and may take
+it for a yes.
+"""
+CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2066-\u2069\ufeff]+")
+"""Control and direction marks, which could disguise a line."""
+HEARD = "Heard."
+READ_S = 6.0
+"""Words that the solver has not read after this time are dropped (s): its own limit is 5 s."""
+
+
+class Seat:
+    """Made by `Desk.add`. Call `tick` once per tick, after `StuckSolver.step`, from the thread that calls `step`.
+
+    `take` may be called from any thread. The solver gets at most one sentence per tick, so that none replaces another
+    unread; a stop goes before all others.
+    """
+
+    def __init__(
+        self,
+        solver: StuckSolver,
+        conversation: Conversation,
+        publish: Callable[[Now], None],
+        wall_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._solver = solver
+        self._conversation = conversation
+        self._publish = publish
+        self._wall_s = wall_s
+        self._words: queue.Queue[tuple[str, str]] = queue.Queue(WAITING_WORDS)
+        self._stop = False
+        self._given: tuple[int, float] | None = None
+        """Number of readings when the solver last got words, and the time; None once they are read."""
+        self._speaking = ""
+        """The client whose words the solver got last."""
+        self._stopped_by = ""
+        self._stopped_s = -HOLD_S
+        self._scene: Scene | None = None
+        self._looked_s = self._told_s = float("-inf")
+        self._time_s = 0.0
+        self._ended = False
+
+    def tick(self, status: Status, look: Callable[[], Scene | None] | None = None) -> None:
+        """Forward words and send the state to people.
+
+        Args:
+            status: The vehicle's status.
+            look: Makes a scene; called once a second.
+        """
+        if why_unsound_status(status) is not None:
+            # The solver reports it. People can still stop the vehicle.
+            self._hand_on()
+            self._consent()
+            return
+        self._time_s = status.time_s
+        self._conversation.progress_m = status.progress_m
+        self._conversation.moving = status.speed_mps > MOVING_MPS
+        self._hand_on()
+        self._consent()
+        if look is not None and status.time_s - self._looked_s >= LOOK_EVERY_S:
+            self._looked_s = status.time_s
+            self._scene = look()
+        if status.time_s - self._told_s >= TELL_EVERY_S:
+            self._told_s = status.time_s
+            self._publish(self.now(status))
+
+    def end(self) -> None:
+        """End the ride and tell people so."""
+        self._ended = True
+        self._conversation.tell(OVER.thought, self._time_s)
+        self._publish(self.now(Status(time_s=self._time_s, speed_mps=0.0, progress_m=0.0)))
+
+    def now(self, status: Status) -> Now:
+        """Return the vehicle's state for people."""
+        state = self._solver.state
+        scene = self._scene or state.scene
+        thinks: Mind = OVER if self._ended else mind(state, status, self._conversation.decided, scene)
+        question = None if self._ended else self._solver.pending_question
+        return Now(
+            time_s=round(status.time_s, 2),
+            speed_mps=round(status.speed_mps, 2),
+            state=", ".join(name.value for name in state.names),
+            thought=thinks.thought,
+            intention=thinks.intention,
+            question=None if question is None else _shown(question),
+            answers=() if self._ended else ready_answers(state, question, scene),
+            lines=self._conversation.lines(SHOWN_LINES),
+            ended=self._ended,
+        )
+
+    # ---- commands
+
+    def take(self, command: Command) -> Outcome:
+        """Carry out a person's command, or say why not."""
+        if self._ended:
+            return Outcome(number=command.number, taken=False, told="The ride is over.")
+        taken, told = self._taken(command)
+        return Outcome(number=command.number, taken=taken, told=told)
+
+    def _taken(self, command: Command) -> tuple[bool, str]:
+        if command.kind is CommandKind.SAY:
+            return self._say(command)
+        if command.kind is CommandKind.STOP:
+            self._stopped(command.client)
+            self._stop = True
+            self._conversation.said(_speaker(command), STOP_WORDS, self._time_s)
+            return True, HEARD
+        if command.kind in (CommandKind.YES, CommandKind.NO):
+            return self._answer(command)
+        return self._call(command)
+
+    def _say(self, command: Command) -> tuple[bool, str]:
+        text = CONTROL.sub(" ", command.text).strip()
+        if not text:
+            return False, "You did not say anything."
+        if any(len(word) > LONGEST_WORD for word in text.split()):
+            return False, "I did not understand that."
+        if alarm(text) is not None:  # a call to stop waits for nobody's words, and none are too many for it
+            self._stopped(command.client)
+            self._speaking = command.client
+            self._drop_waiting()
+            self._solver.guide(text)
+            self._conversation.said(_speaker(command), text, self._time_s)
+            return True, HEARD
+        if self._held(command.client):
+            return False, "Somebody else has just told me to stop. I will listen to others again in a few seconds."
+        try:
+            self._words.put_nowait((text, command.client))
+        except queue.Full:
+            return False, "That is too much at once. Please wait a moment."
+        self._conversation.said(_speaker(command), text, self._time_s)
+        return True, HEARD
+
+    def _answer(self, command: Command) -> tuple[bool, str]:
+        yes = command.kind is CommandKind.YES
+        if yes and self._held(command.client):
+            return False, "Somebody else has just told me to stop. Please answer again in a few seconds."
+        answer = self._solver.approve if yes else self._solver.deny
+        try:
+            answer(command.question_id, command.by)
+        except QuestionError as error:
+            return False, f"I can't take that answer: {error}."
+        self._conversation.said(_speaker(command), "Yes" if yes else "No", self._time_s)
+        return True, HEARD
+
+    def _call(self, command: Command) -> tuple[bool, str]:
+        """A call for help or an operator's words: lines of the conversation, nothing for the solver."""
+        if command.kind is CommandKind.HELP:
+            self._conversation.said(_speaker(command), "I need help", self._time_s)
+            self._conversation.tell("I have called the operator for you.", self._time_s)
+            return True, "I have called the operator for you."
+        text = CONTROL.sub(" ", command.text).strip()
+        if not text:
+            return False, "There is nothing to tell."
+        self._conversation.said(Speaker.OPERATOR, text, self._time_s)
+        return True, HEARD
+
+    # ---- called from the control loop
+
+    def _hand_on(self) -> None:
+        """Give one sentence to the solver; a stop comes first and drops the waiting ones."""
+        stays, self._conversation.stays = self._conversation.stays, None
+        if stays in (GuidanceIntent.WAIT, GuidanceIntent.CANCEL):
+            self._stopped(self._speaking)
+        if self._stop:
+            self._stop = False
+            self._drop_waiting()
+            self._speaking = self._stopped_by
+            self._give(STOP_WORDS)
+        elif not self._reading():
+            with contextlib.suppress(queue.Empty):
+                text, self._speaking = self._words.get_nowait()
+                self._give(text)
+
+    def _consent(self) -> None:
+        """Answer a question that the passenger's own words have already answered."""
+        question = self._solver.pending_question
+        if question is not None and consents(self._solver.state.reading, question):
+            with contextlib.suppress(QuestionError):
+                self._solver.approve(question.id, "passenger")
+
+    def _give(self, text: str) -> None:
+        """The next words wait until the solver has read these, so that a stop is known to be the speaker's."""
+        self._given = (self._conversation.readings, self._wall_s())
+        self._solver.guide(text)
+
+    def _drop_waiting(self) -> None:
+        """Drop words that wait: they were said before a stop was called."""
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self._words.get_nowait()
+
+    def _reading(self) -> bool:
+        if self._given is not None:
+            readings, since_s = self._given
+            if self._conversation.readings > readings or self._wall_s() - since_s > READ_S:
+                self._given = None
+        return self._given is not None
+
+    def _stopped(self, client: str) -> None:
+        self._stopped_by, self._stopped_s = client, self._wall_s()
+
+    def _held(self, client: str) -> bool:
+        return client != self._stopped_by and self._wall_s() - self._stopped_s < HOLD_S
+
+
+class Seats:
+    """The vehicles of one process, by id."""
+
+    def __init__(self) -> None:
+        self._seats: dict[str, Seat] = {}
+
+    def add(self, vehicle_id: str, seat: Seat) -> None:
+        """Add a vehicle.
+
+        Raises:
+            ValueError: The vehicle is there already.
+        """
+        if vehicle_id in self._seats:
+            raise ValueError(f"vehicle {vehicle_id!r} is at the desk already; give each its own id")
+        self._seats[vehicle_id] = seat
+
+    def take(self, vehicle_id: str, command: Command) -> Outcome:
+        """Pass a command to its vehicle."""
+        seat = self._seats.get(vehicle_id)
+        if seat is None:
+            return Outcome(number=command.number, taken=False, told="There is no such vehicle.")
+        return seat.take(command)
+
+
+def _speaker(command: Command) -> Speaker:
+    return Speaker.OPERATOR if command.by == "operator" else Speaker.PASSENGER
+
+
+def _shown(question: Question) -> OpenQuestion:
+    return OpenQuestion(id=question.id, to=question.to, kind=question.kind, text=asked(question), needs=question.needs)

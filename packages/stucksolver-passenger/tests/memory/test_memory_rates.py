@@ -1,0 +1,83 @@
+"""How sure a solution is, and which one is proposed first."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from remembering import BACK_UP, LEFT, REROUTE, RIGHT, episode, features, reading
+from scipy.special import betaincinv
+
+from stucksolver.scene import GuidanceIntent, LightState, Side
+from stucksolver_passenger.memory import Ending, Rate, features_of, recall, similarity
+from stucksolver_passenger.memory.success_rate import CONFIDENCE
+from worlds import World, red_light, straight_road, thing
+
+FAILED, WORKED = Ending.FAILED, Ending.WORKED
+
+
+@given(st.integers(0, 60), st.integers(0, 60))
+def test_the_lower_bound_is_the_quantile_of_the_beta_distribution(worked, failed):
+    expected = betaincinv(worked + 1, failed + 1, 1.0 - CONFIDENCE)
+    assert Rate(worked, worked + failed).lower == pytest.approx(expected, abs=1e-6)
+
+
+def test_more_successes_than_tries_are_refused():
+    with pytest.raises(ValueError, match="2 of 1"):
+        _ = Rate(2, 1).lower
+
+
+@pytest.mark.parametrize(
+    ("worked", "failed", "trusted"),
+    [(0, 0, False), (1, 0, False), (2, 0, True), (2, 1, False), (3, 1, True), (0, 5, False), (5, 5, False)],
+)
+def test_once_is_luck_and_twice_without_a_failure_is_trusted(worked, failed, trusted):
+    found = recall([*[episode()] * worked, *[episode(ending=FAILED)] * failed], features())
+    assert [one.trusted for one in found] == ([trusted] if worked + failed else [])
+
+
+def test_one_bad_advice_neither_displaces_a_good_solution_nor_is_proposed_itself():
+    good, bad = [episode()] * 3, episode(BACK_UP, FAILED, text="back up a bit")
+    first, second = recall([*good, bad], features())
+    assert (first.solution, first.trusted, second.solution, second.trusted) == (REROUTE, True, BACK_UP, False)
+
+
+def test_bad_advice_that_seemed_to_help_once_is_not_proposed():
+    (lucky,) = recall([episode(BACK_UP, WORKED)], features())
+    assert not lucky.trusted
+
+
+def test_what_never_ended_says_nothing():
+    assert recall([episode(ending=Ending.UNFINISHED)] * 9, features()) == ()
+
+
+@pytest.mark.parametrize("change", [{"obstacle": "car"}, {"motion": "towards"}, {"light": "red"}])
+def test_another_obstacle_motion_or_light_is_another_kind_of_scene(change):
+    assert similarity(features(), features(**change)) == 0.0
+    assert recall([episode()] * 3, features(**change)) == ()
+
+
+def test_a_scene_that_differs_in_one_detail_is_alike_and_in_two_is_not():
+    assert recall([episode()] * 3, features(people=True))
+    assert not recall([episode()] * 3, features(people=True, detour=False))
+
+
+@pytest.mark.parametrize(
+    ("state", "told"), [(LightState.RED, "red"), (LightState.OFF, "off"), (LightState.GREEN, "none")]
+)
+def test_a_light_that_holds_nobody_up_is_none(state, told):
+    world = World(straight_road(), [thing("parked", 62.0)], controls=(red_light(5.0, state),))
+    assert features_of(world.scene()).light == told
+
+
+def test_words_recall_what_they_mean():
+    kept = [episode(LEFT)] * 2 + [episode(RIGHT)] * 3 + [episode(REROUTE)] * 4
+
+    def recalled(intent, side=None):
+        return [one.solution for one in recall(kept, features(), reading(intent, side))]
+
+    assert recalled(GuidanceIntent.OVERTAKE) == [RIGHT, LEFT]
+    assert recalled(GuidanceIntent.OVERTAKE, Side.LEFT) == [LEFT]
+    assert recalled(GuidanceIntent.TURN_ROUND) == [REROUTE]
+    assert recalled(GuidanceIntent.GO) == [REROUTE, RIGHT, LEFT]
+    assert recalled(GuidanceIntent.WAIT) == recalled(GuidanceIntent.NONE) == []

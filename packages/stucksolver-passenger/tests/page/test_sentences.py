@@ -1,0 +1,147 @@
+"""Whatever code the solver comes up with, there is a plain sentence for it."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from stucksolver.guard import RULES, Reject, Verdict
+from stucksolver.plan import CauseCode, WaitReason
+from stucksolver.plan.behaviors import REGISTRY, BorrowOncomingLane, ChangeLane
+from stucksolver.plan.decision import RecoveryPlan
+from stucksolver.scene import Claim, GuidanceIntent, ObjectKind, PlanFailure, Reading, RejectCode
+from stucksolver.solver import EventKind, Question, QuestionKind
+from stucksolver.solver.state_machine.state import StateName
+from stucksolver_passenger.conversation import _HANDLERS, SILENT
+from stucksolver_passenger.sentences import acknowledged, asked, blocked_by, can_not, needed, nouns, waiting, will
+from stucksolver_passenger.sentences.acknowledgements import CLAIMS, INTENTS
+from stucksolver_passenger.sentences.nouns import THINGS
+from stucksolver_passenger.sentences.plans import BEHAVIORS
+from stucksolver_passenger.sentences.questions import NEEDS
+from stucksolver_passenger.sentences.reasons import CAUSES, WAITS
+from stucksolver_passenger.sentences.rejections import FAILURES, REFUSALS
+from stucksolver_passenger.status_summary import STATES
+from worlds import World, straight_road, thing
+
+TABLES = {
+    "states": (STATES, StateName),
+    "waits": (WAITS, WaitReason),
+    "causes": (CAUSES, CauseCode),
+    "refusals": (REFUSALS, RejectCode),
+    "failures": (FAILURES, PlanFailure),
+    "things": (THINGS, ObjectKind),
+    "intents": (INTENTS, GuidanceIntent),
+    "claims": (CLAIMS, Claim),
+}
+LEFT = BorrowOncomingLane(past_object_id="7", speed_mps=5.0)
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_every_code_has_its_words_and_no_words_are_without_a_code(name):
+    table, codes = TABLES[name]
+    assert set(table) == set(codes)
+
+
+def test_every_behaviour_and_every_rule_has_its_words():
+    assert set(BEHAVIORS) == set(REGISTRY)
+    assert set(NEEDS) >= set(RULES)
+    assert len(needed((*RULES, *REGISTRY))) == len(NEEDS)
+
+
+def test_every_event_is_told_or_is_known_to_be_nothing_for_a_passenger():
+    assert set(_HANDLERS) | SILENT == set(EventKind)
+    assert not set(_HANDLERS) & SILENT
+
+
+def test_a_need_that_nobody_has_words_for_is_not_passed_over():
+    with pytest.raises(KeyError, match="add it to NEEDS"):
+        needed(("a_new_rule",))
+
+
+def scene_with(kind):
+    return World(straight_road(), [thing("7", 75.0, kind=kind)]).scene()
+
+
+def sentences():
+    scene = scene_with(ObjectKind.TRUCK)
+    yield from (
+        can_not(Verdict(rejects=(Reject(code=code, detail="x_y", object_id="7"),)), scene) for code in RejectCode
+    )
+    for failure in PlanFailure:
+        yield can_not(Verdict(rejects=(Reject(code=RejectCode.NO_PATH, detail="x_y", failure=failure),)), scene)
+    for reason in WaitReason:
+        yield from waiting(reason, scene)
+    yield from (blocked_by(cause, scene) for cause in CauseCode)
+    for intent in GuidanceIntent:
+        yield acknowledged(Reading(intent=intent, likely=intent, confidence=1.0, reader="r"))
+
+
+@pytest.mark.parametrize("text", list(sentences()))
+def test_a_sentence_is_one_that_people_say(text):
+    assert re.fullmatch(r"[A-Z][^_{}]*[.?]", text), text
+
+
+def test_a_refusal_names_who_is_in_the_way_and_when_it_will_be_tried_again():
+    verdict = Verdict(rejects=(Reject(code=RejectCode.ONCOMING_GAP, detail="", object_id="7"),))
+    assert can_not(verdict, scene_with(ObjectKind.TRUCK)) == (
+        "I can't: a truck is coming. I will try when it has passed."
+    )
+
+
+def test_who_is_not_in_the_scene_is_somebody():
+    verdict = Verdict(rejects=(Reject(code=RejectCode.ONCOMING_GAP, detail="", object_id="8"),))
+    assert can_not(verdict, None).startswith("I can't: somebody is coming.")
+
+
+def test_a_verdict_that_rejects_nothing_is_no_reason():
+    with pytest.raises(ValueError, match="rejects nothing"):
+        can_not(Verdict(), None)
+
+
+def test_what_blocks_the_lane_is_named():
+    assert blocked_by(CauseCode.PARKED_VEHICLE, scene_with(ObjectKind.VAN)) == "A parked van blocks my lane."
+
+
+def test_a_thing_without_a_usual_name_still_blocks_the_lane():
+    assert blocked_by(CauseCode.PARKED_VEHICLE, None) == "A parked vehicle blocks my lane."
+
+
+@pytest.mark.parametrize(
+    ("kinds", "told"),
+    [
+        ([], "something"),
+        ([ObjectKind.CAR], "a car"),
+        ([ObjectKind.BICYCLE] * 2, "two cyclists"),
+        ([ObjectKind.CAR] * 7, "7 cars"),
+        ([ObjectKind.LITTER] * 2, "some litter"),
+        ([ObjectKind.CAR, ObjectKind.VAN], "a car"),
+    ],
+)
+def test_several_things_are_counted_as_people_do(kinds, told):
+    assert nouns(kinds) == told
+
+
+def test_a_plan_is_told_part_by_part():
+    right = ChangeLane(side="right", distance_m=30.0, speed_mps=5.0)
+    plan = RecoveryPlan(behaviors=(LEFT, right))
+    assert will(plan) == (
+        "go round it on the left when the oncoming lane is free, then go round it in the lane on the right"
+    )
+
+
+def test_a_question_for_a_yes_says_what_it_would_release():
+    plan = RecoveryPlan(behaviors=(LEFT,))
+    question = Question(
+        id="q1",
+        time_s=0.0,
+        kind=QuestionKind.APPROVAL,
+        to="passenger",
+        text="code",
+        plan=plan,
+        needs=("borrow_oncoming_lane", "solid_line"),
+    )
+    assert asked(question) == (
+        "May I go round it on the left when the oncoming lane is free? "
+        "I would use the lane of the oncoming traffic. I would cross a solid line."
+    )

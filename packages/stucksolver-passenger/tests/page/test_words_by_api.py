@@ -1,0 +1,98 @@
+"""The blind sentences go through the page's HTTP API, the seat and the solver, and are understood as by the reader."""
+
+from __future__ import annotations
+
+import json
+import os
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("fastapi")
+pytest.importorskip("onnxruntime")
+from page_serving import Serving
+from sitting import Sitting
+
+from stucksolver_language.intent.halting import halts
+from stucksolver_passenger.api_types import Command
+from stucksolver_passenger.server import rate_limits
+from stucksolver_passenger.socket_frames import LENGTH_BYTES, Frame, Topic, unpacked
+from worlds import READER, World, straight_road
+
+BLIND = Path(__file__).parents[4] / "results" / "words"
+EVERY = int(os.environ.get("STUCKSOLVER_BLIND_EVERY", "30"))
+"""One in so many of the 1,500 is sent; with 1 all of them are, in some five minutes."""
+
+
+def blind(every=EVERY):
+    names = ("blind-1", "blind-2", "blind-3")
+    lines = [line for name in names for line in (BLIND / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()]
+    return [json.loads(line) for line in lines][::every]
+
+
+class InItsSituation:
+    """The shipped reader, told the situation for which a sentence was written."""
+
+    name = READER.name
+
+    def __init__(self, said):
+        self._situations = {one["text"]: one["situation"] for one in said}
+
+    def read(self, text, situation):
+        return alone_read(text, self._situations.get(text, situation))
+
+
+@cache
+def alone_read(text, situation):
+    """The shipped reader gives the same reading for the same words again, so each is read once."""
+    return READER.read(text, situation)
+
+
+class Riding(Serving):
+    """The server of the page with a car behind it, whose solver hears what is said."""
+
+    def __init__(self, reader):
+        self.sitting = Sitting(World(straight_road()), reader=reader)
+        super().__init__()
+
+    def _deliver(self, data):
+        frame = unpacked(data[LENGTH_BYTES:])
+        outcome = self.sitting.seat.take(Command.model_validate_json(frame.payload))
+        self.board.take(Frame(Topic.OUTCOME, frame.vehicle, outcome.model_dump_json().encode()), self._deliver)
+
+    def drive(self):
+        self.sitting.drive(0.3)
+        told = self.sitting.now.model_dump_json().encode()
+        self.board.take(Frame(Topic.NOW, "car-1", told), self._deliver)
+
+
+@pytest.mark.release
+@pytest.mark.slow
+@pytest.mark.integration
+def test_the_blind_sentences_are_understood_through_the_api_as_by_the_reader_alone(monkeypatch):
+    monkeypatch.setattr(rate_limits.Limiter, "allows", lambda *_, **__: True)  # nobody speaks as fast as this
+    said = blind()
+    riding = Riding(InItsSituation(said))
+    right = alone = 0
+    for one in said:
+        assert riding.say(one["text"]).json()["taken"], one["text"]
+        riding.drive()
+        lines = riding.get("/api/vehicles/car-1").json()["lines"]
+        line = next(line for line in reversed(lines) if line["text"] == one["text"].strip())
+        reading = alone_read(one["text"], one["situation"])
+        # A plain call to stop acts at once, without the network.
+        expected = line["understood"] if halts(one["text"]) else reading.told
+        assert line["understood"] == expected and (expected == reading.told or expected == "wait (100 %)"), one["text"]
+        alone += reading.likely.value == one["intent"]
+        right += _likely(line["understood"]) == one["intent"]
+    print(f"{len(said)} sentences: {right} understood through the API, {alone} by the reader alone")
+    assert right >= alone
+    assert right / len(said) > 0.85
+
+
+def _likely(understood):
+    """The intent that a line of the conversation tells of."""
+    taken_for, _, likely = understood.partition(" (")
+    told = likely.partition("?")[0] if "?" in likely else taken_for.partition(" on the ")[0]
+    return "none" if told.startswith("nothing to do") else told.replace(" ", "_")

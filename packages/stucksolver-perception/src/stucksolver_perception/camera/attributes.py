@@ -1,0 +1,95 @@
+"""Reads kind, lamps, doors and gesture of detected objects in one image."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver.scene import ObjectKind
+from stucksolver.scene.objects import Gesture
+from stucksolver_perception.camera.attribute_filter import AttributeMemory
+from stucksolver_perception.camera.attribute_types import Attributes
+from stucksolver_perception.camera.crop_network import (
+    GESTURES,
+    KINDS,
+    LAMP_ANSWERS,
+    NOTHING,
+    UNSEEN_GESTURE,
+    CropAnswers,
+    CropNetwork,
+)
+from stucksolver_perception.camera.crops import behind_dirt, cut_crops, features_of, windows_of
+from stucksolver_perception.measurements import CameraFrame, Floats
+from stucksolver_perception.network_files import DATA
+from stucksolver_perception.rig import CameraRig
+
+__all__ = ["AttributeMemory", "AttributeReader", "Attributes", "attributes_of"]
+
+OFF, ON = LAMP_ANSWERS.index("off"), LAMP_ANSWERS.index("on")
+
+
+class AttributeReader:
+    """Reads objects in an image, one look at a time; see `AttributeMemory` for the combination over time."""
+
+    def __init__(self, folder: Path = DATA, threads: int = 1, network: CropNetwork | None = None) -> None:
+        """Load the weights, or use a network that is already loaded.
+
+        Raises:
+            WeightsError: The weights cannot be used.
+        """
+        self.network = CropNetwork(folder, threads) if network is None else network
+
+    def read(self, frame: CameraFrame, rig: CameraRig, boxes: Floats) -> tuple[Attributes, ...]:
+        """Read the attributes of each box.
+
+        Args:
+            frame: The image.
+            rig: The camera that took it.
+            boxes: (n, 7) centre x, y, z, length, width, height (m), yaw (rad) in the vehicle frame of that moment.
+
+        Returns:
+            One answer for each box, in order; nothing is known of boxes out of view, too small, or
+            behind dirt on the lens.
+        """
+        windows = windows_of(rig, boxes)
+        keep = np.flatnonzero(windows.usable & ~behind_dirt(windows, frame))
+        answers: list[Attributes] = [Attributes()] * len(boxes)
+        if len(keep):
+            crops = cut_crops(frame.rgb, windows.center[keep], windows.side[keep])
+            told = self.network.run(crops, features_of(rig, boxes, windows)[keep])
+            for i, one in zip(keep.tolist(), attributes_of(told, self.network), strict=True):
+                answers[i] = one
+        return tuple(answers)
+
+
+def attributes_of(answers: CropAnswers, network: CropNetwork) -> list[Attributes]:
+    """Return the answers for crops of objects that reach the network's thresholds; a hidden object has no lamps."""
+    best = answers.kind.argmax(axis=1)
+    sure = answers.kind.max(axis=1)
+    says = sure >= network.least_kind[best]
+    hidden = best == KINDS.index(NOTHING)
+    lamps = np.where(hidden[:, None], np.nan, _lamps(answers.lamps, network.least_lamp))
+    found = []
+    for i in range(len(best)):
+        kind = ObjectKind(KINDS[best[i]]) if says[i] and not hidden[i] else None
+        brake, left, right, special, door = (None if np.isnan(one) else bool(one) for one in lamps[i].tolist())
+        gone = bool(hidden[i]) if says[i] else None
+        gesture = _gesture(answers.gesture[i], network.least_gesture) if kind is ObjectKind.FLAGGER else None
+        shares = answers.kind[i]
+        found.append(Attributes(kind, float(sure[i]), shares, gone, brake, left, right, special, door, gesture))
+    return found
+
+
+def _gesture(shares: Floats, least: Floats) -> Gesture | None:
+    best = int(shares.argmax())
+    sure = shares[best] >= least[best] and GESTURES[best] != UNSEEN_GESTURE
+    return Gesture(GESTURES[best]) if sure else None
+
+
+def _lamps(shares: Floats, least: Floats) -> NDArray[np.float64]:
+    """(n, lamps): 1 on, 0 off, NaN if neither is sure enough."""
+    on = shares[..., ON] >= least[:, ON]
+    off = shares[..., OFF] >= least[:, OFF]
+    return np.asarray(np.where(on, 1.0, np.where(off, 0.0, np.nan)))

@@ -1,0 +1,154 @@
+"""Crops of the image: one small square for each box, and its geometric features."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stucksolver_perception.measurements import CameraFrame, Floats, Pixels, Singles
+from stucksolver_perception.rig import CameraRig
+
+CROP_PX = 64
+"""Side of a crop."""
+MARGIN = 1.25
+"""A crop is this much wider than the box in the image: trackers err, and halos of lamps and shadows help."""
+LEAST_PX = 8.0
+"""Smallest size of the longer side of a box in the image; smaller ones are not read."""
+LEAST_IN_VIEW = 0.35
+"""Share of a box's rectangle that must lie in the image."""
+NEAREST_M = 0.5
+"""All corners of a box must be this far ahead of the lens."""
+SAMPLES = 2
+"""Large crops are first thinned to about this many samples per pixel of the crop, for speed."""
+FILL = 114
+"""Grey outside the image."""
+FEATURES = 10
+"""Number of columns of `features_of`."""
+_SIGNS = np.array([[x, y, z] for x in (0.5, -0.5) for y in (0.5, -0.5) for z in (0.5, -0.5)])
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Where boxes are in the image; equal lengths n."""
+
+    rectangle: Floats
+    """(n, 4): left, top, right, bottom (px), cut at the image's edges."""
+    in_view: Floats
+    """(n,): the share of the whole rectangle that this is."""
+    usable: NDArray[np.bool_]
+    """(n,): True if large enough, enough of it in view, and all of it ahead."""
+
+    @property
+    def center(self) -> Floats:
+        """(n, 2): column, row."""
+        return (self.rectangle[:, :2] + self.rectangle[:, 2:]) / 2.0
+
+    @property
+    def side(self) -> Floats:
+        """(n,): side of the square crops, margin included (px)."""
+        longer = np.max(self.rectangle[:, 2:] - self.rectangle[:, :2], axis=1)
+        return np.asarray(np.maximum(MARGIN * longer, 1.0))
+
+
+def corners_of(boxes: Floats) -> Floats:
+    """(n, 8, 3): corners of boxes (n, 7) of centre x, y, z, length, width, height (m), yaw (rad)."""
+    local = _SIGNS[None] * boxes[:, None, 3:6]
+    cos, sin = np.cos(boxes[:, 6, None]), np.sin(boxes[:, 6, None])
+    turned = np.stack(
+        [local[..., 0] * cos - local[..., 1] * sin, local[..., 0] * sin + local[..., 1] * cos, local[..., 2]], axis=-1
+    )
+    return np.asarray(turned + boxes[:, None, :3])
+
+
+def windows_of(rig: CameraRig, boxes: Floats) -> Windows:
+    """Return where boxes (n, 7; see `corners_of`, vehicle frame) are in the camera's image."""
+    if not len(boxes):
+        return Windows(np.zeros((0, 4)), np.zeros(0), np.zeros(0, bool))
+    column, row, ahead = (one.reshape(-1, 8) for one in rig.project(corners_of(boxes).reshape(-1, 3)))
+    whole = np.stack([column.min(1), row.min(1), column.max(1), row.max(1)], axis=1)
+    limit = np.array([rig.width_px, rig.height_px, rig.width_px, rig.height_px], float)
+    cut = np.clip(whole, 0.0, limit)
+    sides = cut[:, 2:] - cut[:, :2]
+    area = np.maximum(np.prod(whole[:, 2:] - whole[:, :2], axis=1), 1e-6)
+    in_view = np.prod(sides, axis=1) / area
+    fits = (sides.max(1) >= LEAST_PX) & (in_view >= LEAST_IN_VIEW)
+    return Windows(cut, in_view, fits & (ahead.min(1) > NEAREST_M))
+
+
+def behind_dirt(windows: Windows, frame: CameraFrame) -> NDArray[np.bool_]:
+    """(n,): True where known dirt on the lens touches the window."""
+    if frame.covered is None:
+        return np.zeros(len(windows.rectangle), bool)
+    cell = np.array(frame.rgb.shape[1::-1]) / np.array(frame.covered.shape[::-1])
+    first, last = windows.rectangle[:, :2] // cell, windows.rectangle[:, 2:] // cell + 1
+    spans = np.concatenate([first, last], axis=1).astype(int).tolist()
+    return np.array([frame.covered[top:bottom, left:right].any() for left, top, right, bottom in spans], bool)
+
+
+def cut_crops(rgb: Pixels, center: Floats, side: Floats, pixels: int = CROP_PX) -> Pixels:
+    """Cut squares out of an image and scale them to one size.
+
+    Args:
+        rgb: (height, width, 3).
+        center: (n, 2) column and row of the squares' centres (px).
+        side: (n,) sides of the squares (px).
+        pixels: Side of the returned crops.
+
+    Returns:
+        (n, pixels, pixels, 3); the area outside the image is grey.
+    """
+    from PIL import Image
+
+    crops = np.full((len(center), pixels, pixels, 3), FILL, np.uint8)
+    height, width = rgb.shape[:2]
+    for crop, (column, row), size in zip(crops, center.tolist(), side.tolist(), strict=True):
+        scale = pixels / size
+        left, top = column - size / 2.0, row - size / 2.0
+        # The target's pixels whose centres lie in the image.
+        first_x, last_x = _inside(left, size, width, pixels)
+        first_y, last_y = _inside(top, size, height, pixels)
+        if first_x >= last_x or first_y >= last_y:
+            continue
+        x0, x1 = max(left + first_x / scale, 0.0), min(left + last_x / scale, float(width))
+        y0, y1 = max(top + first_y / scale, 0.0), min(top + last_y / scale, float(height))
+        step = max(1, int(size / (SAMPLES * pixels)))
+        c0, r0 = int(x0), int(y0)
+        part = rgb[r0 : int(np.ceil(y1)) : step, c0 : int(np.ceil(x1)) : step]
+        box = ((x0 - c0) / step, (y0 - r0) / step, (x1 - c0) / step, (y1 - r0) / step)
+        box = (box[0], box[1], min(box[2], part.shape[1]), min(box[3], part.shape[0]))
+        target = (last_x - first_x, last_y - first_y)
+        small = Image.fromarray(part).resize(target, Image.Resampling.BILINEAR, box=box)
+        crop[first_y:last_y, first_x:last_x] = np.asarray(small)
+    return crops
+
+
+def features_of(rig: CameraRig, boxes: Floats, windows: Windows) -> Singles:
+    """Return the geometric features of each box: (n, 10), about -1 to 1.
+
+    They are the logarithms of length, width, height, distance and of the crop's side in pixels; the share in view; the
+    direction to the lens as seen from the object (cosine, sine: 1, 0 = seen from ahead); the height of its foot above
+    the road; and 1 for "this is an object" (crops of traffic lights have zeros throughout).
+    """
+    lens = rig.mount.to_vehicle()[:3, 3]
+    away = boxes[:, :2] - lens[:2]
+    bearing = np.arctan2(-away[:, 1], -away[:, 0]) - boxes[:, 6]
+    columns = [
+        *np.log(np.maximum(boxes[:, 3:6], 0.05)).T / 3.0,
+        np.log(np.maximum(np.hypot(away[:, 0], away[:, 1]), 1.0)) / 4.0,
+        np.log(windows.side) / 6.0,
+        windows.in_view,
+        np.cos(bearing),
+        np.sin(bearing),
+        np.clip(boxes[:, 2] - boxes[:, 5] / 2.0, -3.0, 3.0) / 3.0,
+        np.ones(len(boxes)),
+    ]
+    return np.stack(columns, axis=1).astype(np.float32)
+
+
+def _inside(start: float, size: float, limit: int, pixels: int) -> tuple[int, int]:
+    """Return the first pixel of a crop inside the image, and the one after the last, along one axis."""
+    middles = start + (np.arange(pixels) + 0.5) * size / pixels
+    first, last = np.searchsorted(middles, [0.0, float(limit)])
+    return int(first), int(last)

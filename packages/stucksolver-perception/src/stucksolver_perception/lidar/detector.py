@@ -1,0 +1,73 @@
+"""The LiDAR detector: points of the last half second in, boxes with velocities out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from stucksolver_perception.lidar.decode import Calibration, decode
+from stucksolver_perception.lidar.grid import Grid
+from stucksolver_perception.lidar.pillars import occupied, pillars
+from stucksolver_perception.lidar_labels import LABELS
+from stucksolver_perception.measurements import Detections, Singles
+from stucksolver_perception.network_files import WeightsError, load_session
+
+DATA = Path(__file__).with_name("data")
+"""Folder of the network that ships with the package."""
+WEIGHTS = "lidar.onnx"
+CARD = "card.json"
+VERSION = 1
+"""Version of the network's inputs and outputs."""
+
+
+class LidarDetector:
+    """A CenterPoint network (Yin, Zhou, Krähenbühl 2021) on pillars, run on the processor.
+
+    Args:
+        folder: Holds `lidar.onnx` and `card.json`.
+
+    A run uses one thread: with more, onnxruntime's ScatterND with a maximum loses points at random (its issue 18048).
+
+    Raises:
+        WeightsError: A file is missing, damaged or of another version, or onnxruntime is not installed.
+    """
+
+    def __init__(self, folder: Path = DATA) -> None:
+        card_file = folder / CARD
+        self._session, card = load_session(folder / WEIGHTS, card_file, VERSION, threads=1)
+        try:
+            self.grid = Grid(**card["grid"])
+            self.calibration = Calibration(*(tuple(card[key]) for key in ("slope", "shift", "least_score")))
+            labels = tuple(card["labels"])
+        except (KeyError, TypeError, ValueError) as error:
+            raise WeightsError(
+                f"{card_file}: the card lacks or garbles a field ({error}); export the network again"
+            ) from error
+        if labels != LABELS:
+            raise WeightsError(f"{card_file}: trained for {', '.join(labels)}; train again for {', '.join(LABELS)}")
+
+    def detect(self, points: Singles, time_s: float) -> Detections:
+        """Detect objects.
+
+        Args:
+            points: (n, 5) float32 as from `SweepBuffer.gather`: x, y, z (m), intensity (0 to 1), age (s).
+            time_s: Time of the points' vehicle frame (s).
+
+        Returns:
+            Detections in the same frame, the best first.
+        """
+        features, cell = pillars(points, self.grid)
+        if not len(features):
+            return _nothing(time_s)
+        slot, cells = occupied(cell, self.grid)
+        fed = {"features": features, "slot": slot, "occupied": cells}
+        logit, label, place, regressed = self._session.run(None, fed)
+        return decode(logit, label, place, regressed, time_s, self.calibration, self.grid)
+
+
+def _nothing(time_s: float) -> Detections:
+    none = np.zeros(0)
+    return Detections(
+        time_s, none.astype(np.int64), none, none.reshape(0, 3), none.reshape(0, 3), none, none.reshape(0, 2)
+    )

@@ -1,0 +1,78 @@
+"""Trained networks from disk: a file of weights beside a card that describes it. Checked once, at start."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+DATA = Path(__file__).parent / "camera" / "data"
+"""Folder of the weights and cards that ship with the package."""
+REMEDY = "reinstall stucksolver, or train the network again and copy both files"
+
+
+class WeightsError(RuntimeError):
+    """A network cannot be used. The message names the file, what is wrong with it, and the remedy."""
+
+
+def load_card(card: Path, version: int) -> dict[str, Any]:
+    """Read the card of a network.
+
+    Args:
+        card: A JSON file that holds at least `version` and `sha256` (of the weights).
+        version: Version of the network's inputs and outputs that the code can use.
+
+    Raises:
+        WeightsError: The file is missing, is not a card, or is one of another version.
+    """
+    try:
+        told = json.loads(card.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise WeightsError(f"{card}: the network's card cannot be read ({error.strerror}); {REMEDY}") from error
+    except ValueError as error:
+        raise WeightsError(f"{card}: the network's card is damaged ({error}); {REMEDY}") from error
+    if not isinstance(told, dict) or "sha256" not in told:
+        raise WeightsError(f"{card}: the network's card is damaged (no checksum of its weights); {REMEDY}")
+    if told.get("version") != version:
+        raise WeightsError(
+            f"{card}: the network has version {told.get('version')}; version {version} is needed; {REMEDY}"
+        )
+    return told
+
+
+def load_session(file: Path, card: Path, version: int, threads: int = 1) -> tuple[Any, dict[str, Any]]:
+    """Load a network for the processor, with its card.
+
+    Args:
+        file: The weights, ONNX.
+        card: See `load_card`.
+        version: See `load_card`.
+        threads: Number of threads per run.
+
+    Returns:
+        The `onnxruntime.InferenceSession` and the content of the card.
+
+    Raises:
+        WeightsError: A file is missing, damaged or of another version.
+    """
+    told = load_card(card, version)
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise WeightsError(f"{file}: the network's weights cannot be read ({error.strerror}); {REMEDY}") from error
+    if hashlib.sha256(data).hexdigest() != told["sha256"]:
+        raise WeightsError(f"{file}: the weights are damaged or not those of {card.name}; {REMEDY}")
+    try:
+        import onnxruntime
+    except ImportError as error:
+        raise WeightsError(
+            f"{file}: running it needs onnxruntime: add the extra [perception] (README, Install)"
+        ) from error
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
+    options.log_severity_level = 3
+    try:
+        return onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"]), told
+    except Exception as error:  # onnxruntime raises its own private types
+        raise WeightsError(f"{file}: onnxruntime cannot load the weights ({error}); {REMEDY}") from error

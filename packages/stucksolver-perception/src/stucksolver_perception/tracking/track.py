@@ -1,0 +1,92 @@
+"""One object at one moment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stucksolver_perception.measurements import Floats, PoseEstimate
+from stucksolver_perception.tracking.motion_groups import GROUP_OF_LABEL, GROUPS
+from stucksolver_perception.tracking.motion_prediction import transition
+from stucksolver_perception.vehicle_frame import into_vehicle
+
+KEPT = np.array([0, 1, 3, 4, 5])
+"""Indices of the filter's state x, y, z, yaw, vx, vy that `Track.covariance` covers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """One object at `time_s`, in the local frame; `x_m, y_m, z_m` is the centre of its box."""
+
+    id: int
+    """Constant while the object is tracked, and never used twice by one tracker."""
+    time_s: float
+    label: int
+    """Index into `stucksolver_perception.lidar_labels.LABELS`: the label with the most votes."""
+    label_confidence: float
+    """Share of the votes for this label, 0 to 1; a few votes never give certainty."""
+    confidence: float
+    """Probability that the object exists, from hits, misses and their scores."""
+    x_m: float
+    y_m: float
+    z_m: float
+    yaw_rad: float
+    vx_mps: float
+    vy_mps: float
+    """Velocity over ground along the axes of the local frame; exactly 0 while the object counts as standing."""
+    length_m: float
+    width_m: float
+    height_m: float
+    covariance: Floats
+    """(5, 5) of x, y (m), yaw (rad), vx, vy (m/s)."""
+    first_seen_s: float
+    last_seen_s: float
+    """When a detection was last assigned to it."""
+    hits: int
+    """Number of detections assigned to it."""
+    hidden: bool
+    """True if it was not detected at the last look and could not have been: it is remembered."""
+    standing_since_s: float | None
+    """None while it moves, or while this is undecided."""
+    moved_at_s: float | None
+    """When it was last seen moving; None if it never was."""
+
+    def at(self, time_s: float) -> Track:
+        """Return the same object predicted to a later time; itself for a time that is not later."""
+        passed_s = time_s - self.time_s
+        if passed_s <= 0.0:
+            return self
+        f, q = transition(GROUPS[GROUP_OF_LABEL[self.label]], self.standing_since_s is not None, passed_s, self.yaw_rad)
+        f, q = f[np.ix_(KEPT, KEPT)], q[np.ix_(KEPT, KEPT)]
+        return replace(
+            self,
+            time_s=time_s,
+            x_m=self.x_m + self.vx_mps * passed_s,
+            y_m=self.y_m + self.vy_mps * passed_s,
+            covariance=f @ self.covariance @ f.T + q,
+        )
+
+    @property
+    def stationary_s(self) -> float:
+        """How long it has been stationary (s); 0 while it moves or is undecided. The time goes on while it is
+        hidden.
+        """
+        return 0.0 if self.standing_since_s is None else max(0.0, self.time_s - self.standing_since_s)
+
+    @property
+    def moved_s_ago(self) -> float | None:
+        """Time since it was last seen moving (s); None if it never was."""
+        return None if self.moved_at_s is None else max(0.0, self.time_s - self.moved_at_s)
+
+    @property
+    def seen_for_s(self) -> float:
+        """How long it has been tracked (s)."""
+        return max(0.0, self.time_s - self.first_seen_s)
+
+
+def boxes_of(tracks: Iterable[Track], pose: PoseEstimate) -> Floats:
+    """(n, 7): x, y, z, length, width, height (m), yaw (rad) of tracks, in the vehicle frame at `pose`."""
+    rows = [(t.x_m, t.y_m, t.z_m, t.length_m, t.width_m, t.height_m, t.yaw_rad) for t in tracks]
+    return into_vehicle(np.array(rows, np.float64).reshape(-1, 7), pose)

@@ -1,0 +1,81 @@
+"""A word counts after two looks that agree; what is unconfirmed is read again soon, and nothing is kept for long."""
+
+from __future__ import annotations
+
+from stucksolver.scene import SeenSign, SignWord
+from stucksolver_perception.camera.sign_filter import FORGET_S, SignLook, SignMemory, WordPlace
+from stucksolver_perception.camera.sign_targets import SignTarget
+
+BARRIER = SignTarget("track-7", 0, 0, 100, 100, track_id=7, distance_m=12.0)
+CAR = SignTarget("track-9", 0, 0, 100, 100, track_id=9, is_vehicle=True, distance_m=8.0)
+POST = SignTarget("post-0", 0, 0, 100, 100, distance_m=15.3)
+AHEAD = SignTarget("ahead-1", 0, 0, 640, 300, single=False)
+
+
+def after(*looks):
+    memory = SignMemory()
+    for time_s, (target, *words) in enumerate(looks):
+        memory.add(SignLook(float(time_s), target, dict(words)))
+    return memory, float(len(looks))
+
+
+def signs(*looks):
+    memory, time_s = after(*looks)
+    return memory.signs(time_s)
+
+
+STOP, SLOW = (SignWord.STOP, WordPlace(0.1, 7)), (SignWord.SLOW, WordPlace(0.1, 7))
+ALONE = (SignWord.STOP, WordPlace(0.1))
+
+
+def test_one_look_proves_nothing_and_two_that_agree_count():
+    assert signs((BARRIER, STOP)) == ()
+    assert signs((BARRIER, STOP), (BARRIER, STOP)) == (SeenSign(word=SignWord.STOP, object_id="7"),)
+    assert signs((BARRIER, STOP), (AHEAD, STOP)) == ()
+
+
+def test_a_look_that_fails_in_between_changes_nothing_but_two_do():
+    assert len(signs((BARRIER, STOP), (BARRIER,), (BARRIER, STOP))) == 1
+    assert len(signs((BARRIER, STOP), (BARRIER, STOP), (BARRIER,))) == 1
+    assert signs((BARRIER, STOP), (BARRIER, STOP), (BARRIER,), (BARRIER,)) == ()
+
+
+def test_a_paddle_that_is_turned_says_nothing_until_its_new_side_is_read_twice():
+    assert signs((BARRIER, STOP), (BARRIER, STOP), (BARRIER, SLOW)) == ()
+    told = signs((BARRIER, STOP), (BARRIER, STOP), (BARRIER, SLOW), (BARRIER, SLOW))
+    assert [one.word for one in told] == [SignWord.SLOW]
+
+
+def test_an_old_word_is_forgotten_and_a_departure_forgets_all():
+    memory, time_s = after((BARRIER, STOP), (BARRIER, STOP))
+    assert memory.signs(1.0 + FORGET_S) != ()
+    assert memory.signs(1.1 + FORGET_S) == ()
+    memory.clear()
+    assert memory.signs(time_s) == ()
+
+
+def test_a_sign_on_no_object_has_its_direction_and_its_distance_if_the_map_knows_its_place():
+    assert signs((POST, ALONE), (POST, ALONE)) == (SeenSign(word=SignWord.STOP, distance_m=15.3, bearing_rad=0.1),)
+    assert signs((AHEAD, ALONE), (AHEAD, ALONE)) == (SeenSign(word=SignWord.STOP, bearing_rad=0.1),)
+    assert signs((CAR, ALONE), (CAR, ALONE)) == (SeenSign(word=SignWord.STOP, bearing_rad=0.1),)
+
+
+def test_the_same_sign_in_two_crops_is_told_once_with_its_object():
+    looks = [(AHEAD, (SignWord.STOP, WordPlace(0.12))), (BARRIER, STOP), (POST, ALONE)]
+    assert signs(*looks, *looks) == (SeenSign(word=SignWord.STOP, object_id="7"),)
+    elsewhere = (AHEAD, (SignWord.STOP, WordPlace(-0.3)))
+    assert len(signs(elsewhere, elsewhere, (BARRIER, STOP), (BARRIER, STOP))) == 2
+
+
+def test_all_have_their_turn_and_what_was_found_once_is_read_again_soon():
+    memory = SignMemory()
+    places = [BARRIER, AHEAD, CAR, POST]
+    order = []
+    for time_s in range(8):
+        target = memory.next_of(places, float(time_s))
+        order.append(target.key)
+        memory.add(SignLook(float(time_s), target, dict([STOP]) if target is BARRIER else {}))
+    assert order[:2] == ["track-7", "track-7"]
+    assert set(order) == {"track-7", "ahead-1", "track-9", "post-0"}
+    assert order.count("track-7") <= 4
+    assert memory.next_of([], 9.0) is None

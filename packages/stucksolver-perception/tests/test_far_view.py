@@ -1,0 +1,173 @@
+"""Where the LiDAR's sight ends the camera goes on, with what its last pictures showed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stucksolver_perception.camera.camera_sight_distance import CameraSight, SightModel
+from stucksolver_perception.camera.far_detector import FarDetections
+from stucksolver_perception.camera.far_range import FarPlaces
+from stucksolver_perception.far_view import FRESH_S, FarLook, FarView, blockers_of
+from stucksolver_perception.measurements import Floats, PoseEstimate
+from stucksolver_perception.rig import load_rig
+from stucksolver_perception.tracking import Track
+
+CAMERA = load_rig().camera
+DAY = np.array([150.0, 30.0])
+NOTHING = np.zeros((0, 7))
+LINE = np.stack([np.arange(0.0, 221.0), np.full(221, 3.5)], 1)
+
+
+def model(found: int = 400, again: int = 20, part: int | None = None) -> SightModel:
+    """Of 400 vehicles so many are found, up to 175 m; of 100 misses so many are repeated. `part`: of those in part."""
+    recall = [[found, 400]] * 6 + [[0, 400]] * 2
+    edges = {"brightness": [], "contrast": []}
+    bins = [25.0 * k for k in range(1, 10)]
+    card = {"bins_m": bins, "look_edges": edges, "recall": {"vehicle": [recall]}, "repeated_miss": [again, 100]}
+    if part is not None:
+        seen = [[[part, 400]] * 5 + [[0, 400]] * 3]
+        card |= {"part": {"recall": seen, "repeated_miss": [again, 100]}}
+    return SightModel.from_card(card)
+
+
+def ahead(height_m: float) -> Floats:
+    """A car that stands 5 m before the ego, in its lane."""
+    return np.array([[9.8, 0.0, height_m / 2.0, 4.9, 1.84, height_m, 0.0]])
+
+
+def nobody(time_s: float) -> FarDetections:
+    none = np.zeros(0)
+    return FarDetections(time_s, none, none, none, none, none, np.zeros(0, np.int64), none, DAY)
+
+
+def pose(time_s: float) -> PoseEstimate:
+    return PoseEstimate(time_s, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.eye(4))
+
+
+def standing(x: float, y: float) -> Track:
+    place = {"x_m": x, "y_m": y, "z_m": 0.8, "yaw_rad": 0.0, "vx_mps": 0.0, "vy_mps": 0.0}
+    size = {"length_m": 4.5, "width_m": 1.9, "height_m": 1.6}
+    seen = {"first_seen_s": 0.0, "last_seen_s": 1.0, "hits": 5, "hidden": False}
+    return Track(
+        1, 1.0, 0, 0.9, 0.9, **place, **size, **seen, covariance=np.eye(5), standing_since_s=0.0, moved_at_s=None
+    )
+
+
+def view(*times: float, recall: SightModel | None = None, blockers: Floats = NOTHING) -> FarView:
+    recall = recall or model()
+    empty = FarView((), CameraSight(CAMERA, recall), recall)
+    for time_s in times:
+        empty = empty.with_look(FarLook(nobody(time_s), pose(time_s), blockers))
+    return empty
+
+
+def test_the_camera_goes_on_to_where_it_finds_vehicles() -> None:
+    assert view(1.0).seen_m(LINE, 50.0, 20.0, 1.0) == pytest.approx(175.0, abs=4.0)
+
+
+def test_what_came_nearer_since_the_picture_is_taken_off() -> None:
+    fresh, older = (view(1.0).seen_m(LINE, 50.0, 20.0, 1.0 + age) for age in (0.0, 0.3))
+    assert fresh - older == pytest.approx(6.0)
+
+
+def test_an_old_picture_says_nothing() -> None:
+    assert view(1.0).seen_m(LINE, 50.0, 20.0, 1.01 + FRESH_S) == 50.0
+
+
+def test_without_a_picture_sight_is_the_lidars() -> None:
+    assert view().seen_m(LINE, 50.0, 20.0, 1.0) == 50.0
+
+
+def test_a_lane_of_which_the_lidar_sees_little_is_not_seen_on() -> None:
+    assert view(1.0).seen_m(LINE, 15.0, 20.0, 1.0) == 15.0
+
+
+def test_a_detector_that_misses_too_many_adds_nothing() -> None:
+    assert view(1.0, recall=model(found=300)).seen_m(LINE, 50.0, 20.0, 1.0) == 50.0
+
+
+def test_three_looks_show_what_one_does_not() -> None:
+    weak = model(found=370, again=20)
+    assert view(2.0, recall=weak).seen_m(LINE, 50.0, 20.0, 2.0) == 50.0
+    assert view(1.0, 1.5, 2.0, recall=weak).seen_m(LINE, 50.0, 20.0, 2.0) > 120.0
+
+
+def test_looks_in_quick_succession_are_one_look() -> None:
+    weak = model(found=370, again=20)
+    assert view(1.8, 1.9, 2.0, recall=weak).seen_m(LINE, 50.0, 20.0, 2.0) == 50.0
+
+
+def test_an_earlier_look_shows_less_of_a_lane_whose_traffic_is_quick() -> None:
+    weak = model(found=370, again=20)
+    slow, quick = (view(1.5, 2.0, recall=weak).seen_m(LINE[:120], 50.0, v, 2.0) for v in (5.0, 30.0))
+    # Half a second earlier: 12.5 m between the two.
+    assert slow - quick == pytest.approx(12.5, abs=2.5)
+
+
+def test_behind_a_vehicle_nothing_is_seen() -> None:
+    bus = np.array([[40.0, 2.5, 1.6, 12.0, 2.5, 3.2, 0.0]])
+    assert view(1.0, blockers=bus).seen_m(LINE, 30.0, 20.0, 1.0) < 50.0
+
+
+def test_a_vehicle_that_was_found_hides_from_the_nearest_place_where_it_can_be() -> None:
+    one = np.array([100.0])
+    column = np.array([CAMERA.width_px / 2.0 - CAMERA.focal_px * 3.5 / 100.0])
+    found = FarDetections(
+        1.0,
+        column,
+        np.array([468.0]),
+        np.array([20.0]),
+        np.array([17.0]),
+        np.array([0.9]),
+        np.array([0]),
+        np.array([0.9]),
+        DAY,
+    )
+    places = FarPlaces(one, 0.1 * one, np.array([[100.8, 3.5]]), np.eye(2)[None])
+    (box,) = blockers_of((), found, places, CAMERA, pose(1.0))
+    assert box[0] == pytest.approx(80.8)
+    assert box[1] == pytest.approx(2.8)
+    seen = view(1.0, blockers=box[None]).seen_m(LINE, 50.0, 20.0, 1.0)
+    assert 70.0 < seen < 90.0
+
+
+def test_only_who_reaches_into_the_picture_can_hide() -> None:
+    places = [(30.0, 3.0), (30.0, 24.0), (30.0, 40.0), (3.0, 1.0), (2.0, 5.0), (-10.0, 0.0)]
+    tracks = [standing(x, y) for x, y in places]
+    none = FarPlaces(np.zeros(0), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 2)))
+    boxes = blockers_of(tracks, nobody(1.0), none, CAMERA, pose(1.0))
+    assert [(x, y) for x, y in boxes[:, :2]] == [(30.0, 3.0), (30.0, 24.0), (3.0, 1.0), (2.0, 5.0)]
+
+
+def test_only_looks_that_can_still_count_are_kept() -> None:
+    many = view(*(0.2 * k for k in range(100)))
+    assert len(many.looks) <= 9
+    assert many.looks[0].found.time_s == pytest.approx(19.8)
+
+
+@pytest.mark.parametrize(
+    ("height_m", "part", "seen_m"),
+    [(1.49, 400, 150.0), (1.49, None, 70.0), (1.49, 280, 70.0), (1.9, 400, 70.0), (None, None, 175.0)],
+)
+def test_over_the_roof_of_a_low_car_the_camera_sees_the_upper_part_of_who_comes(
+    height_m: float | None, part: int | None, seen_m: float
+) -> None:
+    """The LiDAR, a metre higher, saw the first 70 m. Of these the car hides all from 27 m on from the camera."""
+    blockers = NOTHING if height_m is None else ahead(height_m)
+    seen = view(1.0, recall=model(part=part), blockers=blockers).seen_m(LINE, 70.0, 20.0, 1.0)
+    assert seen == pytest.approx(seen_m, abs=4.0)
+
+
+def test_what_the_lidar_did_not_see_behind_the_roof_is_not_skipped() -> None:
+    assert view(1.0, recall=model(part=400), blockers=ahead(1.49)).seen_m(LINE, 35.0, 20.0, 1.0) < 38.0
+
+
+def test_further_looks_over_the_roof_count_with_the_misses_that_they_repeat() -> None:
+    """With nine in ten found in part, one look is too few."""
+    once, three, repeated = (
+        view(*times, recall=model(part=360, again=again), blockers=ahead(1.49)).seen_m(LINE, 70.0, 0.0, 2.0)
+        for times, again in (((2.0,), 20), ((1.0, 1.5, 2.0), 20), ((1.0, 1.5, 2.0), 95))
+    )
+    assert once == repeated == 70.0
+    assert three > 140.0

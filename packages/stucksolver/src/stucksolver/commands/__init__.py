@@ -1,0 +1,5 @@
+"""The commands."""
+
+from stucksolver.commands.main import main
+
+__all__ = ["main"]

@@ -1,0 +1,78 @@
+"""The list of commands. Only the command that is called is imported, so that `--help` is fast."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+
+from stucksolver.plugins import plugins
+
+
+@dataclass(frozen=True)
+class Command:
+    """One command. `options` and `run` name the functions of `module` that add its options and run it."""
+
+    about: str
+    module: str
+    """Full name of the module."""
+    options: str = "add_options"
+    run: str = "run"
+    drives: bool = False
+    """True if it needs CARLA's client package."""
+    more: str = ""
+    """A longer description for the command's own help."""
+
+    def fill(self, parser: argparse.ArgumentParser) -> None:
+        """Import the command and add its options to the parser."""
+        module = import_module(self.module)
+        getattr(module, self.options)(parser)
+        parser.set_defaults(run=getattr(module, self.run), drives=self.drives)
+
+
+CORE = {
+    "replay": Command(
+        "recompute every decision and verdict of a record offline, and compare", "stucksolver.commands.replay"
+    ),
+    "ladder": Command("print a shipped ladder as a starting point, or check your own", "stucksolver.commands.ladder"),
+    "doctor": Command("check what is installed, what is missing, and how to get it", "stucksolver.commands.doctor"),
+    "plugins": Command("list the installed plug-ins with version and health", "stucksolver.commands.plugins"),
+    "config": Command(
+        "show the settings in effect, or write a configuration file to start from", "stucksolver.commands.config"
+    ),
+    "completion": Command(
+        "print a script that makes a shell complete commands and options", "stucksolver.commands.shell_completion"
+    ),
+}
+"""The core's own commands."""
+FIRST = (
+    "demo",
+    "ride",
+    "evaluate",
+    "score",
+    "compare",
+    "watch",
+    "replay",
+    "ladder",
+    "prompt",
+    "words",
+    "cases",
+    "memory",
+)
+"""The help lists these first, in this order."""
+
+
+@cache
+def commands() -> Mapping[str, Command]:
+    """Return the commands of all installed distributions by name, in the order of the help.
+
+    Raises:
+        PluginError: The list of a distribution cannot be loaded.
+    """
+    found = dict(CORE)
+    for plugin in plugins("commands"):
+        found |= {name: command for name, command in plugin.load().items() if name not in found}
+    names = [*(name for name in FIRST if name in found), *(name for name in found if name not in FIRST)]
+    return {name: found[name] for name in names}

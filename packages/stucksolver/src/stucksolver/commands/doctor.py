@@ -1,0 +1,156 @@
+"""`stucksolver doctor`: checks what is installed, what is missing, and how to get it."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import platform
+import shutil
+import socket
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+from stucksolver.commands.arguments import SUPPORTED, add_json, installed_version, print_json
+from stucksolver.commands.errors import UsageError
+from stucksolver.commands.terminal_text import filled
+from stucksolver.plugins import PluginError, plugins
+
+State = Literal["ok", "absent", "missing", "broken"]
+"""`absent` is optional and not installed; `missing` is required and not installed; `broken` does not work."""
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox")
+FREE_MIB = 500
+"""A demonstration writes a few MiB; an evaluation of 220 routes writes a few hundred."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The result of one check. `needed`: the demonstration does not run without it."""
+
+    name: str
+    state: State
+    detail: str
+    remedy: str = ""
+    needed: bool = False
+
+
+Check: TypeAlias = Callable[[], Iterator[Finding]]
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    add_json(parser, '[{"name", "state" (ok, absent, missing or broken), "detail", "remedy", "needed"}]')
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print all findings. Returns 1 if something that the demonstration needs is missing or broken, else 0."""
+    found = list(findings())
+    if options.json:
+        print_json([asdict(one) for one in found])
+    else:
+        print("\n".join(_line(one) for one in found))
+    return int(any(one.needed and one.state != "ok" for one in found))
+
+
+def _line(one: Finding) -> str:
+    text = f"{one.state:8}{one.name}: {one.detail}"
+    return filled(f"{text}; {one.remedy}" if one.state != "ok" and one.remedy else text)
+
+
+def findings() -> Iterator[Finding]:
+    """Run the core's checks and those of all plug-ins."""
+    for check in CHECKS:
+        yield from check()
+    for plugin in plugins("checks"):
+        try:
+            checks: tuple[Check, ...] = plugin.load()
+        except PluginError as error:
+            yield Finding(plugin.distribution, "broken", str(error), "stucksolver plugins")
+            continue
+        for check in checks:
+            yield from check()
+
+
+def _python() -> Iterator[Finding]:
+    told = f"{platform.python_version()}, {platform.system()} {platform.machine()}"
+    fits = (3, 10) <= sys.version_info[:2] <= (3, 12) and sys.platform == "linux" and platform.machine() == "x86_64"
+    yield Finding("stucksolver", "ok", installed_version(), needed=True)
+    yield Finding(
+        "python",
+        "ok" if fits else "broken",
+        told,
+        f"the carla package exists for {SUPPORTED}",
+        needed=True,
+    )
+
+
+def package(name: str, use: str, extra: str, *, needed: bool = False) -> Check:
+    """Return a check for an installed package. `use` says what it is for, `extra` which extra installs it."""
+
+    def look() -> Iterator[Finding]:
+        """Check whether it is installed, and in which version."""
+        remedy = f"add the extra [{extra}] (README, Install)"
+        if importlib.util.find_spec(name) is None:
+            yield Finding(name, "missing" if needed else "absent", use, remedy, needed)
+            return
+        try:
+            told = version(name)
+        except PackageNotFoundError:
+            told = "of unknown version"
+        yield Finding(name, "ok", f"{told}; {use}", needed=needed)
+
+    return look
+
+
+def _ports() -> Iterator[Finding]:
+    """Check that ports can be opened: carlette and the passenger's page use ports that the system assigns."""
+    try:
+        with socket.socket() as one, socket.socket() as two:
+            one.bind(("127.0.0.1", 0))
+            two.bind(("127.0.0.1", 0))
+            one.listen()
+    except OSError as error:
+        remedy = "allow programs to listen on the loopback address; in a container bring `lo` up"
+        yield Finding("ports", "broken", f"no port on 127.0.0.1 can be opened: {error}", remedy, needed=True)
+        return
+    yield Finding("ports", "ok", "free ports on 127.0.0.1 can be opened", needed=True)
+
+
+def _browser() -> Iterator[Finding]:
+    """Look for a browser, which shows reports and the passenger's page; it may also run on another machine."""
+    found = next((path for path in map(shutil.which, BROWSERS) if path), None)
+    remedy = "apt install chromium, or copy the report to a machine with a browser; the browser tests need Chromium"
+    yield Finding("browser", "ok" if found else "absent", found or f"none of {', '.join(BROWSERS)} on PATH", remedy)
+
+
+def _settings() -> Iterator[Finding]:
+    """Check the configuration file, if there is one."""
+    from stucksolver.commands.config import all_settings
+    from stucksolver.commands.settings import check_file, find_file, read_file
+
+    try:
+        file = find_file(None)
+        if file is None:
+            yield Finding(
+                "configuration", "absent", "no file; every setting is at its default", "stucksolver config init"
+            )
+            return
+        check_file(file, read_file(file), all_settings())
+    except UsageError as error:
+        yield Finding(
+            "configuration", "broken", str(error), "`stucksolver config init FILE` writes one to compare with"
+        )
+        return
+    yield Finding("configuration", "ok", f"{file}; `stucksolver config show` prints what it sets")
+
+
+def _disk() -> Iterator[Finding]:
+    free = shutil.disk_usage(Path.cwd()).free // 2**20
+    state: State = "ok" if free >= FREE_MIB else "broken"
+    yield Finding("disk", state, f"{free:,} MiB free here", "free some space, or choose another --out", needed=True)
+
+
+CHECKS: tuple[Check, ...] = (_python, _ports, _browser, _settings, _disk)

@@ -1,0 +1,113 @@
+"""The `stucksolver` program: parses the command line and runs one command."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import itertools
+import os
+import sys
+from collections.abc import Collection, Mapping, Sequence
+from typing import TypeAlias
+
+from stucksolver.commands.arguments import SUPPORTED, Parser, installed_version
+from stucksolver.commands.command_table import Command, commands
+from stucksolver.commands.errors import UsageError
+from stucksolver.plugins import PluginError
+from stucksolver.privacy.url_redaction import shown, without_logins
+
+PIPE_CLOSED = 128 + 13
+"""The exit code that shells report for a program killed by SIGPIPE."""
+EXIT_CODES = (
+    "exit codes: 0 success; 1 the command ran, but the result is bad (a route crashed, a record does not match, a "
+    "required package is missing); 2 wrong usage or invalid input; 130 interrupted; 141 the output was closed early"
+)
+PROGRAM = "stucksolver"
+Table: TypeAlias = Mapping[str, Command]
+WITHOUT_SETTINGS = ("config", "completion")
+"""Commands that take no settings because they describe the settings themselves."""
+
+
+def main(arguments: Sequence[str] | None = None, *, program: str = PROGRAM, table: Table | None = None) -> int:
+    """Run the command line and return the exit code.
+
+    Args:
+        arguments: Defaults to those of the process.
+        program: Name of the program in messages.
+        table: Commands by name. Defaults to those of all installed distributions.
+    """
+    words = without_logins(sys.argv[1:] if arguments is None else list(arguments))
+    try:
+        known = commands() if table is None else table
+        named = [word for word in words if word in known][:1]
+        parser = _parser(program, known, filled=named)
+        options = _parse(parser, words, named[0], known) if named else parser.parse_args(words)
+        # What an option shared by several commands does before they run.
+        getattr(options, "prepare", lambda _: None)(options)
+        if options.drives:
+            _require_client()
+        code = int(options.run(options))
+        sys.stdout.flush()
+        return code
+    except KeyboardInterrupt:
+        print("\ninterrupted", file=sys.stderr)
+        return 130
+    except (UsageError, PluginError) as error:
+        print(f"error: {shown(str(error))}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:
+        # The reader closed the pipe. Without this, Python would report the error again when it closes the stream.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return PIPE_CLOSED
+
+
+def full_parser(program: str = PROGRAM, table: Table | None = None) -> argparse.ArgumentParser:
+    """Return a program's parser with the options of every command, for completion, settings and documentation."""
+    known = commands() if table is None else table
+    return _parser(program, known, filled=known)
+
+
+def _parse(parser: argparse.ArgumentParser, told: Sequence[str], command: str, known: Table) -> argparse.Namespace:
+    """Parse the options; file and environment provide what the command line omits. Raises `UsageError`."""
+    from stucksolver.commands import settings
+
+    before = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    before.add_argument("--config")
+    early, _ = before.parse_known_args(list(itertools.takewhile(lambda word: word != command, told)))
+    if command in WITHOUT_SETTINGS:
+        return parser.parse_args(told)
+    file = settings.find_file(early.config)
+    content = settings.read_file(file) if file else {}
+    if file:
+        settings.check_file(file, content, list(settings.settings_of("", full_parser(table={**commands(), **known}))))
+    mine = [one for one in settings.settings_of("", parser) if one.section.split(".")[0] == command]
+    values = [(one, settings.given(one, content, file)) for one in mine]
+    settings.put_in(parser, [(one, value) for one, value in values if value])
+    options = parser.parse_args(told)
+    used = settings.taken_out(parser, options)
+    if used:
+        told_of = ", ".join(f"{name} {value}" for name, value in used)
+        print(f"note: settings used: {shown(told_of)}", file=sys.stderr)
+    return options
+
+
+def _parser(program: str, known: Table, filled: Collection[str]) -> argparse.ArgumentParser:
+    """Return the parser. Only the named commands get their options, so that the others need not be imported."""
+    parser = Parser(prog=program, description="Gets immobilized vehicles moving again.", epilog=EXIT_CODES)
+    parser.add_argument("--version", action="version", version=f"%(prog)s {installed_version()}")
+    parser.add_argument(
+        "--config", metavar="FILE", help="configuration file instead of stucksolver.toml; `none` reads no file"
+    )
+    subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
+    for name, command in known.items():
+        subparser = subparsers.add_parser(name, help=command.about, description=command.more or command.about)
+        if name in filled:
+            command.fill(subparser)
+    return parser
+
+
+def _require_client() -> None:
+    if importlib.util.find_spec("carla") is None:
+        raise UsageError(
+            f"the carla package is not installed; it exists for {SUPPORTED}: add the extra [carla] (README, Install)"
+        )

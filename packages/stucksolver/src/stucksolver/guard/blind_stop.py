@@ -1,0 +1,36 @@
+"""What is left of a plan when perception fails after the commit point: its last proven path, slowly, to a stop."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stucksolver.guard.abort_stops import no_stopping_place
+from stucksolver.guard.context import CheckContext
+from stucksolver.plan.frenet_path import LEAST_MPS, Manoeuvre
+
+
+def stopping_soon(case: CheckContext) -> Manoeuvre:
+    """Return the path up to the first place where the ego can stop and a vehicle may stop, or to its end.
+
+    The ego becomes nowhere faster, and ends at rest with comfortable braking. It stays on the path that the last
+    look has proven free.
+
+    Args:
+        case: The rest of a proven path, with the surroundings of the last look.
+    """
+    path, ego = case.path, case.view.ego
+    now_mps, braking_mps2 = abs(ego.speed_mps), ego.limits.comfort_braking_mps2
+    reached = path.s >= path.s[0] + now_mps**2 / (2 * braking_mps2)
+    oncoming = np.zeros(len(path.s), dtype=bool)
+    for lane in case.oncoming_lanes(path.end_s):
+        oncoming |= case.inside(lane)
+    places = np.flatnonzero(reached & ~oncoming & ~no_stopping_place(case))
+    count = max(int(places[0]) + 1, 2) if len(places) else len(path.s)
+    left_m = path.s[count - 1] - path.s[:count]
+    # A controller that slows down exactly to zero would stop short of the end.
+    braked = np.maximum(np.sqrt(2 * braking_mps2 * left_m), LEAST_MPS)
+    speed = np.minimum.accumulate(np.minimum(np.minimum(path.speed[:count], now_mps), braked))
+    speed[-1] = 0.0
+    return replace(path, s=path.s[:count], d=path.d[:count], speed=speed, yaw=None, stops=True)

@@ -1,0 +1,73 @@
+"""Past the commit point a path moves sideways towards what stands only with room for the tracking error that may grow.
+
+Before the commit point a tracking error ends the plan by a stop. Past it the plan is finished, with an error of up to
+`TrackingPolicy.error_m`. On a way back into the lane the heading carries the body towards what was passed, so a stop
+for a contact that is predicted there comes too late.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stucksolver.guard.context import CheckContext
+from stucksolver.guard.prediction import relevant, standing_gaps
+from stucksolver.guard.verdict import Reject
+from stucksolver.scene.failed_attempts import RejectCode
+from stucksolver.scene.frenet import Array, Mask
+from stucksolver.scene.frenet_scene import MOVING_MPS
+
+
+def early_return(case: CheckContext, no_stop: Mask) -> list[Reject]:
+    """Check that no committed part of a path leads towards a standing object that a tracking error would then touch.
+
+    Along such a part the gap stays at least the largest tracking error since the commit point, or what it was where the
+    path began to lead there: beside an object, an error shows in time for a stop.
+
+    Args:
+        case: The plan, before it starts.
+        no_stop: (stations,): True where the ego is committed, as `aborts.committed` returns it.
+    """
+    view, path, which = case.view, case.path, relevant(case)
+    which = which[view.speed[which] <= MOVING_MPS]
+    if not len(which) or not no_stop.any():
+        return []
+    gap = standing_gaps(case, which)
+    towards = (
+        np.gradient(path.d, path.s)[:, None] * np.sign(view.d[which] - path.d[:, None])
+        > case.policy.tracking.parallel_rad
+    )
+    begun = np.maximum.accumulate(np.where(towards, 0, np.arange(len(path.s))[:, None]), axis=0)
+    least = np.minimum(
+        _grown_error(case, no_stop)[:, None] + case.policy.harm.touch_m,
+        np.take_along_axis(gap, begun, axis=0) - case.policy.clearance.nearer_m,
+    )
+    bad = towards & _past_commit(case, no_stop, which) & (gap < least)
+    if not bad.any():
+        return []
+    k, who = (int(found[0]) for found in np.nonzero(bad))
+    thing = view.objects[int(which[who])]
+    detail = (
+        f"turns back onto {thing.kind.value} {thing.id} past the commit point: gap {gap[k, who]:.1f} m, "
+        f"a tracking error needs {least[k, who]:.1f} m"
+    )
+    time_s, gap_m = float(case.slow.t[k]), float(gap[k, who])
+    return [Reject(code=RejectCode.GAP, detail=detail, object_id=thing.id, time_s=time_s, gap_m=gap_m)]
+
+
+def _grown_error(case: CheckContext, no_stop: Mask) -> Array:
+    """(stations,): the largest tracking error that can have grown since the commit point (m)."""
+    tracking, t = case.policy.tracking, case.slow.t
+    since_s = np.maximum(t - t[int(no_stop.argmax())], 0.0)
+    grown: Array = np.minimum(tracking.beside_m + tracking.drift_mps * since_s, tracking.error_m)
+    return grown
+
+
+def _past_commit(case: CheckContext, no_stop: Mask, which: Array) -> Mask:
+    """(stations, objects): True on committed parts, and beside what is passed on all that follows.
+
+    The front may be back in the own lane, where a stop is allowed, before the tail is clear.
+    """
+    passed = np.array([case.view.objects[int(i)].id in case.path.passes for i in which], dtype=bool)
+    begun = np.maximum.accumulate(no_stop)
+    result: Mask = no_stop[:, None] | (begun[:, None] & passed)
+    return result

@@ -1,0 +1,164 @@
+"""A pass through the oncoming lane: it must be seen to be free, and stay free from the commit point to the return.
+
+Up to the commit point, a plan is checked again on every tick and can be ended by a stop in the ego's own lane (R17 and
+R19 in docs/SAFETY.md). So unseen traffic is assumed to appear from the commit point on, not from the start: traffic
+that appears earlier is seen in time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stucksolver.guard.context import CheckContext
+from stucksolver.guard.occluded_traffic import who_may_come
+from stucksolver.guard.verdict import Reject, SightProof
+from stucksolver.scene.failed_attempts import RejectCode
+from stucksolver.scene.frenet import Lane
+from stucksolver.scene.road import LaneDirection
+from stucksolver.scene.wording import whereabouts
+
+
+@dataclass(frozen=True)
+class Borrowed:
+    """A plan's use of an oncoming lane.
+
+    Attributes:
+        lane: The lane.
+        first: Index of the first station at which the body is in it.
+        last: Index of the first station at which the body is out of it again.
+        decided_s: Time of the slow ego's last check before the commit point (s from now).
+        back_s: Time at which the slow ego is out of the lane (s from now).
+    """
+
+    lane: Lane
+    first: int
+    last: int
+    decided_s: float
+    back_s: float
+
+    @property
+    def unseen_s(self) -> float:
+        """Time from the last check before the commit point until the return (s): no unseen traffic may arrive in it."""
+        return self.back_s - self.decided_s
+
+
+def oncoming(case: CheckContext) -> list[Reject]:
+    """Check that an oncoming lane is used only away from junctions and crossings, and if it is seen to be free for the
+    whole manoeuvre.
+    """
+    for borrowed in borrowed_lanes(case):
+        found = _zone(case, borrowed) + _sight(case, borrowed) + _gap(case, borrowed)
+        if found:
+            return found
+    return []
+
+
+def borrowed_lanes(case: CheckContext) -> tuple[Borrowed, ...]:
+    """Return the oncoming lanes that a plan uses, in order."""
+    found = []
+    for lane in case.path.enters:
+        stations = np.flatnonzero(case.inside(lane))
+        if lane.strip.direction is not LaneDirection.OPPOSITE or not len(stations):
+            continue
+        first, last = int(stations[0]), min(int(stations[-1]) + 1, len(case.path.s) - 1)
+        found.append(Borrowed(lane, first, last, _decided_s(case, first), float(case.slow.t[last])))
+    return tuple(found)
+
+
+def _decided_s(case: CheckContext, first: int) -> float:
+    """Return the time of the last check before the commit point (s from now); 0 if that is now."""
+    if case.commit_s is None:
+        return 0.0
+    at = min(case.commit_s, float(case.path.s[first]))
+    reached_s = float(np.interp(at, case.path.s, case.slow.t))
+    return max(reached_s - case.policy.oncoming.seen_ago_s, 0.0)
+
+
+def _zone(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
+    half = case.view.ego.length_m / 2
+    start, end = float(case.path.s[borrowed.first]) - half, float(case.path.s[borrowed.last]) + half
+    margin = case.policy.lanes.zone_margin_m
+    for zone in case.view.surroundings.road.zones:
+        if zone.start_m - margin < end and start < zone.end_m + margin:
+            detail = f"the plan would use the oncoming lane in a {zone.kind.value.replace('_', ' ')}"
+            return [Reject(code=RejectCode.ZONE, detail=detail)]
+    if not borrowed.lane.covers(start, end):
+        return [Reject(code=RejectCode.OFF_ROAD, detail="the oncoming lane ends beside the manoeuvre")]
+    return []
+
+
+def _sight(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
+    """Check the sight: at least the ego's path, plus the distance unseen traffic may drive, plus a margin."""
+    proof = sight_proof(case, borrowed)
+    needed, seen = proof.needed_m, proof.seen_m
+    if seen >= needed:
+        return []
+    detail = f"sees {seen:.0f} m of the oncoming lane, needs {needed:.0f} m for {borrowed.unseen_s:.1f} s"
+    return [
+        Reject(
+            code=RejectCode.ONCOMING_SIGHT,
+            detail=detail,
+            time_s=borrowed.unseen_s,
+            gap_m=seen - needed,
+            needed_m=needed,
+            seen_m=seen,
+        )
+    ]
+
+
+def proof_of(case: CheckContext) -> SightProof | None:
+    """Return the proof with the least margin among a plan's oncoming lanes; None if the plan uses none."""
+    proofs = [sight_proof(case, borrowed) for borrowed in borrowed_lanes(case)]
+    return min(proofs, key=lambda proof: proof.seen_m - proof.needed_m, default=None)
+
+
+def sight_proof(case: CheckContext, borrowed: Borrowed) -> SightProof:
+    """Return the sight needed and the sight available, for the unseen vehicle that leaves the smallest margin."""
+    own = float(case.path.s[borrowed.last]) - case.view.ego_s + margin_m(case)
+    proofs = [
+        SightProof(needed_m=own + one.way_m(borrowed.unseen_s), seen_m=one.at_m, unseen_s=borrowed.unseen_s)
+        for one in who_may_come(case, borrowed.lane)
+    ]
+    return min(proofs, key=lambda proof: proof.seen_m - proof.needed_m)
+
+
+def margin_m(case: CheckContext) -> float:
+    """Return the sight that must remain when the ego is back in its lane (m); it grows with the plan's speed."""
+    policy = case.policy.oncoming
+    quicker = max(float(case.quick.v.max()) - case.policy.speeds.recovery_mps, 0.0)
+    return policy.sight_margin_m + policy.sight_margin_s * quicker
+
+
+def _gap(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
+    """Check that no oncoming vehicle arrives before the ego is back, plus a time gap.
+
+    The vehicle may be slightly faster than seen, but only after the last check: until then its speed is measured again.
+    """
+    policy, view = case.policy.oncoming, case.view
+    front = float(case.path.s[borrowed.last]) + view.ego.length_m / 2
+    for i, thing in enumerate(view.objects):
+        coming = -float(view.vs[i])
+        if coming < case.policy.prediction.along_mps or view.s[i] + view.along[i] < view.ego_s:
+            continue
+        right, _, left = borrowed.lane.at(float(view.s[i]))
+        if view.d[i] + view.across[i] <= right or view.d[i] - view.across[i] >= left:
+            continue
+        way = coming * (borrowed.back_s + policy.time_gap_s)
+        way += policy.speedup_mps * (borrowed.unseen_s + policy.time_gap_s)
+        place = float(view.s[i] - view.along[i]) - way
+        if place < front:
+            detail = (
+                f"{thing.kind.value} {thing.id} comes at {coming:.1f} m/s, {whereabouts(float(view.s[i] - view.ego_s))}"
+            )
+            return [
+                Reject(
+                    code=RejectCode.ONCOMING_GAP,
+                    detail=detail,
+                    object_id=thing.id,
+                    time_s=borrowed.back_s,
+                    gap_m=place - front,
+                )
+            ]
+    return []

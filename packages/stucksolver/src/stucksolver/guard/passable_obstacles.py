@@ -1,0 +1,163 @@
+"""What may be passed and when, and what may be driven over."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stucksolver.guard.context import CheckContext
+from stucksolver.guard.verdict import Reject
+from stucksolver.scene.boxes import separation
+from stucksolver.scene.failed_attempts import RejectCode
+from stucksolver.scene.frenet_scene import MOVING_MPS
+from stucksolver.scene.objects import PASSABLE_KINDS, VEHICLES, VULNERABLE, ObjectKind
+from stucksolver.scene.road import LaneKind
+from stucksolver.scene.surroundings import ControlKind, LightState
+from stucksolver.scene.wording import stood_too_briefly
+
+
+def patience(case: CheckContext) -> list[Reject]:
+    """Check that no queue is passed, and a vehicle that may only be waiting not before it has stood long enough.
+
+    A passenger may ask to pass a moving vehicle, or not to wait. But nothing a passenger says allows passing a queue,
+    or an emergency vehicle before the long wait.
+    """
+    view = case.view
+    found = []
+    for name in case.path.passes:
+        i = view.index_of(name)
+        if i is None or not may_be_vehicle(case, i):
+            continue
+        why = _moving(case, i) if view.speed[i] > MOVING_MPS else _standing(case, i)
+        if why is not None:
+            detail = f"{view.objects[i].kind.value} {name} {why}"
+            found.append(Reject(code=RejectCode.WAIT_FIRST, detail=detail, object_id=name))
+    return found
+
+
+def may_be_vehicle(case: CheckContext, i: int) -> bool:
+    """True for a vehicle of any kind, and for something of unknown kind that is as long as one."""
+    thing = case.view.objects[i]
+    long = max(thing.length_m, thing.width_m) >= case.policy.queues.unknown_m
+    return thing.kind in VEHICLES or (thing.kind is ObjectKind.UNKNOWN and long)
+
+
+def _moving(case: CheckContext, i: int) -> str | None:
+    if case.view.vs[i] < case.policy.prediction.along_mps:
+        warns = case.view.objects[i].hazard_lights
+        return "may be in a queue" if not warns and _waits_for_something(case, i) else None
+    return None if case.guided or case.running else "is moving: follow it, do not pass it"
+
+
+def _standing(case: CheckContext, i: int) -> str | None:
+    waits, thing = case.policy.waits, case.view.objects[i]
+    if not thing.hazard_lights and in_queue(case, i):
+        return "may be in a queue"
+    stood = thing.stationary_s or 0.0
+    if case.running or thing.kind is ObjectKind.UNKNOWN:
+        return None
+    if thing.kind is ObjectKind.EMERGENCY:
+        # Its crew may come back and drive off at any moment, whatever it shows and whatever anybody says.
+        return None if stood >= waits.unknown_vehicle_s else stood_too_briefly(stood, waits.unknown_vehicle_s)
+    # Being told that it will stay counts as much as seeing its hazard lights.
+    stays = "long_stay" in case.approvals.passenger | case.approvals.operator
+    short = thing.hazard_lights or _parked(case, i) or stays
+    needed = waits.hazard_or_parked_s if short else waits.unknown_vehicle_s
+    return None if case.guided or stood >= needed else stood_too_briefly(stood, needed)
+
+
+def _parked(case: CheckContext, i: int) -> bool:
+    """True if it stands where vehicles park: off the lane's centre, for a two-wheeler outside driving lanes."""
+    if case.view.two_wheeled[i]:
+        lane = case.view.lane_of[i]
+        return lane is None or lane.strip.kind is not LaneKind.DRIVING
+    return abs(float(case.view.d[i])) > case.policy.queues.parked_offset_m
+
+
+def in_queue(case: CheckContext, i: int) -> bool:
+    """True if the vehicle seems to be waiting for something ahead of it, judged by what is there now.
+
+    It is if it has moved recently, or if a light, a stop sign or another vehicle, of any kind or unknown, is close
+    ahead. That vehicle must itself have moved recently, or be stopped in the lane without hazard or emergency lights.
+    How long a vehicle has been stationary cannot tell a queue from an obstruction: it may have stopped long before the
+    ego came.
+    """
+    return _moved_lately(case, i) or _waits_for_something(case, i)
+
+
+def _waits_for_something(case: CheckContext, i: int) -> bool:
+    """True if a light, a stop sign or another vehicle that may wait is close ahead of a vehicle."""
+    view, policy = case.view, case.policy.queues
+    front = float(view.gap[i] + 2 * view.along[i])
+    for control in view.surroundings.controls:
+        holds = control.kind is ControlKind.STOP_SIGN or control.state in (LightState.RED, LightState.YELLOW)
+        near = front - policy.past_line_m <= control.distance_m < front + policy.reach_m
+        if control.applies is not False and holds and near:
+            return True
+    in_line = np.abs(view.d - view.d[i]) < policy.in_line_m
+    next_up = (view.gap > front) & (view.gap < front + policy.reach_m) & in_line
+    ahead = [int(j) for j in np.flatnonzero(next_up) if may_be_vehicle(case, int(j))]
+    return any(_moved_lately(case, j) or (_may_wait(case, i) and _may_wait(case, j)) for j in ahead)
+
+
+def _moved_lately(case: CheckContext, i: int) -> bool:
+    moved = case.view.objects[i].moved_s_ago
+    return moved is not None and moved < case.policy.waits.queue_moved_within_s
+
+
+def _may_wait(case: CheckContext, i: int) -> bool:
+    """True if it could be a waiting vehicle: in its lane, without hazard or emergency lights."""
+    thing = case.view.objects[i]
+    warns = thing.hazard_lights or thing.emergency_lights
+    return not warns and not _parked(case, i) and may_be_vehicle(case, i)
+
+
+def passable(case: CheckContext) -> list[Reject]:
+    """Check that what is driven over is surely of a soft class, small, low, seen long enough, and away from anything
+    living.
+    """
+    found = []
+    for name in case.path.over:
+        i = case.view.index_of(name)
+        why = "is no longer seen" if i is None else _not_passable(case, i)
+        if why is not None:
+            found.append(Reject(code=RejectCode.NOT_PASSABLE, detail=f"{name} {why}", object_id=name))
+    return found
+
+
+def _not_passable(case: CheckContext, i: int) -> str | None:
+    thing, policy = case.view.objects[i], case.policy.passable
+    if "drive_over" in case.approvals.barred:
+        return "must not be driven over, somebody says"
+    if thing.kind not in PASSABLE_KINDS:
+        return f"is classified as {thing.kind.value}, which is never driven over"
+    confirmed = not {"drive_over", "soft_object"}.isdisjoint(case.approvals.passenger | case.approvals.operator)
+    needed = policy.confirmed_confidence if confirmed else policy.confidence
+    if (thing.kind_confidence or 0.0) < needed:
+        sure = thing.kind_confidence or 0.0
+        return f"is classified as {thing.kind.value} with confidence {sure:.2f}; {needed:.2f} is required"
+    if np.hypot(case.view.vs[i], case.view.vd[i]) > MOVING_MPS:
+        return "is moving"
+    longest = max(thing.length_m, thing.width_m)
+    if longest > policy.size_m:
+        return f"is {longest:.1f} m long, at most {policy.size_m:.1f} m is allowed"
+    if thing.height_m > policy.height_m:
+        return f"is {thing.height_m:.2f} m high, at most {policy.height_m:.2f} m is allowed"
+    if (thing.seen_for_s or 0.0) < policy.seen_s:
+        return f"has been seen for {thing.seen_for_s or 0.0:.1f} s, {policy.seen_s:.0f} s is required"
+    return _living_near(case, i)
+
+
+def _living_near(case: CheckContext, i: int) -> str | None:
+    view = case.view
+    for j, other in enumerate(view.objects):
+        if j == i or other.kind not in VULNERABLE | {ObjectKind.UNKNOWN}:
+            continue
+        gap = separation(
+            (view.s[i], view.d[i], view.yaw[i]),
+            (view.half_length[i], view.half_width[i]),
+            (view.s[j], view.d[j], view.yaw[j]),
+            (view.half_length[j], view.half_width[j]),
+        )
+        if float(gap) < case.policy.passable.living_clearance_m:
+            return f"has {other.kind.value} {other.id} {max(float(gap), 0.0):.1f} m beside it"
+    return None

@@ -1,0 +1,45 @@
+"""The guard's numbers, in one place, and who must approve what. All of it is written to each record."""
+
+from stucksolver.guard.policy.approvals import NOBODY, RANKS, RULES, SCENES, Approvals
+from stucksolver.guard.policy.clearances import ClearancePolicy, DoorPolicy, PassablePolicy, PeoplePolicy
+from stucksolver.guard.policy.ego import HandBackPolicy, HarmPolicy, SpeedPolicy, StoppingPolicy, TrackingPolicy
+from stucksolver.guard.policy.other_road_users import EntryPolicy, OncomingPolicy, PredictionPolicy, RssPolicy
+from stucksolver.guard.policy.policy import GuardPolicy
+from stucksolver.guard.policy.road import (
+    BackingPolicy,
+    ControlPolicy,
+    LanePolicy,
+    QueuePolicy,
+    ScenePolicy,
+    SightPolicy,
+)
+from stucksolver.guard.policy.turning import TurningPolicy
+
+__all__ = [
+    "NOBODY",
+    "RANKS",
+    "RULES",
+    "SCENES",
+    "Approvals",
+    "BackingPolicy",
+    "ClearancePolicy",
+    "ControlPolicy",
+    "DoorPolicy",
+    "EntryPolicy",
+    "GuardPolicy",
+    "HandBackPolicy",
+    "HarmPolicy",
+    "LanePolicy",
+    "OncomingPolicy",
+    "PassablePolicy",
+    "PeoplePolicy",
+    "PredictionPolicy",
+    "QueuePolicy",
+    "RssPolicy",
+    "ScenePolicy",
+    "SightPolicy",
+    "SpeedPolicy",
+    "StoppingPolicy",
+    "TrackingPolicy",
+    "TurningPolicy",
+]

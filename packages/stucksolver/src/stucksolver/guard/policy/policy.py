@@ -1,0 +1,94 @@
+"""Bounds that no plan may cross."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+from pydantic import Field, NonNegativeFloat, field_validator
+
+from stucksolver.guard.policy.approvals import RANKS, SCENES
+from stucksolver.guard.policy.clearances import ClearancePolicy, DoorPolicy, PassablePolicy, PeoplePolicy
+from stucksolver.guard.policy.ego import HandBackPolicy, HarmPolicy, SpeedPolicy, StoppingPolicy, TrackingPolicy
+from stucksolver.guard.policy.other_road_users import EntryPolicy, OncomingPolicy, PredictionPolicy, RssPolicy
+from stucksolver.guard.policy.road import (
+    BackingPolicy,
+    ControlPolicy,
+    LanePolicy,
+    QueuePolicy,
+    ScenePolicy,
+    SightPolicy,
+)
+from stucksolver.guard.policy.turning import TurningPolicy
+from stucksolver.plan.behaviors import REGISTRY, Release
+from stucksolver.plan.codes import WaitLimits
+from stucksolver.scene.base_model import Model
+
+
+class GuardPolicy(Model):
+    """Every number of the guard, and who must approve what. The defaults are the design's.
+
+    The numbers are grouped in sub-policies by what reads them. Each has its unit in its name, and its origin beside it
+    ("ours" means a choice of this project). All are finite and none is negative; unknown names are refused.
+    """
+
+    releases: Mapping[str, Release] = Field(default_factory=dict)
+    """Who must approve a behaviour, by its name. Other behaviours keep their default."""
+    solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
+    """Who must approve crossing a solid line past a stationary obstruction. Evaluation profiles set `autonomous`."""
+    authority: Release = Release.OPERATOR
+    """Who must approve passing a school bus, level crossing or flagger."""
+    emergency_scene: Release = Release.OPERATOR
+    """Who must approve passing a stopped emergency vehicle, unless a whole lane in the ego's direction is free."""
+    waits: WaitLimits = Field(default_factory=WaitLimits)
+    max_age_s: NonNegativeFloat = 0.5
+    """Greatest age of surroundings that may prove anything. The design's: a few ticks of a slow stack."""
+
+    clearance: ClearancePolicy = ClearancePolicy()
+    people: PeoplePolicy = PeoplePolicy()
+    doors: DoorPolicy = DoorPolicy()
+    passable: PassablePolicy = PassablePolicy()
+
+    prediction: PredictionPolicy = PredictionPolicy()
+    rss: RssPolicy = RssPolicy()
+    entry: EntryPolicy = EntryPolicy()
+    oncoming: OncomingPolicy = OncomingPolicy()
+
+    sight: SightPolicy = SightPolicy()
+    lanes: LanePolicy = LanePolicy()
+    controls: ControlPolicy = ControlPolicy()
+    queues: QueuePolicy = QueuePolicy()
+    scenes: ScenePolicy = ScenePolicy()
+    backing: BackingPolicy = BackingPolicy()
+    turning: TurningPolicy = TurningPolicy()
+
+    speeds: SpeedPolicy = SpeedPolicy()
+    tracking: TrackingPolicy = TrackingPolicy()
+    stopping: StoppingPolicy = StoppingPolicy()
+    harm: HarmPolicy = HarmPolicy()
+    hand_back: HandBackPolicy = HandBackPolicy()
+
+    @field_validator("releases")
+    @classmethod
+    def _known(cls, releases: Mapping[str, Release]) -> Mapping[str, Release]:
+        unknown = sorted(set(releases) - set(REGISTRY))
+        if unknown:
+            raise ValueError(f"release of an unknown behaviour {unknown[0]!r}; choose from: {', '.join(REGISTRY)}")
+        return releases
+
+    def laxer_than(self, other: GuardPolicy) -> tuple[str, ...]:
+        """Return what this policy allows with a lower approval than another policy requires."""
+        asked: dict[str, tuple[str, str]] = {
+            name: (self.release(name).value, other.release(name).value) for name in REGISTRY
+        }
+        asked |= {one: (self.scene_release(one).value, other.scene_release(one).value) for one in SCENES}
+        asked["solid_line"] = (self.solid_line, other.solid_line)
+        return tuple(name for name, (ours, theirs) in asked.items() if RANKS.index(ours) < RANKS.index(theirs))
+
+    def scene_release(self, scene: str) -> Release:
+        """Return who must approve passing one of the scenes in `RULES`."""
+        return self.emergency_scene if scene == "emergency_scene" else self.authority
+
+    def release(self, behavior: str) -> Release:
+        """Return who must approve a behaviour."""
+        return self.releases.get(behavior, REGISTRY[behavior].release)

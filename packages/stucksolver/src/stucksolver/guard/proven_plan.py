@@ -1,0 +1,100 @@
+"""A plan laid out as one path, with the checks that its behaviors name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from stucksolver.guard import back_up, lane_entry, marking, oncoming_lane, passable_obstacles, traffic_rules
+from stucksolver.guard import path_checks as checks
+from stucksolver.guard.adjacent_traffic import from_behind
+from stucksolver.guard.context import CheckContext
+from stucksolver.guard.policy import NOBODY, Approvals
+from stucksolver.guard.sight_distance import seen
+from stucksolver.guard.verdict import Reject
+from stucksolver.plan.behaviors import Behavior, Check
+from stucksolver.plan.frenet_path import Manoeuvre
+from stucksolver.scene.frenet import Mask
+
+CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
+    Check.COLLISION: lambda case: checks.collision(case) + from_behind(case) + seen(case),
+    Check.DRIVABLE_AREA: checks.drivable_area,
+    Check.SPEED: checks.speed,
+    Check.STOP_LINE: checks.stop_line,
+    Check.ROADSIDE: checks.roadside,
+    Check.WITHIN_LANE: traffic_rules.within_lane,
+    Check.CREEP_SPEED: traffic_rules.creep_speed,
+    Check.AUTHORITY: lambda case: traffic_rules.authority(case) + traffic_rules.off_rails(case),
+    Check.OFF_ROUTE: traffic_rules.off_route,
+    Check.STOPPING_PLACE: traffic_rules.stopping_place,
+    Check.BACKING_PLACE: back_up.backing_place,
+    Check.SEEN_FREE: traffic_rules.seen_free,
+    Check.PASSABLE: passable_obstacles.passable,
+    Check.PATIENCE: passable_obstacles.patience,
+    Check.MARKING: marking.marking,
+    Check.ONCOMING: oncoming_lane.oncoming,
+    Check.LANE_ENTRY: lane_entry.lane_entry,
+}
+SETTLED = frozenset({Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITHIN_LANE})
+"""Checks of the path alone: decided once, at acceptance."""
+
+
+@dataclass(frozen=True)
+class Proven:
+    """Behaviours laid out as one path; `Guard.accept` returns them only if it accepts them.
+
+    Attributes:
+        behaviors: The behaviours, in order.
+        path: The path. A reverse path is in the frame of `FrenetScene.backwards`.
+        ends_s: Arc length at which each behaviour ends (m).
+        no_stop: (stations,) True where the ego is committed: a stop would end where no vehicle should stop, and the
+            safe option is to finish, which was proven.
+        expected_s: Expected duration (s).
+        guided: The passenger's words ask for the plan.
+        approvals: What people have approved.
+        start_mps: Speed at the start (m/s).
+        stopped_at_s: Arc lengths of the stop lines at which the ego had stopped at the start (m).
+    """
+
+    behaviors: tuple[Behavior, ...]
+    path: Manoeuvre
+    ends_s: tuple[float, ...]
+    no_stop: Mask
+    expected_s: float
+    guided: bool
+    approvals: Approvals = NOBODY
+    start_mps: float = 0.0
+    stopped_at_s: tuple[float, ...] = ()
+
+    @property
+    def reverse(self) -> bool:
+        """True if it backs up."""
+        return self.behaviors[0].reverse
+
+    @cached_property
+    def checks(self) -> tuple[Check, ...]:
+        """The checks that its behaviours name, in the guard's order."""
+        return tuple(check for check in CHECKS if any(check in b.checks for b in self.behaviors))
+
+    @cached_property
+    def checks_on_tick(self) -> tuple[Check, ...]:
+        """The checks whose result can change while the plan runs."""
+        return tuple(check for check in self.checks if check not in SETTLED)
+
+    def commit_s(self, s: float) -> float:
+        """Return the arc length of the next commit point at or after `s` (m), rounded to the safe side.
+
+        Returns `s` if the ego is committed there, and the path's end if no commit point is left.
+        """
+        ahead = np.flatnonzero(self.no_stop & (self.path.s >= s))
+        if self.committed(s):
+            return s
+        return max(float(self.path.s[max(int(ahead[0]) - 1, 0)]), s) if len(ahead) else self.path.end_s
+
+    def committed(self, s: float) -> bool:
+        """True if the ego is committed at the station before or after an arc length (m)."""
+        after = int(np.searchsorted(self.path.s, s, side="right"))
+        return bool(self.no_stop[max(after - 1, 0) : after + 1].any())

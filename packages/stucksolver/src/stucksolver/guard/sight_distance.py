@@ -1,0 +1,90 @@
+"""What is not seen is not free, also in lanes in the ego's direction: ahead, for a stop, and behind."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stucksolver.guard.context import CheckContext
+from stucksolver.guard.lane_entry import is_due
+from stucksolver.guard.rss import rss_distance
+from stucksolver.guard.verdict import Reject
+from stucksolver.scene.failed_attempts import RejectCode
+from stucksolver.scene.frenet import Lane
+from stucksolver.scene.road import LaneDirection, LaneKind
+
+
+def seen(case: CheckContext) -> list[Reject]:
+    """Check that the ego sees far enough ahead to stop, and in lanes that it enters also far enough back.
+
+    Far enough back means that traffic from there can brake behind the ego.
+    """
+    home = case.start_lane
+    if home is None or home.strip.direction is LaneDirection.OPPOSITE:
+        return []
+    found = _ahead(case, home)
+    for lane in case.path.enters:
+        if lane.strip.direction is LaneDirection.OPPOSITE or lane is home:
+            continue
+        inside = case.first_entries(lane)
+        if not len(inside) or not is_due(case, int(inside[0])):
+            continue
+        if lane.strip.kind is LaneKind.DRIVING:
+            found += _ahead(case, lane) + _behind(case, lane, int(inside[0]), _limit(case, lane))
+        else:
+            found += _behind(case, home, int(inside[0]), case.policy.sight.cyclist_mps)
+    return found[:1]
+
+
+def _ahead(case: CheckContext, lane: Lane) -> list[Reject]:
+    view, limits, policy = case.view, case.view.ego.limits, case.policy.sight
+    speed = float(case.quick.v.max())
+    stop_m = speed**2 / (2 * limits.comfort_braking_mps2) + policy.reacts_s * speed + policy.margin_m
+    needed = view.ego.length_m / 2 + min(stop_m, float(case.path.end_s) - view.ego_s)
+    have = view.sight_ahead_m(lane)
+    if not _beside(case, lane) or have >= needed or _ends(case, lane, view.ego_s + have, +1):
+        return []
+    return [_unseen(f"sees {have:.0f} m ahead, needs {needed:.0f} m", have - needed)]
+
+
+def _behind(case: CheckContext, lane: Lane, k: int, speed_mps: float) -> list[Reject]:
+    """Check that unseen traffic at `speed_mps` (m/s) could still brake if the ego enters at station `k`.
+
+    Traffic that comes into sight while a stop before the entry is possible is seen in time, whatever its speed.
+    """
+    view, policy = case.view, case.policy.sight
+    stop_s = float(case.quick.v[k]) / (2 * view.ego.limits.comfort_braking_mps2)
+    when, own = min(float(case.slow.t[k]), max(policy.seen_later_s, stop_s)), float(case.slow.v[k])
+    needed = view.ego.length_m / 2 + speed_mps * when + rss_distance(speed_mps, own, case.policy.rss, running=True)
+    have = view.sight_behind_m(lane)
+    if not _beside(case, lane) or have >= needed or _ends(case, lane, view.ego_s - have, -1):
+        return []
+    return [_unseen(f"sees {have:.0f} m behind, needs {needed:.0f} m", have - needed)]
+
+
+def _beside(case: CheckContext, lane: Lane) -> bool:
+    """True if the lane is beside the ego. Lanes that begin further on are checked when the ego gets there."""
+    return lane.start_m <= case.view.ego_s <= lane.end_m
+
+
+def _ends(case: CheckContext, lane: Lane, end_s: float, way: int) -> bool:
+    """True if the sight ends where the lane does, or at a known object in the lane. `way`: +1 ahead, -1 behind."""
+    view, policy = case.view, case.policy.sight
+    if way > 0 and end_s > lane.end_m - policy.sampled_m:
+        return True
+    right, _, left = lane.at(end_s)
+    near = view.s - way * view.along
+    # A vehicle beside the ego is passing the end of the sight: part of it is still ahead, part behind.
+    passing = (np.abs(view.s - end_s) <= view.along) & (
+        np.abs(view.s - view.ego_s) <= view.along + view.ego.length_m / 2
+    )
+    blocks = (np.abs(near - end_s) <= policy.sampled_m) | passing
+    stands_in = (view.d + view.across > right + policy.in_lane_m) & (view.d - view.across < left - policy.in_lane_m)
+    return bool((stands_in & blocks).any())
+
+
+def _limit(case: CheckContext, lane: Lane) -> float:
+    return lane.strip.speed_limit_mps or case.policy.oncoming.unknown_limit_mps
+
+
+def _unseen(detail: str, gap_m: float) -> Reject:
+    return Reject(code=RejectCode.UNSEEN, detail=detail, gap_m=gap_m)

@@ -1,0 +1,187 @@
+"""Speed caps: the limits of the lanes, low in a recovery, and higher for a pass or a request with nobody alongside."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stucksolver.guard.context import CheckContext
+from stucksolver.guard.numerics import EPSILON
+from stucksolver.guard.path_tracking import tracked
+from stucksolver.guard.policy import GuardPolicy
+from stucksolver.guard.prediction import standing_gaps
+from stucksolver.guard.verdict import Reject
+from stucksolver.plan.frenet_path import Manoeuvre
+from stucksolver.scene.boxes import separation
+from stucksolver.scene.failed_attempts import RejectCode
+from stucksolver.scene.frenet import Array, Lane, Mask
+from stucksolver.scene.frenet_scene import MOVING_MPS, FrenetScene
+from stucksolver.scene.objects import VEHICLES, ObjectKind, TrackedObject
+from stucksolver.scene.road import LaneDirection, LaneKind
+
+DOORED = frozenset({ObjectKind.CAR, ObjectKind.VAN, ObjectKind.TRUCK, ObjectKind.EMERGENCY})
+
+
+def cap_mps(case: CheckContext) -> float:
+    """Return the highest speed that a plan may ask for where the limits of its lanes allow it (m/s).
+
+    A pass through the oncoming lane past stationary objects may be quicker than a recovery, because a shorter pass
+    meets less traffic, and so may overtaking that a passenger asked for. Neither holds beside people, within reach of
+    a car door, or across a solid line (see `marking`).
+    """
+    speeds = case.policy.speeds
+    allowed = [speeds.guided_mps] if case.guided else []
+    borrowed = any(lane.strip.direction is LaneDirection.OPPOSITE for lane in case.path.enters)
+    if borrowed and case.path.passes and not _passes_who_moves(case):
+        allowed.append(speeds.passing_mps)
+    if not allowed or _somebody_beside(case) is not None:
+        return speeds.recovery_mps
+    return max(*allowed, speeds.recovery_mps)
+
+
+def limits_mps(case: CheckContext) -> Array:
+    """(stations,): the lowest speed limit of the lanes that the body is in (m/s); infinite off all lanes.
+
+    A lane without a known limit counts as one for a recovery's speed. Walking pace is never above a limit.
+    """
+    half_m, s = case.view.ego.length_m / 2, case.path.s
+    limits = np.full(len(s), np.inf)
+    for lane in case.view.frame.lanes:
+        limit = _limit_mps(lane, case.policy)
+        beside = (s + half_m > lane.start_m) & (s - half_m < lane.end_m)
+        if limit is not None and beside.any():
+            limits[beside & case.inside(lane)] = np.minimum(limits[beside & case.inside(lane)], limit)
+    return limits
+
+
+def _limit_mps(lane: Lane, policy: GuardPolicy) -> float | None:
+    known, speeds = lane.strip.speed_limit_mps, policy.speeds
+    if known is None:
+        return speeds.recovery_mps if lane.strip.kind is LaneKind.DRIVING else None
+    # In this order, so that a limit that is not a number counts as walking pace.
+    return max(speeds.creep_mps, known)
+
+
+def within_limits(path: Manoeuvre, view: FrenetScene, policy: GuardPolicy, *, reverse: bool) -> Manoeuvre:
+    """Return a path slowed for doors, and to the limits of its lanes where it is no quicker than a recovery.
+
+    Recovery speed is what behaviours ask for wherever they are. A plan that asks for more is to know the limits, and is
+    refused above them (`too_quick`).
+    """
+    case = CheckContext(view, tracked(path, view, policy.tracking, reverse=reverse), policy)
+    slow = path.speed <= policy.speeds.recovery_mps + EPSILON
+    return path.no_quicker(np.minimum(np.where(slow, limits_mps(case), np.inf), _beside_doors_mps(case, slow)))
+
+
+def drawn_to_doors(case: CheckContext, speed: Array) -> Array:
+    """(stations,): the room beside the reach of a door that the ego needs at each `speed` (stations,) (m).
+
+    A tracking fault draws the body aside until hard braking has slowed it to walking pace. Before the start there is
+    room for the error that counts as none, too.
+    """
+    tracking, limits = case.policy.tracking, case.view.ego.limits
+    slows_s = np.maximum(speed - case.policy.speeds.creep_mps, 0.0) / limits.max_braking_mps2
+    room_m: Array = tracking.drift_mps * (case.policy.stopping.lag_s + slows_s)
+    return room_m if case.running else room_m + tracking.beside_m
+
+
+def brakes_for_door(case: CheckContext, rejects: list[Reject]) -> float | None:
+    """Return how hard to brake before the reach of a door (m/s²): as `drawn_to_doors` counts; None without a door."""
+    near = any(reject.code is RejectCode.DOOR for reject in rejects)
+    return case.view.ego.limits.max_braking_mps2 if near else None
+
+
+def _beside_doors_mps(case: CheckContext, slow: Mask) -> Array:
+    """(stations,): the highest speed for which there is room beside the doors of parked vehicles (m/s).
+
+    Infinite away from doors, and too near to them: within their reach a plan that is quicker than walking pace is
+    refused, and within `SpeedPolicy.doors_aside_m` one that is quicker than a recovery, where not `slow` (stations,).
+    """
+    view, doors, tracking = case.view, case.policy.doors, case.policy.tracking
+    fastest = np.full(len(case.path.s), np.inf)
+    which = np.array(
+        [i for i, o in enumerate(view.objects) if view.speed[i] <= MOVING_MPS and may_open(o, doors.parked_s)],
+        dtype=int,
+    )
+    if not len(which):
+        return fastest
+    reach = standing_gaps(case, which, aside_m=doors.reach_m, part=doors.part_of_length)
+    slows_s = np.maximum((reach - tracking.beside_m) / tracking.drift_mps - case.policy.stopping.lag_s, 0.0)
+    allowed = case.policy.speeds.creep_mps + view.ego.limits.max_braking_mps2 * slows_s
+    aside_m = case.policy.speeds.doors_aside_m + case.policy.clearance.nearer_m
+    least_m = np.where(slow, 0.0, aside_m - doors.reach_m)
+    counts = (reach >= least_m[:, None]) & (reach < reach[0] - case.policy.clearance.nearer_m)
+    result: Array = np.where(counts, allowed, np.inf).min(axis=1)
+    return result
+
+
+def may_open(thing: TrackedObject, parked_s: float) -> bool:
+    """True for a vehicle with doors that has parked."""
+    return thing.kind in DOORED and (thing.stationary_s is None or thing.stationary_s >= parked_s)
+
+
+def too_quick(case: CheckContext) -> Reject | None:
+    """Return the reason against a plan that asks for more than its cap or the limit of a lane; None if it does not."""
+    speeds, asked = case.policy.speeds, case.path.speed
+    limits = limits_mps(case)
+    over: Mask = asked > limits + EPSILON
+    if over.any():
+        k = int(np.where(over, asked - limits, -np.inf).argmax())
+        away = case.path.s[k] - case.path.s[0]
+        detail = f"asks for {asked[k]:.1f} m/s; the limit {away:.0f} m ahead is {limits[k]:.1f} m/s"
+        return Reject(code=RejectCode.OVERSPEED, detail=detail)
+    most = float(asked.max())
+    if most <= speeds.recovery_mps + EPSILON or most <= (cap := cap_mps(case)) + EPSILON:
+        return None
+    beside = _somebody_beside(case)
+    why = "" if beside is None else f" beside {case.view.objects[beside].kind.value} {case.view.objects[beside].id}"
+    return Reject(code=RejectCode.OVERSPEED, detail=f"asks for {most:.1f} m/s; the cap is {cap:.1f} m/s{why}")
+
+
+def _passes_who_moves(case: CheckContext) -> bool:
+    return any(o.id in case.path.passes and case.view.moving[i] for i, o in enumerate(case.view.objects))
+
+
+def _somebody_beside(case: CheckContext) -> int | None:
+    """Return the index of a person, two-wheeler or car door within reach where the ego is faster than recovery speed.
+
+    None if there is none. While the plan runs, tracking errors may use up a part of the distance, as of every gap.
+    """
+    view, speeds = case.view, case.policy.speeds
+    quick: Mask = case.quick.v > speeds.recovery_mps + EPSILON
+    if not quick.any():
+        return None
+    people = np.flatnonzero(view.vulnerable | view.two_wheeled)
+    doored = np.array([o.kind in VEHICLES for o in view.objects], dtype=bool) & ~view.moving & ~view.two_wheeled
+    doors = np.flatnonzero(doored & ~view.vulnerable)
+    used_m = case.policy.clearance.tracked_gap_m if case.running else 0.0
+    aside_m, part = speeds.doors_aside_m - used_m, case.policy.doors.part_of_length
+    for which, gaps in (
+        (people, _gaps_on_the_way(case, people, speeds.people_aside_m - used_m)),
+        (doors, standing_gaps(case, doors, aside_m=aside_m, part=part)),
+    ):
+        if len(which) and (gap := gaps[quick].min(axis=0)).min() < 0.0:
+            return int(which[int(gap.argmin())])
+    return None
+
+
+def _gaps_on_the_way(case: CheckContext, which: Array, aside_m: float) -> Array:
+    """(stations, objects): gaps to objects, widened by `aside_m` (m), while the ego passes (m).
+
+    While the ego, sluggish or fast, is at a station, an object that keeps its velocity sweeps a part of its way. Who is
+    on foot may also stay.
+    """
+    view = case.view
+    now = np.where(view.on_foot[which], standing_gaps(case, which, aside_m=aside_m), np.inf)
+    middle_s = ((case.slow.t + case.quick.t) / 2)[:, None]
+    half_s = (np.abs(case.slow.t - case.quick.t) / 2)[:, None]
+    swept = separation(
+        (case.path.s[:, None], case.path.d[:, None], case.heading[:, None]),
+        (view.ego.length_m / 2, view.ego.width_m / 2),
+        (view.s[which] + view.vs[which] * middle_s, view.d[which] + view.vd[which] * middle_s, 0.0),
+        (
+            view.along[which] + np.abs(view.vs[which]) * half_s,
+            view.across[which] + np.abs(view.vd[which]) * half_s + aside_m,
+        ),
+    )
+    # A path laid out at just this distance keeps it.
+    return np.minimum(now, swept) + EPSILON

@@ -1,0 +1,206 @@
+"""The rules of the road that a recovery might break, and each behaviour's own bounds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stucksolver.guard.context import CheckContext
+from stucksolver.guard.numerics import EPSILON
+from stucksolver.guard.verdict import Reject
+from stucksolver.plan.frenet_path import landing_m
+from stucksolver.scene.failed_attempts import RejectCode
+from stucksolver.scene.frenet import Array, Lane
+from stucksolver.scene.objects import MOTOR_VEHICLES, ObjectKind, TrackedObject
+from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
+
+IN_A_SCENE = (ObjectKind.FLAGGER, ObjectKind.CROSSING_GATE, ObjectKind.SCHOOL_BUS, ObjectKind.EMERGENCY)
+
+
+def off_route(case: CheckContext) -> list[Reject]:
+    """Check that the plan does not leave the route's own lane for too far or too long."""
+    policy, path = case.policy.lanes, case.path
+    home = case.view.frame.lane_at(float(path.s[0]), 0.0)
+    if home is None:
+        outside = np.abs(path.d) > policy.unknown_half_width_m
+    else:
+        right, left = np.interp(path.s, home.s, home.right), np.interp(path.s, home.s, home.left)
+        outside = (path.d < right) | (path.d > left)
+    if not outside.any():
+        return []
+    way = float(np.diff(path.s)[outside[1:]].sum())
+    time = float(np.diff(case.slow.t)[outside[1:]].sum())
+    if way <= policy.off_route_m and time <= policy.off_route_s:
+        return []
+    detail = (
+        f"{way:.0f} m and {time:.0f} s off the route; at most {policy.off_route_m:.0f} m and {policy.off_route_s:.0f} s"
+    )
+    return [Reject(code=RejectCode.OFF_ROUTE, detail=detail, time_s=time, gap_m=policy.off_route_m - way)]
+
+
+def authority(case: CheckContext) -> list[Reject]:
+    """Check that a level crossing, school bus, flagger or emergency scene is passed only with approval.
+
+    An emergency scene needs none if the ego moves over by a whole lane.
+    """
+    view, policy = case.view, case.policy
+    half = view.ego.length_m / 2
+    start, end = float(case.path.s[0]) - half, float(case.path.end_s) + half
+    found: list[tuple[str, str | None]] = [
+        ("level_crossing", None)
+        for zone in view.surroundings.road.zones
+        if zone.kind is ZoneKind.LEVEL_CROSSING
+        and start < zone.end_m
+        and zone.start_m < end + policy.lanes.overrun_m
+        and not _leaves(case, zone)
+    ]
+    for i, thing in enumerate(view.objects):
+        rule = _scene_of(thing, policy.scenes.stands_mps) if thing.kind in IN_A_SCENE else None
+        if rule is None:
+            continue
+        ahead = view.s[i] + view.along[i] > start and view.s[i] - view.along[i] < end
+        if not ahead or abs(view.d[i]) - view.across[i] >= policy.scenes.beside_m:
+            continue
+        if rule != "emergency_scene" or not _moves_over(case, i):
+            found.append((rule, thing.id))
+    return [
+        Reject(
+            code=RejectCode.AUTHORITY,
+            detail=f"{rule.replace('_', ' ')}: needs approval from the {policy.scene_release(rule).value}",
+            object_id=who,
+        )
+        for rule, who in found
+        if not case.approvals.cover(rule, policy.scene_release(rule))
+    ]
+
+
+def off_rails(case: CheckContext) -> list[Reject]:
+    """Check, at the start, that no part of the body is on rails where the path ends or the stack takes over."""
+    if case.running:
+        return []
+    path, view, half = case.path, case.view, case.view.ego.length_m / 2
+    end, takes_over = float(path.end_s), float(path.end_s)
+    if not path.stops and view.zone_at(float(path.s[0]), ZoneKind.LEVEL_CROSSING) is None:
+        # Whoever leaves the rails need only be off them in the end.
+        takes_over = max(end - landing_m(float(path.speed[-1])), float(path.s[0]))
+    for zone in view.surroundings.road.zones:
+        on = zone.start_m < end + half + case.policy.lanes.overrun_m and takes_over - half < zone.end_m
+        if zone.kind is ZoneKind.LEVEL_CROSSING and on:
+            return [Reject(code=RejectCode.STOPPING_PLACE, detail="the plan would end on a level crossing")]
+    return []
+
+
+def _leaves(case: CheckContext, zone: Zone) -> bool:
+    """True if the ego is already in a zone and the path leads out of it."""
+    half, here, end = case.view.ego.length_m / 2, case.view.ego_s, float(case.path.end_s)
+    return zone.start_m < here + half and here - half < zone.end_m and not zone.start_m - half < end < zone.end_m + half
+
+
+def _moves_over(case: CheckContext, i: int) -> bool:
+    """True if object `i` is passed in a lane in the ego's direction that it leaves free over its whole width.
+
+    "Move over" laws require that of drivers who pass a stopped emergency vehicle.
+    """
+    view, path, tolerance_m = case.view, case.path, case.policy.lanes.tolerance_m
+    abreast = view.s[i] + view.along[i] * np.array([-1.0, 0.0, 1.0])
+    for k in np.minimum(np.searchsorted(path.s, abreast), len(path.s) - 1):
+        lane = view.frame.lane_at(float(path.s[k]), float(path.d[k]))
+        if lane is None or lane.strip.direction is LaneDirection.OPPOSITE:
+            return False
+        if any(other.strip.direction is LaneDirection.OPPOSITE and case.inside(other)[k] for other in path.enters):
+            return False
+        right, _, left = lane.at(float(view.s[i]))
+        if view.d[i] + view.across[i] > right + tolerance_m and view.d[i] - view.across[i] < left - tolerance_m:
+            return False
+    return True
+
+
+def _scene_of(thing: TrackedObject, stands_mps: float) -> str | None:
+    if thing.kind is ObjectKind.FLAGGER:
+        return "flagger"
+    if thing.kind is ObjectKind.CROSSING_GATE:
+        return "level_crossing"
+    if np.hypot(thing.vx_mps, thing.vy_mps) > stands_mps:
+        return None
+    if thing.kind is ObjectKind.SCHOOL_BUS:
+        return "school_bus"
+    # Lights that are not seen may be on.
+    return "emergency_scene" if thing.kind is ObjectKind.EMERGENCY and thing.emergency_lights is not False else None
+
+
+def creep_speed(case: CheckContext) -> list[Reject]:
+    """Check that behaviours that must be slow keep to walking pace."""
+    asked, cap = float(case.path.speed.max()), case.policy.speeds.creep_mps
+    if asked <= cap + EPSILON:
+        return []
+    return [Reject(code=RejectCode.OVERSPEED, detail=f"asks for {asked:.1f} m/s; walking pace is {cap:.1f} m/s")]
+
+
+def within_lane(case: CheckContext) -> list[Reject]:
+    """Check that the body stays within the lane in which the path begins."""
+    lane = case.start_lane
+    if lane is None:
+        return [Reject(code=RejectCode.LEAVES_LANE, detail="the vehicle is in no lane")]
+    s, d, policy = case.path.s, case.path.d, case.policy.lanes
+    over: Array = np.maximum(
+        d + case.reach - np.interp(s, lane.s, lane.left), np.interp(s, lane.s, lane.right) - (d - case.reach)
+    )
+    # At its present heading the ego may already reach over a border; it must not go further.
+    if float(over.max()) <= max(policy.tolerance_m, float(over[0]) + policy.further_out_m):
+        return []
+    return [Reject(code=RejectCode.LEAVES_LANE, detail=f"reaches {over.max():.1f} m out of its lane")]
+
+
+def stopping_place(case: CheckContext) -> list[Reject]:
+    """Check that the ego may stop where the path ends: in no junction, crosswalk, level crossing or oncoming lane."""
+    end = case.path.end_s
+    zone = case.view.zone_at(end) or case.view.zone_at(end + case.policy.lanes.overrun_m)
+    if zone is not None:
+        where = zone.kind.value.replace("_", " ")
+        return [Reject(code=RejectCode.STOPPING_PLACE, detail=f"the plan would end in a {where}")]
+    return no_oncoming_lane(case)
+
+
+def no_oncoming_lane(case: CheckContext) -> list[Reject]:
+    """Check that the path does not end in a lane of oncoming traffic."""
+    end = case.path.end_s
+    for lane in case.view.frame.lanes:
+        if lane.strip.kind is not LaneKind.DRIVING or lane.strip.direction is not LaneDirection.OPPOSITE:
+            continue
+        if lane.covers(end, end) and case.inside(lane)[-1]:
+            return [Reject(code=RejectCode.STOPPING_PLACE, detail="the plan would end in an oncoming lane")]
+    return []
+
+
+def seen_free(case: CheckContext) -> list[Reject]:
+    """Check that the lane is seen for the whole path plus a margin, for moves that a stack does not watch."""
+    lane = case.start_lane
+    seen = 0.0 if lane is None else case.view.sight_ahead_m(lane)
+    backing = case.policy.backing
+    closed = lane is not None and _closed(case, lane, seen)
+    margin = backing.closed_margin_m if closed else backing.margin_m
+    needed = case.path.end_s - case.view.ego_s + case.view.ego.length_m / 2 + margin
+    if seen >= needed - (backing.look_m if case.running else 0.0):
+        return []
+    return [
+        Reject(
+            code=RejectCode.UNSEEN, detail=f"sees {seen:.0f} m of the path, needs {needed:.0f} m", gap_m=seen - needed
+        )
+    ]
+
+
+def _closed(case: CheckContext, lane: Lane, seen_m: float) -> bool:
+    """True if the sight of a lane ends at a stopped vehicle that fills it, and the ego only creeps towards it."""
+    view, policy = case.view, case.policy.backing
+    standing = ~view.moving & (view.s > view.ego_s)
+    nearer = view.s - view.along - view.ego_s
+    if float(case.path.speed.max()) > policy.gentle_mps:
+        return False
+    ends_m = policy.sight_ends_m + (policy.look_m if case.running else 0.0)
+    for i in np.flatnonzero(standing & (np.abs(nearer - seen_m) < ends_m)):
+        right, _, left = lane.at(float(view.s[i]))
+        beside = max(view.d[i] - view.across[i] - right, left - view.d[i] - view.across[i])
+        apart_m = np.hypot(view.s - view.s[i], view.d - view.d[i]) - view.along[i]
+        people = view.vulnerable & (apart_m < policy.people_m)
+        if beside < policy.beside_m and not people.any() and view.objects[int(i)].kind in MOTOR_VEHICLES:
+            return True
+    return False

@@ -1,0 +1,113 @@
+"""The escalation policy as data: the rungs, how long each is tried, and who must approve what."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, field_validator
+
+from stucksolver.guard import GuardPolicy
+from stucksolver.ladder.rung_actions import Assist, Screen
+from stucksolver.ladder.rungs import AnyRung
+from stucksolver.ladder.rungs.distilled import DistilledRung
+from stucksolver.ladder.waits import Waits
+from stucksolver.plan.behaviors import REGISTRY, Release
+from stucksolver.scene.base_model import Model
+
+
+class HandBack(Model):
+    """When an intervention is over."""
+
+    progress_m: float = Field(default=15.0, gt=0)
+    """New progress since the onset that proves the vehicle has recovered (m). Only then are the counters reset."""
+
+
+class AskedPatience(Model):
+    """Factors on the longest waits for other vehicles, depending on what a passenger says about time."""
+
+    hurry: float = Field(default=0.5, ge=0.25, le=1.0)
+    """After "I am late"."""
+    no_hurry: float = Field(default=2.0, ge=1.0, le=4.0)
+    """After "no hurry"."""
+
+
+class Words(Model):
+    """How a passenger's words are handled."""
+
+    expire_s: float = Field(default=30.0, gt=0)
+    claims_s: float = Field(default=60.0, gt=0, le=600)
+    """How long claims about the world are believed, if they are believed at all (s)."""
+    patience: AskedPatience = AskedPatience()
+
+
+class Asking(Model):
+    """Settings common to all questions."""
+
+    recheck_s: float = Field(default=1.0, ge=0.1)
+    """Time until the scene is checked again after an answer without a plan, unless a wait says otherwise (s)."""
+    approval_within_s: float = Field(default=30.0, gt=0)
+    """A request for a person's approval is withdrawn after this time (s)."""
+    hold_s: float = Field(default=8.0, ge=0)
+    """A plan that only traffic prevents is checked again on every tick for this long, since a gap may open (s)."""
+    remembered: int = Field(default=5, ge=0, le=50)
+    """Number of failed plans that the reasoner is told about."""
+
+
+class Approval(Model):
+    """Who must approve what: `autonomous` (nobody), `passenger` or `operator`; for solid lines also `forbid`."""
+
+    solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
+    authority: Release = Release.OPERATOR
+    """Passing a school bus, level crossing or flagger."""
+    emergency_scene: Release = Release.OPERATOR
+    """Passing a stopped emergency vehicle, unless the ego moves over by a whole lane, which needs no approval."""
+    behaviors: dict[str, Release] = Field(default_factory=dict)
+    """By the behaviour's name; behaviours that are not listed keep their default."""
+
+    @field_validator("behaviors")
+    @classmethod
+    def _known(cls, behaviors: dict[str, Release]) -> dict[str, Release]:
+        for name in behaviors:
+            if name not in REGISTRY:
+                raise ValueError(f"unknown behaviour {name!r}; choose from: {', '.join(REGISTRY)}")
+        return behaviors
+
+
+class Ladder(Model):
+    """Rungs from the lowest to the highest. The solver climbs in one direction until the hand-back is verified."""
+
+    version: Literal[1]
+    name: str
+    hand_back: HandBack = HandBack()
+    asking: Asking = Asking()
+    words: Words = Words()
+    waits: Waits
+    approval: Approval = Approval()
+    rungs: tuple[AnyRung, ...] = Field(alias="rung", min_length=1)
+
+    @field_validator("rungs")
+    @classmethod
+    def _in_order(cls, rungs: tuple[AnyRung, ...]) -> tuple[AnyRung, ...]:
+        moves = [rung.move() for rung in rungs]
+        if any(isinstance(move, Screen) for move in moves[1:]):
+            raise ValueError("the rung `wait` must be the first")
+        if any(isinstance(move, Assist) for move in moves[:-1]):
+            raise ValueError("the rung `remote` must be the last: it stops the vehicle")
+        if all(isinstance(move, Screen) for move in moves):
+            raise ValueError("a rung above `wait` is missing: add one of kind `rules`")
+        return rungs
+
+    def students(self) -> tuple[str, ...]:
+        """Return the names of the students that the rungs ask, as `distilled` or `distilled:FOLDER`."""
+        rungs = [rung for rung in self.rungs if isinstance(rung, DistilledRung)]
+        return tuple(dict.fromkeys(rung.move().reasoner for rung in rungs))
+
+    def guard_policy(self) -> GuardPolicy:
+        """Return the guard's policy with this ladder's approvals and waits."""
+        return GuardPolicy(
+            releases=dict(self.approval.behaviors),
+            solid_line=self.approval.solid_line,
+            authority=self.approval.authority,
+            emergency_scene=self.approval.emergency_scene,
+            waits=self.waits.limits(),
+        )

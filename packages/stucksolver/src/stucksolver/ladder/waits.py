@@ -1,0 +1,51 @@
+"""How long each reason to wait is valid, and how often it is checked again."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from stucksolver.plan import WaitLimits, WaitReason
+from stucksolver.scene.base_model import Model
+
+SEEING = ("queue_moved_within_s", "unknown_vehicle_s", "hazard_or_parked_s")
+NEVER_LONG = 1e9
+
+
+class Patience(Model):
+    """One reason to wait."""
+
+    longest_s: float = Field(gt=0)
+    """After this time the reason no longer holds and the vehicle counts as immobilized (s)."""
+    check_every_s: float = Field(default=3.0, ge=0.5, le=60)
+
+
+class Waits(Model):
+    """The design's table of waits. The first three values say what must be *seen* for a reason to hold."""
+
+    queue_moved_within_s: float = Field(default=60.0, ge=0)
+    """A lead vehicle without hazard lights that has moved within this time is in a queue (s)."""
+    unknown_vehicle_s: float = Field(default=10.0, ge=0)
+    """A stopped vehicle of unknown intent counts as an obstacle after this time (s), ..."""
+    hazard_or_parked_s: float = Field(default=3.0, ge=0)
+    """... and after this time if it has its hazard lights on or is in a parked position (s)."""
+    reasons: dict[WaitReason, Patience]
+    otherwise: Patience = Patience(longest_s=60.0, check_every_s=2.0)
+    """For reasons that are not in the table."""
+
+    def patience(self, reason: WaitReason) -> Patience:
+        """Return how long to wait and how often to check; unlimited at the destination."""
+        if reason is WaitReason.AT_DESTINATION:
+            return Patience(longest_s=NEVER_LONG)
+        return self.reasons.get(reason, self.otherwise)
+
+    def is_wait(self, reason: WaitReason | None) -> bool:
+        """True if this is a legitimate reason to wait. `no_safe_way` only says that no safe plan was found."""
+        return reason is not None and reason is not WaitReason.NO_SAFE_WAY
+
+    def limits(self) -> WaitLimits:
+        """Return the same numbers in the form that the rules and the guard use."""
+        return WaitLimits(
+            light_s=self.patience(WaitReason.LIGHT).longest_s,
+            yield_s=self.patience(WaitReason.YIELD).longest_s,
+            **{name: getattr(self, name) for name in SEEING},
+        )

@@ -1,0 +1,49 @@
+"""The closed list of behaviours, one file each."""
+
+from stucksolver.plan.behaviors.back_up import BackUp
+from stucksolver.plan.behaviors.behavior import Abort, Behavior, CannotPlan, Check, Release, Start
+from stucksolver.plan.behaviors.borrow_oncoming_lane import BorrowOncomingLane
+from stucksolver.plan.behaviors.change_lane import ChangeLane
+from stucksolver.plan.behaviors.creep import Creep
+from stucksolver.plan.behaviors.drive_over import DriveOver
+from stucksolver.plan.behaviors.follow_vehicle import FollowVehicle
+from stucksolver.plan.behaviors.hazard_lights import HazardLights
+from stucksolver.plan.behaviors.keep_lane import KeepLane
+from stucksolver.plan.behaviors.nose_out import NoseOut
+from stucksolver.plan.behaviors.nudge import Nudge
+from stucksolver.plan.behaviors.pull_over import PullOver
+from stucksolver.plan.behaviors.registry import REGISTRY, AnyBehavior, describe, parse_behavior
+from stucksolver.plan.behaviors.rejoin_route import RejoinRoute
+from stucksolver.plan.behaviors.replan_route import ReplanRoute
+from stucksolver.plan.behaviors.request_assistance import RequestAssistance
+from stucksolver.plan.behaviors.turn_around import TurnRound
+from stucksolver.plan.behaviors.wait import Wait
+
+__all__ = [
+    "REGISTRY",
+    "Abort",
+    "AnyBehavior",
+    "BackUp",
+    "Behavior",
+    "BorrowOncomingLane",
+    "CannotPlan",
+    "ChangeLane",
+    "Check",
+    "Creep",
+    "DriveOver",
+    "FollowVehicle",
+    "HazardLights",
+    "KeepLane",
+    "NoseOut",
+    "Nudge",
+    "PullOver",
+    "RejoinRoute",
+    "Release",
+    "ReplanRoute",
+    "RequestAssistance",
+    "Start",
+    "TurnRound",
+    "Wait",
+    "describe",
+    "parse_behavior",
+]

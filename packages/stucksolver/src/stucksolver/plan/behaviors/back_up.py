@@ -1,0 +1,39 @@
+"""Back up a little, to make room for swinging out or to see more."""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, Behavior, CannotPlan, Check, Start
+from stucksolver.plan.frenet_path import Manoeuvre, straight
+from stucksolver.scene.failed_attempts import PlanFailure
+from stucksolver.scene.frenet_scene import FrenetScene
+
+STANDS_MPS = 0.3
+
+
+class BackUp(Behavior):
+    """Reverse straight along the lane and stop. `view` and `start` are in the frame of `FrenetScene.backwards`."""
+
+    summary: ClassVar[str] = "Reverse distance_m metres along the lane, where the lane behind is seen to be free."
+    checks: ClassVar[tuple[Check, ...]] = (
+        Check.COLLISION,
+        Check.DRIVABLE_AREA,
+        Check.SPEED,
+        Check.CREEP_SPEED,
+        Check.SEEN_FREE,
+        Check.AUTHORITY,
+        Check.BACKING_PLACE,
+    )
+    reverse: ClassVar[bool] = True
+    prepares: ClassVar[bool] = True
+
+    name: Literal["back_up"] = "back_up"
+    distance_m: float = Field(ge=1.0, le=8.0)
+    speed_mps: float = Field(default=1.0, ge=0.5, le=CREEP_MPS)
+
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path straight back from rest. See `Behavior.manoeuvre`."""
+        if abs(start.speed_mps) > STANDS_MPS:
+            raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stop before it backs up")
+        return straight(start.s_m, start.d_m, self.distance_m, self.speed_mps).stopping()

@@ -1,0 +1,58 @@
+"""Pass an obstacle through the oncoming lane, and return."""
+
+import math
+from dataclasses import replace
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, MOVING_CHECKS, Abort, Behavior, CannotPlan, Check, Start
+from stucksolver.plan.frenet_path import Manoeuvre
+from stucksolver.plan.lateral_shift import lateral_shift
+from stucksolver.plan.passing_geometry import Passing, borrowed_lane, find_passing, length_abreast
+from stucksolver.plan.return_to_lane import way_back
+from stucksolver.scene.failed_attempts import PlanFailure
+from stucksolver.scene.frenet_scene import FrenetScene
+
+
+class BorrowOncomingLane(Behavior):
+    """Pass an object, and everything in front of it, through the oncoming lane."""
+
+    summary: ClassVar[str] = (
+        "Pass the object past_object_id (and everything before it) through the oncoming lane on the left at up to "
+        "speed_mps, then return to its own lane."
+    )
+    checks: ClassVar[tuple[Check, ...]] = (
+        *MOVING_CHECKS,
+        Check.MARKING,
+        Check.ONCOMING,
+        Check.LANE_ENTRY,
+        Check.PATIENCE,
+    )
+    abort_after_commit: ClassVar[Abort] = Abort.RETURN_TO_LANE
+
+    name: Literal["borrow_oncoming_lane"] = "borrow_oncoming_lane"
+    past_object_id: str
+    speed_mps: float = Field(gt=0.5, le=11.0)
+
+    def precondition(self, view: FrenetScene) -> str | None:
+        if view.index_of(self.past_object_id) is None:
+            return f"object {self.past_object_id} is not seen"
+        if borrowed_lane(view, view.ego_s) is None:
+            return "there is no oncoming lane on the left"
+        return None
+
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path out into the oncoming lane, past the obstruction and back. See `Behavior.manoeuvre`."""
+        lane = borrowed_lane(view, start.s_m)
+        if lane is None:
+            raise CannotPlan(PlanFailure.NO_LANE, "there is no oncoming lane on the left")
+        passing: Passing = find_passing(view, start, self.past_object_id, lane, self.speed_mps)
+        speed = min(self.speed_mps, CREEP_MPS) if passing.slowly else self.speed_mps
+        out = lateral_shift(view, start, passing.offset_m, speed, passing.gentle_m)
+        past_s = out.end_s + length_abreast(view, start, out, passing, speed)
+        # A short pass ends before the vehicle reaches the allowed speed, because it is still accelerating.
+        gains = 2 * view.ego.limits.comfort_acceleration_mps2 * (past_s - start.s_m)
+        reached = min(speed, math.sqrt(start.speed_mps**2 + gains))
+        back = way_back(view, out, passing, past_s, reached, self.speed_mps)
+        return replace(out.then(back), enters=(lane,), passes=passing.ids)

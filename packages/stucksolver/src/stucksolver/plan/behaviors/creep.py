@@ -1,0 +1,26 @@
+"""Drive a short distance slowly and stop: to see more, or to signal the intention to go."""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, MOVING_CHECKS, Behavior, Check, Start
+from stucksolver.plan.behaviors.keep_lane import own_lane
+from stucksolver.plan.frenet_path import Manoeuvre, along_lane
+from stucksolver.scene.frenet_scene import FrenetScene
+
+
+class Creep(Behavior):
+    """Creep forward in the ego's lane and stop."""
+
+    summary: ClassVar[str] = "Creep distance_m metres ahead in its own lane at walking pace, then stop."
+    checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.CREEP_SPEED, Check.STOPPING_PLACE)
+
+    name: Literal["creep"] = "creep"
+    distance_m: float = Field(ge=1.0, le=15.0)
+    speed_mps: float = Field(default=1.5, ge=0.5, le=CREEP_MPS)
+
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path along the ego's lane, to a stop. See `Behavior.manoeuvre`."""
+        lane = own_lane(view, start)
+        return along_lane(lane, start.s_m, start.d_m, self.distance_m, self.speed_mps).stopping()

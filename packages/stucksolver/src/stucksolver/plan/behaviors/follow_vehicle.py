@@ -1,0 +1,45 @@
+"""Car following: drive on behind a lead vehicle as long as it stays ahead."""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
+from stucksolver.plan.behaviors.keep_lane import own_lane
+from stucksolver.plan.frenet_path import Manoeuvre, along_lane
+from stucksolver.scene.failed_attempts import PlanFailure
+from stucksolver.scene.frenet_scene import FrenetScene
+
+RANGE_M = 50.0
+LEADS_MPS = 0.5
+
+
+class FollowVehicle(Behavior):
+    """Follow a moving lead vehicle in the ego's lane; the stack keeps its distance as usual."""
+
+    summary: ClassVar[str] = (
+        "Follow the moving vehicle leader_id ahead in its own lane for up to distance_m metres at up to speed_mps."
+    )
+    checks: ClassVar[tuple[Check, ...]] = MOVING_CHECKS
+
+    name: Literal["follow_vehicle"] = "follow_vehicle"
+    leader_id: str
+    distance_m: float = Field(ge=5.0, le=150.0)
+    speed_mps: float = Field(gt=0.5, le=11.0)
+
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path along the lane behind the leader. See `Behavior.manoeuvre`."""
+        i = view.index_of(self.leader_id)
+        if i is None or not self._leads(view, i):
+            why = f"{self.leader_id} cannot be followed: it must be moving ahead in the ego's lane"
+            raise CannotPlan(PlanFailure.NOT_LEADING, why)
+        return along_lane(own_lane(view, start), start.s_m, start.d_m, self.distance_m, self.speed_mps)
+
+    def done(self, view: FrenetScene) -> bool:
+        i = view.index_of(self.leader_id)
+        return i is None or not (0.0 < view.gap[i] < 2 * RANGE_M and view.in_corridor(view.ego.width_m / 2)[i])
+
+    @staticmethod
+    def _leads(view: FrenetScene, i: int) -> bool:
+        in_lane = bool(view.in_corridor(view.ego.width_m / 2)[i])
+        return in_lane and 0.0 < view.gap[i] < RANGE_M and view.vs[i] > LEADS_MPS

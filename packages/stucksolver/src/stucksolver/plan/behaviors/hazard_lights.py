@@ -1,0 +1,21 @@
+"""Warn other road users."""
+
+from typing import ClassVar, Literal
+
+from stucksolver.plan.behaviors.behavior import Standing
+from stucksolver.scene.frenet_scene import FrenetScene
+
+
+class HazardLights(Standing):
+    """Switch the hazard lights on or off. They go off by themselves when the vehicle is under way again."""
+
+    summary: ClassVar[str] = "Switch the hazard lights on or off; the vehicle stays where it is or drives on."
+
+    name: Literal["hazard_lights"] = "hazard_lights"
+    on: bool = True
+
+    def precondition(self, view: FrenetScene) -> str | None:
+        return None
+
+    def time_allowance_s(self, expected_s: float) -> float:
+        return 0.0

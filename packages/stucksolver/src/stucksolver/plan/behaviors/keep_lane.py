@@ -1,0 +1,40 @@
+"""Drive on in the current lane."""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
+from stucksolver.plan.frenet_path import Manoeuvre, along_lane
+from stucksolver.scene.failed_attempts import PlanFailure
+from stucksolver.scene.frenet import Lane
+from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.road import LaneDirection
+
+
+class KeepLane(Behavior):
+    """Drive on in the lane the ego is in when it begins."""
+
+    summary: ClassVar[str] = "Drive on for distance_m metres in the current lane, at up to speed_mps."
+    checks: ClassVar[tuple[Check, ...]] = MOVING_CHECKS
+
+    name: Literal["keep_lane"] = "keep_lane"
+    distance_m: float = Field(ge=0.5, le=150.0)
+    speed_mps: float = Field(gt=0.5, le=11.0)
+
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path along the ego's lane. See `Behavior.manoeuvre`."""
+        lane = own_lane(view, start)
+        return along_lane(lane, start.s_m, start.d_m, self.distance_m, self.speed_mps)
+
+
+def own_lane(view: FrenetScene, start: Start) -> Lane | None:
+    """Return the lane at `start`; None off the lanes.
+
+    Raises:
+        CannotPlan: The lane belongs to oncoming traffic.
+    """
+    lane = view.frame.lane_at(start.s_m, start.d_m)
+    if lane is not None and lane.strip.direction is LaneDirection.OPPOSITE:
+        raise CannotPlan(PlanFailure.NOT_OUR_LANE, "the vehicle is in an oncoming lane and must leave it")
+    return lane

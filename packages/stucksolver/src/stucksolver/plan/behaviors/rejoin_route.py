@@ -1,0 +1,39 @@
+"""Return to the centre of the route's lane from anywhere on the road."""
+
+from dataclasses import replace
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
+from stucksolver.plan.frenet_path import Manoeuvre, along_lane, landing_m
+from stucksolver.plan.lateral_shift import lateral_shift
+from stucksolver.scene.failed_attempts import PlanFailure
+from stucksolver.scene.frenet_scene import FrenetScene
+
+
+class RejoinRoute(Behavior):
+    """Return to the route's lane, then follow it for a few metres."""
+
+    summary: ClassVar[str] = "Return to the route's lane and follow it for a few metres at up to speed_mps."
+    checks: ClassVar[tuple[Check, ...]] = (
+        *(check for check in MOVING_CHECKS if check is not Check.DRIVABLE_AREA),
+        Check.ROADSIDE,
+        Check.MARKING,
+        Check.LANE_ENTRY,
+    )
+
+    name: Literal["rejoin_route"] = "rejoin_route"
+    speed_mps: float = Field(default=4.0, gt=0.5, le=11.0)
+
+    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+        """Return the path back to the route's lane and a few metres along it. See `Behavior.manoeuvre`."""
+        home = view.frame.lane_at(start.s_m, 0.0)
+        if home is None:
+            raise CannotPlan(PlanFailure.NO_LANE, "the route has no lane here")
+        here = view.frame.lane_at(start.s_m, start.d_m)
+        out = lateral_shift(view, start, 0.0, self.speed_mps) if abs(start.d_m) > 0.1 else None
+        s, d = (start.s_m, start.d_m) if out is None else (out.end_s, out.end_d)
+        on = along_lane(home, s, d, landing_m(self.speed_mps) + 2.0, self.speed_mps)
+        path = on if out is None else out.then(on)
+        return replace(path, enters=() if here is home else (home,), returns=True)

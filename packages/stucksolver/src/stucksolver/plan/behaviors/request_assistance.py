@@ -1,0 +1,28 @@
+"""Ask a person for help while safely stopped."""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from stucksolver.plan.behaviors.behavior import Standing
+from stucksolver.scene.frenet_scene import FrenetScene
+
+CLEAR_M = 25.0
+
+
+class RequestAssistance(Standing):
+    """Stop with hazard lights on and ask the remote operator, until the path is free or the time is up."""
+
+    summary: ClassVar[str] = (
+        "Stop with hazard lights on and ask a remote operator for help, saying why; for at most duration_s seconds."
+    )
+
+    name: Literal["request_assistance"] = "request_assistance"
+    reason: str = Field(max_length=200)
+    duration_s: float = Field(default=30.0, ge=5.0, le=300.0)
+
+    def done(self, view: FrenetScene) -> bool:
+        return view.free_ahead_m() > CLEAR_M
+
+    def time_allowance_s(self, expected_s: float) -> float:
+        return self.duration_s

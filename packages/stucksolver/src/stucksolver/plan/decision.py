@@ -1,0 +1,87 @@
+"""A reasoner's answer: observation, analysis and decision.
+
+The chain follows Bao and Li 2025 (arXiv:2510.26023).
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from stucksolver.plan.behaviors.registry import AnyBehavior
+from stucksolver.plan.codes import CauseCode, Intent, WaitReason
+from stucksolver.scene.base_model import Model
+from stucksolver.scene.interpretation import GuidanceIntent
+from stucksolver.scene.objects import ObjectKind
+from stucksolver.scene.scene import LaneRelation
+from stucksolver.scene.surroundings import ControlKind, LightState
+
+
+class ObservedControl(Model):
+    """A traffic control as the reasoner sees it."""
+
+    kind: ControlKind
+    state: LightState | None
+    applies: bool | None
+    distance_m: float | None
+    """Distance along the route (m); None if only the image shows the control."""
+
+
+class Participant(Model):
+    """A relevant road user or obstacle, with its lane and its intent."""
+
+    object_id: str
+    kind: ObjectKind
+    lane: LaneRelation
+    distance_m: float | None
+    intent: Intent
+
+
+class Observation(Model):
+    """Step 1: what the reasoner observes."""
+
+    controls: tuple[ObservedControl, ...]
+    participants: tuple[Participant, ...]
+    summary: str
+
+
+class AnalysisStep(Model):
+    """One question of the chain."""
+
+    id: str
+    question: str
+    answer: bool | None
+    """None if the scene does not say."""
+    evidence: str
+
+
+class Analysis(Model):
+    """Step 2: the questions of the chain, and what follows from them."""
+
+    steps: tuple[AnalysisStep, ...]
+    immobilized: bool
+    cause: CauseCode | None = None
+    wait: WaitReason | None = None
+    """Why waiting is right, if it is."""
+    guidance_intent: GuidanceIntent | None = None
+    reason: str
+
+
+class RecoveryPlan(Model):
+    """Step 3: behaviours to perform in order, and whether to plan the route again."""
+
+    behaviors: tuple[AnyBehavior, ...] = Field(min_length=1, max_length=6)
+    replan_route: bool = False
+    route_start: str | None = None
+    """Id of a candidate waypoint of the scene; None to replan from here."""
+
+
+class Decision(Model):
+    """A reasoner's decision. `plan` is None if nothing should be done, or nothing safe can be."""
+
+    version: Literal[1] = 1
+    observation: Observation
+    analysis: Analysis
+    plan: RecoveryPlan | None
+    rationale: str

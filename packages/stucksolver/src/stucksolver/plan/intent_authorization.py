@@ -1,0 +1,69 @@
+"""What a passenger's words allow: the intent that the vehicle's own reader understood must match the plan.
+
+The reasoner that proposes a plan has no influence on this.
+"""
+
+from __future__ import annotations
+
+from stucksolver.plan.behaviors import (
+    BackUp,
+    BorrowOncomingLane,
+    ChangeLane,
+    Creep,
+    DriveOver,
+    KeepLane,
+    NoseOut,
+    Nudge,
+    PullOver,
+    ReplanRoute,
+    TurnRound,
+)
+from stucksolver.plan.decision import RecoveryPlan
+from stucksolver.scene.interpretation import GuidanceIntent, Reading, Side
+
+DOES: dict[GuidanceIntent, tuple[type, ...]] = {
+    GuidanceIntent.OVERTAKE: (BorrowOncomingLane, ChangeLane, Nudge),
+    GuidanceIntent.GO: (KeepLane, Creep),
+    GuidanceIntent.BACK_UP: (BackUp,),
+    GuidanceIntent.REROUTE: (ReplanRoute,),
+    GuidanceIntent.TURN_ROUND: (TurnRound, ReplanRoute),
+    GuidanceIntent.DRIVE_OVER: (DriveOver,),
+    GuidanceIntent.PULL_OVER: (PullOver,),
+    GuidanceIntent.LET_ME_OUT: (PullOver,),
+}
+"""The behaviours that do what an intent asks for."""
+LATERAL = (BorrowOncomingLane, ChangeLane, NoseOut, Nudge)
+
+
+def asks_for(reading: Reading | None, plan: RecoveryPlan) -> bool:
+    """True if the plan does what the passenger asked for.
+
+    Only then may it begin while the vehicle is not immobilized.
+    """
+    if reading is None or reading.intent not in DOES:
+        return False
+    if reading.intent is GuidanceIntent.OVERTAKE:
+        return releases(reading, plan)
+    replans = plan.replan_route and reading.intent in (GuidanceIntent.REROUTE, GuidanceIntent.TURN_ROUND)
+    does = any(isinstance(behavior, DOES[reading.intent]) for behavior in plan.behaviors)
+    aside = reading.intent is GuidanceIntent.GO and any(isinstance(behavior, LATERAL) for behavior in plan.behaviors)
+    return (does or replans) and not aside
+
+
+def releases(reading: Reading | None, plan: RecoveryPlan) -> bool:
+    """True if the passenger asked to overtake, on the side on which this plan does.
+
+    The guard then allows two more things: passing a vehicle that is moving or has not been stationary for long, and
+    driving faster than in a recovery. Both apply to overtaking only.
+    """
+    if reading is None or reading.intent is not GuidanceIntent.OVERTAKE:
+        return False
+    sides = [side for side in map(_side, plan.behaviors) if side is not None]
+    return bool(sides) and reading.side in (None, sides[0])
+
+
+def _side(behavior: object) -> Side | None:
+    """Return the side on which a behaviour leaves the lane; None if it stays in it."""
+    if isinstance(behavior, BorrowOncomingLane):
+        return Side.LEFT
+    return Side(behavior.side) if isinstance(behavior, ChangeLane | Nudge) else None

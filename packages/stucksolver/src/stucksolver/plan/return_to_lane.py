@@ -1,0 +1,117 @@
+"""The return into the ego's lane after a pass: it begins as soon as the tail is clear, and drives on or stops."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, CannotPlan
+from stucksolver.plan.frenet_path import Manoeuvre, coming_back, landing_m, shortest_shift
+from stucksolver.plan.passing_geometry import DOOR_M, Passing, standing_beyond
+from stucksolver.scene.boxes import separation
+from stucksolver.scene.failed_attempts import PlanFailure
+from stucksolver.scene.frenet import Array
+from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.objects import VEHICLES
+
+STOP_GAP_M = 2.0
+"""Distance kept from what is stationary beyond."""
+STRAIGHT_M = 1.0
+"""The wheels are straight for the last metre before a stop."""
+LEAST_BACK_M = 6.0
+"""The shortest length of the return."""
+GENTLE_M = 12.0
+"""The shortest length if nothing beyond limits it, ..."""
+GENTLE_S = 2.5
+"""... and its shortest duration: a brisk lane change."""
+LENGTHS = 6
+"""Number of lengths to try, from the gentlest to the tightest."""
+SOONER_M = 0.5
+"""Step by which an earlier start of the return is tried."""
+CLEAR_M = 1.2
+"""Gap from the tail to what is passed, or the gap while alongside if that is smaller (m). A plan ends at a tracking
+error of 0.9 m (`TrackingPolicy`), and the guard's bound of 0.3 m must hold until then. With 0.25 m plus 0.085 s times
+the speed, six of 3,900 plans in the guard's oracle returned into what they had passed, off their path by 0.6 to 0.9 m.
+"""
+CLEAR_PEOPLE_M = 1.4
+"""The same for pedestrians and cyclists."""
+MOVES_MPS = 0.5
+"""Faster objects count as moving: the return begins when the ego is past them."""
+QUICK_MPS = 5.6
+"""Above this speed, just over 20 km/h, a larger distance is kept from doors."""
+QUICK_DOOR_M = 1.15
+"""That distance: the guard requires 1.1 m there."""
+DOORS_PART = 0.5
+"""Part of a vehicle's length, around its middle, in which the doors are."""
+
+
+def way_back(
+    view: FrenetScene, out: Manoeuvre, passing: Passing, past_s: float, beside_mps: float, back_mps: float
+) -> Manoeuvre:
+    """Return the path from the end of `out`, past the objects, into the ego's lane and along it.
+
+    If something stationary is just beyond, or the known road ends, the path stops before that.
+
+    Args:
+        view: The surroundings in road coordinates.
+        out: The path out of the lane.
+        passing: What is passed.
+        past_s: Arc length at which the ego is past everything (m); the return may begin sooner.
+        beside_mps: Upper bound on the speed until then (m/s).
+        back_mps: Upper bound on the speed after that (m/s).
+
+    Raises:
+        CannotPlan: There is no room to return.
+    """
+    half, tight = view.ego.length_m / 2, view.ego.limits.min_turn_radius_m
+    last_s = min(standing_beyond(view, passing) - STOP_GAP_M - half, view.frame.end_m)
+    shortest = max(shortest_shift(out.end_d, tight), LEAST_BACK_M)
+    gentle, landing = max(GENTLE_S * beside_mps, GENTLE_M, shortest), landing_m(back_mps) + 2.0
+    for length in np.linspace(gentle, shortest, LENGTHS):
+        back_s = _soonest(view, out, passing, past_s, float(length), beside_mps)
+        over_s = back_s + float(length)
+        stops = over_s + landing > last_s
+        if stops and over_s + STRAIGHT_M > last_s:
+            continue
+        path = coming_back(
+            (out.end_s, out.end_d), back_s, float(length), min(over_s + landing, last_s), beside_mps, view
+        )
+        path = replace(path, speed=np.where(path.s > over_s, back_mps, path.speed))
+        return path.stopping() if stops else path
+    raise CannotPlan(PlanFailure.NO_ROOM_TO_COME_BACK, f"no room to return: only {last_s - past_s:.1f} m are left")
+
+
+def _soonest(
+    view: FrenetScene, out: Manoeuvre, passing: Passing, past_s: float, length_m: float, speed_mps: float
+) -> float:
+    """Return the first arc length at which a return of this length stays clear of what is passed (m)."""
+    back_s = past_s
+    if passing.speed_mps > MOVES_MPS:
+        return back_s
+    passed = np.array([o.id in passing.ids for o in view.objects], dtype=bool)
+    beside = ~view.moving & (view.s - view.along < passing.far_s)
+    which = np.flatnonzero(passed | beside)
+    while back_s - SOONER_M > out.end_s:
+        sooner = back_s - SOONER_M
+        path = coming_back((out.end_s, out.end_d), sooner, length_m, sooner + length_m, speed_mps, view)
+        if not _is_clear(view, path, which, speed_mps):
+            break
+        back_s = sooner
+    return back_s
+
+
+def _is_clear(view: FrenetScene, path: Manoeuvre, which: Array, speed_mps: float) -> bool:
+    """True if the body stays clear of the objects `which`; above walking pace also of doors."""
+    body = (path.s[:, None], path.d[:, None], path.body(0.0, view.ego.limits.wheelbase_m)[:, None])
+    size = (view.ego.length_m / 2, view.ego.width_m / 2)
+    there = (view.s[which], view.d[which], view.yaw[which])
+    gap = separation(body, size, there, (view.half_length[which], view.half_width[which]))
+    if (gap < np.minimum(gap[0], np.where(view.vulnerable[which], CLEAR_PEOPLE_M, CLEAR_M))).any():
+        return False
+    vehicles = np.array([view.objects[int(i)].kind in VEHICLES for i in which], dtype=bool)
+    if speed_mps <= CREEP_MPS or not vehicles.any():
+        return True
+    doors = separation(body, size, there, (DOORS_PART * view.half_length[which], view.half_width[which]))
+    least = DOOR_M if speed_mps <= QUICK_MPS else QUICK_DOOR_M
+    return not ((doors < np.minimum(doors[0], least)) & vehicles).any()

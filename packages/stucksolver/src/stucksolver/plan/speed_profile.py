@@ -1,0 +1,82 @@
+"""Computes when the ego is where on a path: a speed profile within the path's and the vehicle's limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stucksolver.plan.frenet_path import STEP_M, Manoeuvre
+from stucksolver.scene.frenet import Array
+from stucksolver.scene.surroundings import VehicleLimits
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """Time from now (s) and speed (m/s) at each station of a path, both (stations,)."""
+
+    t: Array
+    v: Array
+
+    @property
+    def duration_s(self) -> float:
+        """Duration of the drive (s)."""
+        return float(self.t[-1])
+
+
+MIN_SPEED_MPS = 0.3
+"""Lower bound of the profile, so that a start from rest takes a finite time."""
+
+
+def rollout(path: Manoeuvre, speed_mps: float, acceleration_mps2: float, braking_mps2: float) -> Rollout:
+    """Return the fastest profile within the bounds that starts at `speed_mps`.
+
+    It is the classical forward and backward pass over v^2 with constant acceleration between stations. A start above
+    the bounds brakes at the given limit.
+    """
+    ramp = 2 * STEP_M * np.arange(len(path.speed))
+    bound = np.maximum(np.square(path.speed), MIN_SPEED_MPS**2)
+    bound = np.minimum.accumulate((bound + braking_mps2 * ramp)[::-1])[::-1] - braking_mps2 * ramp
+    start = max(speed_mps, MIN_SPEED_MPS) ** 2
+    if start > bound[0]:
+        squared = _from_above(bound.tolist(), start, acceleration_mps2, braking_mps2)
+    else:
+        bound[0] = start
+        squared = np.minimum.accumulate(bound - acceleration_mps2 * ramp) + acceleration_mps2 * ramp
+    v: Array = np.sqrt(squared)
+    t: Array = np.concatenate([[0.0], np.cumsum(2 * np.diff(path.s) / (v[:-1] + v[1:]))])
+    return Rollout(t, v)
+
+
+def _from_above(bound: list[float], start: float, acceleration_mps2: float, braking_mps2: float) -> Array:
+    """The forward pass if the ego starts above the bound: it brakes down to the bound first. Squared speeds (m²/s²)."""
+    squared = [start]
+    for limit in bound[1:]:
+        previous = squared[-1]
+        quicker = min(previous + 2 * acceleration_mps2 * STEP_M, limit)
+        squared.append(max(quicker, previous - 2 * braking_mps2 * STEP_M, MIN_SPEED_MPS**2))
+    return np.array(squared)
+
+
+SLUGGISH_SPEED = 0.85
+"""A sluggish vehicle drives at this fraction of the requested speed. Ours: stacks stay below a bound, not at it."""
+SLUGGISH_ACCELERATION = 0.6
+"""Fraction of its comfortable acceleration that a sluggish vehicle uses. Ours: loaded, uphill, or a mild controller."""
+
+
+def sluggish(
+    path: Manoeuvre,
+    speed_mps: float,
+    limits: VehicleLimits,
+    speed_part: float = SLUGGISH_SPEED,
+    acceleration_part: float = SLUGGISH_ACCELERATION,
+) -> Rollout:
+    """Return the pessimistic profile: weaker acceleration, and below the requested speed throughout.
+
+    The acceleration is the one measured from the vehicle, at most its comfortable one. If it was not measured, it is
+    `acceleration_part` of the comfortable one.
+    """
+    slower = Manoeuvre(path.s, path.d, speed_part * path.speed)
+    comfort, measured = limits.comfort_acceleration_mps2, limits.measured_acceleration_mps2
+    acceleration = acceleration_part * comfort if measured is None else min(measured, comfort)
+    return rollout(slower, speed_mps, acceleration, limits.comfort_braking_mps2)

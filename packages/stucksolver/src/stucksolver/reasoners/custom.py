@@ -1,0 +1,32 @@
+"""`own:MODULE:CLASS`: the user's own reasoner, imported by name and created without arguments."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+
+from stucksolver.reasoners.reasoner import Reasoner
+from stucksolver.reasoners.registry import Kind, ReasonerNameError, register
+
+
+def make_own(rest: str, exchanges: Path | None = None) -> Reasoner:
+    """Create a reasoner from the user's class, `package.module:Class`.
+
+    Raises:
+        ReasonerNameError: It cannot be imported or created, or is not a reasoner.
+    """
+    module, _, name = rest.partition(":")
+    if not module or not name:
+        raise ReasonerNameError(f"own:{rest}: name a module and a class in it, as own:my_package.mine:MyReasoner")
+    try:
+        reasoner = getattr(importlib.import_module(module), name)()
+    except Exception as error:
+        raise ReasonerNameError(f"own:{rest} cannot be created: {type(error).__name__}: {error}") from error
+    lacking = [part for part in ("name", "decide") if not hasattr(reasoner, part)]
+    if lacking:
+        raise ReasonerNameError(f"own:{rest} is not a reasoner: it has no {' and no '.join(lacking)}")
+    made: Reasoner = reasoner
+    return made
+
+
+register(Kind("own", "own:MODULE:CLASS", make_own, sees=lambda rest: True))

@@ -1,0 +1,70 @@
+"""Several reasoners in order: the next is asked if one has no answer."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+
+from stucksolver.reasoners.reasoner import Answer, Cancellable, Preflighted, Reasoner, ReasonerError, Request
+
+
+class FallbackReasoner:
+    """Asks the first reasoner, and the next one if it raises `ReasonerError`. The answer names the one that gave it."""
+
+    def __init__(self, reasoners: Sequence[Reasoner]) -> None:
+        if not reasoners:
+            raise ValueError("a fallback needs at least one reasoner")
+        self.reasoners = tuple(reasoners)
+        self.name = ", then ".join(r.name for r in self.reasoners)
+        self.failures: tuple[str, ...] = ()
+        """Why the reasoners before the one that answered the last question had no answer."""
+        self._asked: Reasoner | None = None
+        self._cancelled = threading.Event()
+
+    def decide(self, request: Request) -> Answer:
+        """Return the first answer that a reasoner gives.
+
+        Raises:
+            ReasonerError: None has an answer, or `cancel` was called.
+        """
+        self._cancelled.clear()
+        self.failures = ()
+        ends_at = None if request.deadline_s is None else time.monotonic() + request.deadline_s
+        trace = None
+        for number, reasoner in enumerate(self.reasoners):
+            self._asked = reasoner
+            try:
+                return reasoner.decide(self._share(request, ends_at, number))
+            except ReasonerError as error:
+                trace = error.trace or trace
+                self.failures = (*self.failures, f"{reasoner.name}: {error}")
+                if self._cancelled.is_set():
+                    break
+        failed = ReasonerError("; ".join(self.failures))
+        failed.trace = trace
+        raise failed
+
+    def _share(self, request: Request, ends_at: float | None, number: int) -> Request:
+        """Give the reasoner an equal share of the time left among the cancellable reasoners from it on."""
+        if ends_at is None:
+            return request
+        slow = [one for one in self.reasoners[number:] if isinstance(one, Cancellable)]
+        return replace(request, deadline_s=max(ends_at - time.monotonic(), 0.0) / max(len(slow), 1))
+
+    def preflight(self) -> tuple[str, ...]:
+        """Check the reasoners that can be checked before a drive, and return their notes.
+
+        Raises:
+            ReasonerError: One of them would fail.
+        """
+        checked = [one for one in self.reasoners if isinstance(one, Preflighted)]
+        return tuple(note for one in checked for note in one.preflight())
+
+    def cancel(self) -> None:
+        """Cancel the running query; may be called from any thread."""
+        self._cancelled.set()
+        asked: object = self._asked
+        if isinstance(asked, Cancellable):
+            asked.cancel()

@@ -1,0 +1,232 @@
+"""One record: the content of its lines, and the images stored beside it."""
+
+from __future__ import annotations
+
+import base64
+import datetime
+import hashlib
+import importlib.metadata
+import platform
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import TypeAdapter, ValidationError
+
+from stucksolver.guard import GuardPolicy
+from stucksolver.immobilization import DetectorSettings
+from stucksolver.plan import Directive
+from stucksolver.plan.json_schemas import VERSION
+from stucksolver.privacy.private_files import write_once
+from stucksolver.record.hash_chain import ChainWriter, RecordError
+from stucksolver.record.serialization import event_data, finite, inputs_data, state_data, taken_answer, told_data
+from stucksolver.record.surroundings_delta import Packer
+from stucksolver.scene import RoadGeometry, Scene
+from stucksolver.scene.base_model import first_problem
+from stucksolver.solver.events import Event
+from stucksolver.solver.state_machine.inputs import Snapshot
+from stucksolver.solver.state_machine.state import Querying, State
+from stucksolver.solver.step_listener import Facts, StepTaken
+
+FORMAT = 4
+DETECTOR: TypeAdapter[DetectorSettings] = TypeAdapter(DetectorSettings)
+MOST_FILES = 100_000
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line not yet converted to JSON, which happens outside the control loop. `seen` has packed surroundings."""
+
+    said: StepTaken | Event | RoadGeometry
+    seen: dict[str, Any] | None = None
+    repeats: bool = False
+    """True if the directive is the same as in an earlier line."""
+
+
+class Scroll:
+    """Lines of kind `begin`, `road`, `step`, `fault` and `end`, in the order of the events."""
+
+    def __init__(self, folder: Path, facts: Facts, before: State) -> None:
+        """Prepare a record.
+
+        Args:
+            folder: Folder of the records.
+            facts: The facts of the drive.
+            before: The state before the first step.
+        """
+        self._folder = folder
+        self._facts = facts
+        self._before = before
+        self._packer = Packer()
+        self._told: Directive | None = None
+        self._chain: ChainWriter | None = None
+
+    def open(self) -> Path:
+        """Begin a new file, never an existing one.
+
+        Raises:
+            RecordError: It cannot be written.
+        """
+        self._chain = _new_file(self._folder)
+        self._line("begin", {**_facts(self._facts), "state": self._state(self._before)})
+        return self._chain.path
+
+    def compact(self, entry: StepTaken | Event) -> list[Line]:
+        """Return an entry as lines; fast, for the control loop. Call it in the order of the events."""
+        if isinstance(entry, Event):
+            return [Line(entry)]
+        seen = None if entry.sight is None else entry.sight.surroundings
+        repeats, self._told = entry.directive is self._told, entry.directive
+        if seen is None:
+            return [Line(entry, repeats=repeats)]
+        road = self._packer.new_road(seen)
+        line = Line(entry, self._packer.pack(seen), repeats)
+        return [line] if road is None else [Line(road), line]
+
+    def write(self, lines: list[Line]) -> None:
+        """Append lines.
+
+        Raises:
+            RecordError: They cannot be written.
+        """
+        for line in lines:
+            if isinstance(line.said, Event):
+                self._line("fault", {"event": event_data(line.said, None)})
+            elif isinstance(line.said, RoadGeometry):
+                self._line("road", {"road": line.said.model_dump(mode="json")})
+            else:
+                self._line("step", self._step(line.said, line))
+
+    def end(self, how: str) -> None:
+        """Write the last line; a record without it is incomplete."""
+        self._line("end", {"how": how})
+        self.leave()
+
+    def leave(self) -> None:
+        """Close the file as it is."""
+        if self._chain is not None:
+            self._chain.close()
+
+    def _line(self, kind: str, data: dict[str, Any]) -> None:
+        assert self._chain is not None, "open it first"
+        self._chain.write({"kind": kind, **data})
+
+    def _state(self, state: State) -> dict[str, Any]:
+        data = state_data(state)
+        data["scene"] = None if state.scene is None else self._scene(state.scene)
+        return data
+
+    def _step(self, step: StepTaken, line: Line) -> dict[str, Any]:
+        """Return the inputs, the events, and the directive if it changed."""
+        data: dict[str, Any] = {"time_s": step.inputs.status.time_s - step.inputs.offset_s}
+        data["in"] = inputs_data(step.inputs, taken_answer(step))
+        if step.sight is not None:
+            data["sight"] = {"fault": step.sight.fault, "blind_s": finite(step.sight.blind_s)}
+        if line.seen is not None:
+            data["seen"] = line.seen
+        if step.snapshot is not None:
+            data["asked"] = self._snapshot(step, step.snapshot)
+        if step.told:
+            data["told"] = [told_data(one, step) for one in step.told]
+        if not line.repeats:
+            data["directive"] = step.directive.model_dump(mode="json")
+        return data
+
+    def _snapshot(self, step: StepTaken, shot: Snapshot) -> dict[str, Any]:
+        """Return the scene as the reasoner saw it, if it was asked."""
+        asked = step.after.activity
+        scene = asked.query.scene if isinstance(asked, Querying) and shot.scene is not None else shot.scene
+        shown = None if scene is None else self._scene(scene)
+        return {"scene": shown, "why_none": shot.why_none, "camera_fault": shot.camera_fault}
+
+    def _scene(self, scene: Scene) -> dict[str, Any]:
+        data = scene.model_dump(mode="json")
+        image = scene.image
+        if image is not None:
+            digest = hashlib.sha256(image.jpeg).hexdigest()
+            path = self._folder / "images" / f"{digest}.jpg"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_once(path, image.jpeg)
+            data["image"] = {"width": image.width, "height": image.height, "sha256": digest}
+        return data
+
+
+def image_of(data: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Return the JSON form of an image beside a record.
+
+    Raises:
+        RecordError: The image is missing or was changed.
+    """
+    path = folder / "images" / f"{data['sha256']}.jpg"
+    try:
+        jpeg = path.read_bytes()
+    except OSError as error:
+        raise RecordError(f"the image {path} is missing: keep the folder `images` beside the record") from error
+    if hashlib.sha256(jpeg).hexdigest() != data["sha256"]:
+        raise RecordError(f"the image {path} was changed after writing")
+    return {"width": data["width"], "height": data["height"], "jpeg": base64.b64encode(jpeg).decode()}
+
+
+def policy_of(data: dict[str, Any], path: Path) -> GuardPolicy:
+    """Return the complete guard policy of a record.
+
+    Missing numbers get no default: the record's plans would be judged by bounds that were never used.
+
+    Raises:
+        RecordError: A number is missing or unknown.
+    """
+    try:
+        policy = GuardPolicy.model_validate(data)
+    except ValidationError as error:
+        raise RecordError(f"{path}: the guard's policy cannot be read: {first_problem(error)}") from error
+    differs = next(_differences(data, policy.model_dump(mode="json")), None)
+    if differs is not None:
+        raise RecordError(
+            f"{path}: the guard's policy is another version's: {differs}; replay it with the version that wrote it"
+        )
+    return policy
+
+
+def _differences(recorded: Any, read: Any, where: str = "") -> Iterator[str]:
+    """Yield the names of what is in only one of two JSON values, or differs."""
+    if not (isinstance(recorded, dict) and isinstance(read, dict)):
+        if recorded != read:
+            yield where.removeprefix(".")
+        return
+    for name in sorted(recorded.keys() | read.keys()):
+        if name in recorded and name in read:
+            yield from _differences(recorded[name], read[name], f"{where}.{name}")
+        else:
+            yield f"{where}.{name}".removeprefix(".")
+
+
+def _facts(facts: Facts) -> dict[str, Any]:
+    """Return everything that decides how a run goes, with versions."""
+    return {
+        "format": FORMAT,
+        "schema": VERSION,
+        "written": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
+        "versions": {
+            "stucksolver": importlib.metadata.version("stucksolver"),
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "platform": platform.platform(),
+        },
+        "clock": facts.clock,
+        "reasoners": dict(facts.reasoners),
+        "ask_back": facts.ask_back,
+        "observe_only": facts.observe_only,
+        "detector": DETECTOR.dump_python(facts.detector, mode="json"),
+        "policy": facts.policy.model_dump(mode="json"),
+        "ladder": facts.ladder.model_dump(mode="json", by_alias=True),
+    }
+
+
+def _new_file(folder: Path) -> ChainWriter:
+    for number in range(1, MOST_FILES):
+        path = folder / f"intervention-{number:04d}.jsonl"
+        if not path.exists():
+            return ChainWriter(path)
+    raise RecordError(f"{folder} holds {MOST_FILES} records: choose another folder")

@@ -1,0 +1,249 @@
+"""Replays every step of a record without a simulator, and reports the differences."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from stucksolver.guard import Guard, Verdict
+from stucksolver.ladder import Ladder
+from stucksolver.plan import decided_as_said
+from stucksolver.reasoners import Answer, ReasonerError, Request, RuleReasoner, parse_trace
+from stucksolver.record.hash_chain import RecordError, read_chain
+from stucksolver.record.record_file import FORMAT, image_of, policy_of
+from stucksolver.record.serialization import inputs_of, sight_of, snapshot_of, state_of, taken_answer, told_data
+from stucksolver.record.surroundings_delta import Unpacker
+from stucksolver.scene import Scene
+from stucksolver.scene.wording import in_one_line
+from stucksolver.solver.state_machine.inputs import Setup, Snapshot
+from stucksolver.solver.state_machine.transition import transition
+from stucksolver.solver.step_listener import StepTaken
+
+KINDS = ("begin", "road", "step", "fault", "end")
+EQUAL = 1e-6
+"""Greatest relative difference between numbers: another processor may round differently."""
+
+
+@dataclass(frozen=True)
+class ReplayFinding:
+    """A recorded value that is derived differently."""
+
+    line: int
+    what: str
+    recorded: str
+    derived: str
+
+
+@dataclass
+class Report:
+    """The result of a replay."""
+
+    path: Path
+    versions: dict[str, str] = field(default_factory=dict)
+    lines: int = 0
+    ended: str | None = None
+    """How the intervention ended; None for an incomplete record."""
+    decisions: int = 0
+    underivable: int = 0
+    """Decisions of reasoners without a trace: they are recorded but cannot be derived."""
+    plans: int = 0
+    ticks: int = 0
+    findings: list[ReplayFinding] = field(default_factory=list)
+
+    @property
+    def matches(self) -> bool:
+        """True if every step was derived as recorded."""
+        return not self.findings
+
+
+def replay(path: Path) -> Report:
+    """Read a record and derive it again.
+
+    Raises:
+        RecordError: The record was changed or cannot be read.
+    """
+    with contextlib.suppress(ImportError):
+        # The models' answer formats are registered where they are defined.
+        importlib.import_module("stucksolver_language.llm.answer_parser")
+    again = _Again(path)
+    for number, data in read_chain(path):
+        again.line(number, data)
+    if not again.report.lines:
+        raise RecordError(f"{path}: this is an empty file, not a record")
+    return again.report
+
+
+class _Again:
+    """Replays every step from the state to which the previous one led."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.report = Report(path)
+        self._unpacker = Unpacker()
+        self._directive: dict[str, Any] = {}
+        self._lost = False
+        """True if a step led to another state, so that no later one can be replayed."""
+
+    def line(self, number: int, data: dict[str, Any]) -> None:
+        """Process one line.
+
+        Raises:
+            RecordError: The line cannot be read. The message has its number.
+        """
+        self.report.lines = number
+        try:
+            kind = data["kind"]
+            if (number == 1) is not (kind == "begin"):
+                raise RecordError(f"{self._path}, line {number}: a record begins with its one line of kind `begin`")
+            readers = {name: getattr(self, f"_{name}") for name in KINDS}
+            readers.get(kind, self._unknown)(number, data)
+        except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError, RecursionError) as error:
+            raise RecordError(f"{self._path}, line {number}: this line cannot be read: {in_one_line(error)}") from error
+
+    def _unknown(self, number: int, data: dict[str, Any]) -> None:
+        raise RecordError(
+            f"{self._path}, line {number}: unknown kind of line {data['kind']!r}; a newer version wrote it"
+        )
+
+    def _begin(self, number: int, data: dict[str, Any]) -> None:
+        if data["format"] != FORMAT:
+            raise RecordError(f"{self._path}: written in format {data['format']}, this program reads {FORMAT}")
+        ladder = Ladder.model_validate(data["ladder"])
+        names, observe_only = data["reasoners"], data["observe_only"]
+        self.report.versions = data["versions"]
+        self._rules = RuleReasoner(ladder.waits.limits())
+        guard = Guard(policy_of(data["policy"], self._path))
+        self._setup = Setup(guard, ladder, names, data["ask_back"], observe_only)
+        state = state_of(data["state"], ladder, frozenset(names), observe_only=observe_only)
+        self._state = state.but(scene=self._scene(data["state"]["scene"]))
+
+    def _road(self, number: int, data: dict[str, Any]) -> None:
+        self._unpacker.add_road(data["road"])
+
+    def _fault(self, number: int, data: dict[str, Any]) -> None:
+        """Handle a fault outside the steps: nothing follows from it."""
+
+    def _end(self, number: int, data: dict[str, Any]) -> None:
+        self.report.ended = data["how"]
+
+    # ---- steps
+
+    def _step(self, number: int, data: dict[str, Any]) -> None:
+        seen = self._unpacker.unpack(data["seen"]) if "seen" in data else None
+        self._directive = data.get("directive", self._directive)
+        recorded: list[dict[str, Any]] = data.get("told", [])
+        for one in recorded:
+            self.report.plans += "judged" in one
+            self.report.ticks += "tick" in one
+        if self._lost:
+            return
+        before = self._state
+        inputs = inputs_of(data["in"], sight_of(data.get("sight"), seen), self._snapshot(data), before.question)
+        self._state, directive, told = transition(before, inputs, self._setup)
+        step = StepTaken(before, inputs, None, None, self._state, directive, told)
+        derived = [told_data(one, step) for one in told]
+        self._decision(number, step)
+        if [_kind(one) for one in recorded] != [_kind(one) for one in derived]:
+            self._first_difference(number, recorded, derived)
+            self._differs(number, "what happened", _kinds(recorded), f"{_kinds(derived)}; nothing after it is derived")
+            self._lost = True
+            return
+        for one, other in zip(recorded, derived, strict=True):
+            self._compare(number, one, other)
+        if not _same(self._directive, directive.model_dump(mode="json")):
+            self._differs(number, "directive", _said(self._directive), _said(directive.model_dump(mode="json")))
+
+    def _first_difference(self, number: int, recorded: list[dict[str, Any]], derived: list[dict[str, Any]]) -> None:
+        """Report the verdict at which the runs diverged, if it was a verdict."""
+        for one, other in zip(recorded, derived, strict=False):
+            found = len(self.report.findings)
+            if _kind(one) == _kind(other):
+                self._compare(number, one, other)
+            if len(self.report.findings) > found:
+                return
+
+    def _compare(self, number: int, recorded: dict[str, Any], derived: dict[str, Any]) -> None:
+        ((kind, one),), ((_, other),) = recorded.items(), derived.items()
+        if _same(one, other):
+            return
+        if kind == "event":
+            self._differs(number, f"event {one['kind']}", one["text"], _where(one, other))
+            return
+        verdicts = [Verdict.model_validate(each.get("verdict", {})) for each in (one, other)]
+        if _same(verdicts[0].model_dump(mode="json"), verdicts[1].model_dump(mode="json")):
+            self._differs(number, "plan" if kind == "judged" else "outcome", str(one), _where(one, other))
+        else:
+            what = "verdict at acceptance" if kind == "judged" else "verdict on a tick"
+            self._differs(number, what, str(verdicts[0]), str(verdicts[1]))
+
+    def _snapshot(self, data: dict[str, Any]) -> Snapshot:
+        asked = data.get("asked")
+        return snapshot_of(None if asked is None else {**asked, "scene": self._with_image(asked["scene"])})
+
+    def _scene(self, data: dict[str, Any] | None) -> Scene | None:
+        return None if data is None else Scene.model_validate(self._with_image(data))
+
+    def _with_image(self, scene: dict[str, Any] | None) -> dict[str, Any] | None:
+        image = None if scene is None else scene["image"]
+        return scene if scene is None or image is None else {**scene, "image": image_of(image, self._path.parent)}
+
+    # ---- decisions
+
+    def _decision(self, number: int, step: StepTaken) -> None:
+        """Ask the reasoner about the same scene again and compare its answer."""
+        answer = taken_answer(step)
+        if not isinstance(answer, Answer):
+            return
+        self.report.decisions += 1
+        scene = step.before.scene
+        if scene is None or (answer.reasoner != self._rules.name and answer.trace is None):
+            self.report.underivable += 1
+            return
+        recorded = answer.decision
+        try:
+            derived = parse_trace(answer.trace, scene) if answer.trace else self._rules.decide(Request(scene)).decision
+        except ReasonerError as error:
+            self._differs(number, "decision", recorded.rationale, f"no answer: {error}")
+            return
+        derived = decided_as_said(derived, scene)
+        if not _same(recorded.model_dump(mode="json"), derived.model_dump(mode="json")):
+            self._differs(number, "decision", recorded.rationale, derived.rationale)
+
+    def _differs(self, line: int, what: str, recorded: str, derived: str) -> None:
+        self.report.findings.append(ReplayFinding(line, what, recorded, derived))
+
+
+def _kind(told: dict[str, Any]) -> str:
+    """Return the kind of event in a word or two."""
+    ((kind, data),) = told.items()
+    return str(data["kind"]) if kind == "event" else kind
+
+
+def _kinds(told: list[dict[str, Any]]) -> str:
+    return ", ".join(map(_kind, told)) or "nothing"
+
+
+def _where(one: dict[str, Any], other: dict[str, Any]) -> str:
+    """Return the first field in which the second one differs, with its value."""
+    name = next(k for k in sorted(one.keys() | other.keys()) if not _same(one.get(k), other.get(k)))
+    return f"{name}: {other.get(name)}"
+
+
+def _said(directive: dict[str, Any]) -> str:
+    behavior = directive.get("behavior")
+    return f"execute {behavior['name']}" if behavior else str(directive)
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Compare two values, numbers up to rounding."""
+    if isinstance(one, float) and isinstance(other, float):
+        return math.isclose(one, other, rel_tol=EQUAL, abs_tol=EQUAL)
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(_same(one[k], other[k]) for k in one)
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(_same, one, other))
+    return bool(one == other)

@@ -1,0 +1,244 @@
+"""Converts states and inputs to JSON values and back: everything from which a step of the solver is replayed."""
+
+from __future__ import annotations
+
+import math
+from types import MappingProxyType
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from stucksolver.guard import Approvals
+from stucksolver.immobilization import Trigger
+from stucksolver.ladder import Ladder
+from stucksolver.plan import Decision, WaitReason
+from stucksolver.reasoners import Answer, Trace
+from stucksolver.scene import Claim, Guidance, Scene, Status, Surroundings
+from stucksolver.solver.events import Event, Judgement, Told
+from stucksolver.solver.query import NoAnswer
+from stucksolver.solver.questions import Question, Reply
+from stucksolver.solver.state_machine.escalation import Escalation
+from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome
+from stucksolver.solver.state_machine.inputs import Heard, Inputs, Sight, Snapshot
+from stucksolver.solver.state_machine.state import Querying, State, WordsInForce
+from stucksolver.solver.state_machine.transition import first_state
+from stucksolver.solver.step_listener import StepTaken
+
+Data = dict[str, Any]
+APPROVALS: TypeAdapter[Approvals] = TypeAdapter(Approvals)
+NOT_LOOKED = "the record has nothing of this"
+SIMPLE = (
+    "question_since_s",
+    "questions",
+    "queries",
+    "asked_back",
+    "interventions",
+    "refused_m",
+    "afresh_s",
+    "senses_fault",
+    "camera_fault",
+    "told_fault",
+)
+"""Fields of a state that need no conversion to JSON."""
+SELDOM = {"barred_m": None, "stop_said_s": None, "letting_out": False}
+"""More of them, which are left out if they have these values."""
+
+
+def finite(value: float | None) -> float | str | None:
+    """Convert a float; JSON has no infinity."""
+    return str(value) if value is not None and math.isinf(value) else value
+
+
+def of_finite(value: float | str | None) -> float:
+    """Reverse `finite`.
+
+    Raises:
+        ValueError: The value is not a number.
+        TypeError: The value has the wrong type.
+    """
+    return float(value)  # type: ignore[arg-type]
+
+
+# ---- the state at the start of a record
+
+
+def state_data(state: State) -> Data:
+    """Return an idle state, as at the beginning of a record: without an intervention, a question or a plan."""
+    data = {name: getattr(state, name) for name in SIMPLE}
+    data["escalation"] = _escalation(state.escalation)
+    data["words_escalation"] = _escalation(state.words_escalation)
+    data["onset"] = None if state.progress.onset is None else [finite(x) for x in state.progress.onset]
+    data["trigger"] = None if state.trigger is None else state.trigger.value
+    if state.words is not None:
+        data["words"] = {"said": state.words.words.model_dump(mode="json"), "since_s": state.words.since_s}
+    data |= {name: getattr(state, name) for name, usual in SELDOM.items() if getattr(state, name) != usual}
+    if state.claims:
+        data["claims"] = {claim.value: until_s for claim, until_s in state.claims.items()}
+    if state.doubts:
+        data["doubts"] = dict(state.doubts)
+    return data
+
+
+def state_of(data: Data, ladder: Ladder, reasoners: frozenset[str], *, observe_only: bool) -> State:
+    """Reverse `state_data`. Raises `KeyError`, `TypeError` or `ValueError` for invalid data."""
+    first = first_state(ladder, reasoners, observe_only=observe_only)
+    onset, words, trigger = data["onset"], data.get("words"), data["trigger"]
+    if onset is not None:
+        began_s, began_m = map(of_finite, onset)
+        first = first.but(progress=type(first.progress)(first.progress.recovered_m, (began_s, began_m)))
+    if words is not None:
+        first = first.but(words=WordsInForce(Guidance.model_validate(words["said"]), words["since_s"]))
+    return first.but(
+        escalation=_escalation_of(first.escalation, data["escalation"]),
+        words_escalation=_escalation_of(first.words_escalation, data["words_escalation"]),
+        trigger=None if trigger is None else Trigger(trigger),
+        doubts=MappingProxyType(dict(data.get("doubts", {}))),
+        claims=MappingProxyType({Claim(name): until_s for name, until_s in data.get("claims", {}).items()}),
+        **{name: data[name] for name in SIMPLE},
+        **{name: data.get(name, usual) for name, usual in SELDOM.items()},
+    )
+
+
+def _escalation(one: Escalation) -> Data:
+    return {
+        "index": one.index,
+        "tries": one.tries,
+        "repairs": one.repairs,
+        "not_before_s": finite(one.not_before_s),
+        "quiet_until_s": finite(one.quiet_until_s),
+        "since_s": finite(one.since_s),
+        "waiting": {reason.value: since for reason, since in one.waiting.items()},
+        "last_wait_s": one.last_wait_s,
+    }
+
+
+def _escalation_of(first: Escalation, data: Data) -> Escalation:
+    return Escalation(
+        first.on,
+        data["index"],
+        data["tries"],
+        data["repairs"],
+        of_finite(data["not_before_s"]),
+        of_finite(data["quiet_until_s"]),
+        of_finite(data["since_s"]),
+        MappingProxyType({WaitReason(reason): since for reason, since in data["waiting"].items()}),
+        data["last_wait_s"],
+    )
+
+
+# ---- the inputs of a step
+
+
+def inputs_data(inputs: Inputs, answer: Answer | NoAnswer | None) -> Data:
+    """Return the inputs that differ from their defaults, without the surroundings and the scene.
+
+    `answer` is the reasoner's answer, if this step took one.
+    """
+    data: Data = {"status": inputs.status.model_dump(mode="json", exclude_defaults=True)}
+    for name in ("slow_since_s", "progress_in_window_m", "jump_s"):
+        value = getattr(inputs, name)
+        if value is not None:
+            data[name] = value
+    if inputs.offset_s:
+        data["offset_s"] = inputs.offset_s
+    if inputs.trigger is not None:
+        data["trigger"] = inputs.trigger.value
+    if inputs.heard is not None:
+        data["heard"] = {"words": inputs.heard.words.model_dump(mode="json"), "fault": inputs.heard.fault}
+    if inputs.hearing:
+        data["hearing"] = True
+    if inputs.reply is not None:
+        data["reply"] = {"yes": inputs.reply.yes, "by": inputs.reply.by}
+    if isinstance(answer, NoAnswer):
+        data["answer"] = {"why": answer.why, **({"malformed": True} if answer.malformed else {})}
+    elif answer is not None:
+        trace = None if answer.trace is None else answer.trace.model_dump(mode="json", exclude_none=True)
+        decision = answer.decision.model_dump(mode="json")
+        data["answer"] = {"reasoner": answer.reasoner, "decision": decision, "trace": trace}
+    if inputs.busy:
+        data["busy"] = sorted(inputs.busy)
+    return data
+
+
+def inputs_of(data: Data, sight: Sight, snapshot: Snapshot, question: Question | None) -> Inputs:
+    """Reverse `inputs_data`; `question` is the open one. Raises `KeyError`, `TypeError` or `ValueError` for
+    invalid data.
+    """
+    heard, reply, answer = data.get("heard"), data.get("reply"), data.get("answer")
+    if reply is not None and question is None:
+        raise ValueError("a person's answer belongs to no open question")
+    return Inputs(
+        status=Status.model_validate(data["status"]),
+        look=lambda: sight,
+        scene=lambda: snapshot,
+        trigger=Trigger(data["trigger"]) if "trigger" in data else None,
+        slow_since_s=data.get("slow_since_s"),
+        progress_in_window_m=data.get("progress_in_window_m"),
+        offset_s=data.get("offset_s", 0.0),
+        jump_s=data.get("jump_s"),
+        heard=None if heard is None else Heard(Guidance.model_validate(heard["words"]), heard["fault"]),
+        hearing=data.get("hearing", False),
+        reply=None if reply is None or question is None else Reply(question, reply["yes"], reply["by"]),
+        answer=_answer_of(answer),
+        busy=frozenset(data.get("busy", ())),
+    )
+
+
+def _answer_of(data: Data | None) -> Answer | NoAnswer | None:
+    if data is None:
+        return None
+    if "why" in data:
+        return NoAnswer(data["why"], data.get("malformed", False))
+    trace = None if data["trace"] is None else Trace.model_validate(data["trace"])
+    return Answer(Decision.model_validate(data["decision"]), data["reasoner"], trace)
+
+
+def sight_of(data: Data | None, seen: Surroundings | None) -> Sight:
+    """Return what the senses showed. A step that did not look has no sight, and must not look in the replay either."""
+    return Sight(None, NOT_LOOKED, math.inf) if data is None else Sight(seen, data["fault"], of_finite(data["blind_s"]))
+
+
+def snapshot_of(data: Data | None) -> Snapshot:
+    """Return the recorded scene in the same way."""
+    if data is None:
+        return Snapshot(None, NOT_LOOKED)
+    scene = None if data["scene"] is None else Scene.model_validate(data["scene"])
+    return Snapshot(scene, data["why_none"], data["camera_fault"])
+
+
+# ---- the events of a step
+
+
+def taken_answer(step: StepTaken) -> Answer | NoAnswer | None:
+    """Return the reasoner's answer, if this step acted on it."""
+    asked = step.before.activity
+    taken = isinstance(asked, Querying) and step.after.activity is not asked
+    return step.inputs.answer if taken else None
+
+
+def told_data(one: Told, step: StepTaken) -> Data:
+    """Return an event, a judgement or a tick of a running plan. Surroundings and directive are stored in the step."""
+    if isinstance(one, Event):
+        return {"event": event_data(one, taken_answer(step))}
+    verdict = one.verdict.model_dump(mode="json", exclude_defaults=True)
+    if isinstance(one, Judgement):
+        kinds = APPROVALS.dump_python(one.approvals, mode="json").items()
+        approvals = {kind: sorted(names) for kind, names in kinds if names or kind != "barred"}
+        plan = one.plan.model_dump(mode="json")
+        return {"judged": {"plan": plan, "guided": one.guided, "approvals": approvals, "verdict": verdict}}
+    data: Data = {} if one.verdict.accepted else {"verdict": verdict}
+    if one.withdrawn:
+        data["withdrawn"] = True
+    if isinstance(one.result, ExecutionOutcome):
+        data["outcome"] = one.result.recorded()
+    elif one.result is not step.directive:
+        data["directive"] = one.result.model_dump(mode="json")
+    return {"tick": data}
+
+
+def event_data(event: Event, answer: Answer | NoAnswer | None) -> Data:
+    """Return an event without its scene, stored with the question, and without a decision that is among the inputs."""
+    came_in = isinstance(answer, Answer) and event.decision is answer.decision
+    elsewhere = {"scene", "decision", "trace"} if came_in else {"scene"}
+    data = event.model_dump(mode="json", exclude_none=True, exclude=elsewhere)
+    return {key: value for key, value in data.items() if value is not False or key == "answer"}

@@ -1,0 +1,100 @@
+"""Compact surroundings: the road once, and otherwise only what has changed since the previous line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic_core import to_jsonable_python
+
+from stucksolver.scene import RoadGeometry, Surroundings, TrackedObject
+from stucksolver.scene.base_model import Model
+
+Data = dict[str, Any]
+
+
+class Packer:
+    """Computes differences. Use one per file, in the order of its lines.
+
+    It runs in the control loop and is fast: unchanged parts are only compared, never converted.
+    """
+
+    def __init__(self) -> None:
+        self._last: Surroundings | None = None
+        self._objects: dict[str, TrackedObject] = {}
+        self._roads: set[str] = set()
+
+    def new_road(self, seen: Surroundings) -> RoadGeometry | None:
+        """Return the road when it appears for the first time."""
+        if seen.road.key in self._roads:
+            return None
+        self._roads.add(seen.road.key)
+        return seen.road
+
+    def pack(self, seen: Surroundings) -> Data:
+        """Return the difference from the surroundings packed before, as JSON values."""
+        last, self._last = self._last, seen
+        packed = _changed(last, seen, without=("road", "objects"))
+        if last is None or last.road.key != seen.road.key:
+            packed["road"] = seen.road.key
+        objects = {o.id: o for o in seen.objects}
+        before, self._objects = self._objects, objects
+        if last is None or objects.keys() != before.keys() or tuple(objects) != tuple(before):
+            packed["ids"] = list(objects)
+        found = {}
+        for name, o in objects.items():
+            change = _changed(before.get(name), o)
+            if change:
+                found[name] = change
+        packed["objects"] = found
+        return packed
+
+
+class Unpacker:
+    """Reverses `Packer`; floats are restored to the last bit."""
+
+    def __init__(self) -> None:
+        self._last: Data = {}
+        self._roads: dict[str, RoadGeometry] = {}
+
+    def add_road(self, data: Data) -> None:
+        """Add a road, to which later scenes refer by its key."""
+        road = RoadGeometry.model_validate(data)
+        self._roads[road.key] = road
+
+    def unpack(self, packed: Data) -> Surroundings:
+        """Restore the surroundings.
+
+        Raises:
+            KeyError: The road was not added.
+            ValueError: The data are invalid.
+        """
+        now = self._last = _applied(self._last, packed)
+        objects = [now["objects"][name] for name in now["ids"]]
+        rest = {k: v for k, v in now.items() if k not in ("objects", "ids", "road")}
+        return Surroundings.model_validate({**rest, "objects": objects, "road": self._roads[now["road"]]})
+
+
+def _changed(old: Model | None, new: Model, without: tuple[str, ...] = ()) -> Data:
+    """Return the fields of a record that differ from another one, recursively for nested records."""
+    if old is new:
+        return {}
+    before = {} if old is None else vars(old)
+    found: Data = {}
+    for name, value in vars(new).items():
+        was = before.get(name, _changed)
+        if name in without or value is was or value == was:
+            continue
+        found[name] = _changed(was, value) if isinstance(value, Model) and isinstance(was, Model) else _plain(value)
+    return found
+
+
+def _plain(value: Any) -> Any:
+    return value if type(value) in (float, int, str, bool) or value is None else to_jsonable_python(value)
+
+
+def _applied(old: Data, change: Data) -> Data:
+    new = dict(old)
+    for key, value in change.items():
+        before = new.get(key)
+        new[key] = _applied(before, value) if isinstance(value, dict) and isinstance(before, dict) else value
+    return new

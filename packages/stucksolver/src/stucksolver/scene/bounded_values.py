@@ -1,0 +1,158 @@
+"""Reads a model of unknown origin again with bounded effort: whatever stands in it, nothing of it is called.
+
+A stack's scene and a reasoner's answer may have been created without validation, and their fields may hold anything:
+a million entries, lists that contain themselves, objects whose attributes raise.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterator
+from enum import Enum
+from functools import cache
+from typing import Any, TypeVar, get_args, get_origin
+
+from pydantic import ValidationError
+
+from stucksolver.scene.base_model import Model, first_problem
+
+M = TypeVar("M", bound=Model)
+Where = tuple[Any, str]
+"""The place of a value: that of the value that holds it, and its name there. It becomes a text only in an error."""
+MOST_VALUES = 200_000
+"""Values that are read at most: a scene has about 40 for each object."""
+MOST_CHARACTERS = 16_000_000
+"""Characters that are read at most: a camera image has a million, a model's prompt 50,000."""
+DEEPEST = 24
+"""Depth to which lists and models may be nested: a behaviour's JSON schema is 8 deep."""
+LARGEST_INT = 2**63
+"""No whole number in a message is larger."""
+
+
+class MalformedError(ValueError):
+    """Something is not what it should be. The message is one line and names the first field that is wrong."""
+
+
+def read_again(value: object, kind: type[M], most_values: int = MOST_VALUES) -> M:
+    """Return a validated copy of a model.
+
+    Args:
+        value: What claims to be of that kind.
+        kind: The class of the model.
+        most_values: Values that are read at most.
+
+    Raises:
+        MalformedError: It is of another kind, too large, nested too deeply, or a value in it is refused.
+    """
+    try:
+        if type(value) is not kind:
+            raise MalformedError(f"a {type(value).__name__}, not a {kind.__name__}")
+        return kind.model_validate(_Reader(kind, most_values).read(value, (None, kind.__name__), 0))
+    except ValidationError as error:
+        raise MalformedError(first_problem(error)) from error
+    except MalformedError:
+        raise
+    except Exception as error:
+        raise MalformedError(f"it cannot be read ({type(error).__name__})") from error
+
+
+class _Reader:
+    """Turns a model into plain values, and counts what it reads."""
+
+    def __init__(self, kind: type[Model], most_values: int) -> None:
+        self._known = known_types(kind)
+        self._values, self._characters = most_values, MOST_CHARACTERS
+
+    def read(self, value: Any, where: Where, depth: int) -> Any:
+        """Return the plain form of a value. `where` is its place, for the message."""
+        kind = type(value)
+        if kind is float:
+            return value
+        if value is None or kind is bool or (kind in self._known and issubclass(kind, Enum)):
+            return value
+        if kind is str or kind is bytes:
+            self._characters -= len(value)
+            if self._characters < 0:
+                raise MalformedError(f"{_named(where)}: more than {MOST_CHARACTERS} characters in all")
+            return _encodable(value, where) if kind is str else base64.b64encode(value)
+        if issubclass(kind, float) and not issubclass(kind, Enum):
+            return float.__float__(value)
+        if issubclass(kind, int) and not issubclass(kind, Enum):
+            number = int.__index__(value)
+            if abs(number) > LARGEST_INT:
+                raise MalformedError(f"{_named(where)}: a number beyond all bounds")
+            return number
+        if depth >= DEEPEST:
+            raise MalformedError(f"{_named(where)}: nested more than {DEEPEST} deep")
+        return self._read_many(value, kind, where, depth + 1)
+
+    def _read_many(self, value: Any, kind: type, where: Where, depth: int) -> Any:
+        if kind is tuple or kind is list:
+            self._count(len(value), where)
+            return [self.read(one, (where, f"[{k}]"), depth) for k, one in enumerate(value)]
+        if kind is dict and dict in self._known:
+            self._count(len(value), where)
+            if any(type(name) is not str for name in value):
+                raise MalformedError(f"{_named(where)}: a name that is not a text")
+            return {
+                _encodable(name, where): self.read(one, (where, f"[{name[:40]!a}]"), depth)
+                for name, one in value.items()
+            }
+        if kind not in self._known:
+            raise MalformedError(f"{_named(where)}: a {kind.__name__} has no place here")
+        held = object.__getattribute__(value, "__dict__")
+        fields = [name for name in kind.model_fields if name in held]  # type: ignore[attr-defined]
+        self._count(len(fields), where)
+        return {name: self.read(held[name], (where, f".{name}"), depth) for name in fields}
+
+    def _count(self, many: int, where: Where) -> None:
+        self._values -= many
+        if self._values < 0:
+            raise MalformedError(f"{_named(where)}: too many values in all")
+
+
+def _named(where: Where | None) -> str:
+    """Return a place as text, such as `RecoveryPlan.behaviors[0].speed_mps`."""
+    names: list[str] = []
+    while where is not None:
+        where, name = where
+        names.append(name)
+    return "".join(reversed(names))
+
+
+def _encodable(text: str, where: Where) -> str:
+    """Return a text that a record can hold."""
+    if text.isascii():
+        return text
+    try:
+        text.encode()
+    except UnicodeEncodeError as error:
+        raise MalformedError(f"{_named(where)}: characters that no record can hold") from error
+    return text
+
+
+@cache
+def known_types(kind: type[Model]) -> frozenset[type]:
+    """Return the models, the enumerations and the mappings that may occur in a model, by its fields' annotations."""
+    found: set[type] = set()
+    waiting: list[type] = [kind]
+    while waiting:
+        one = waiting.pop()
+        if one in found:
+            continue
+        found.add(one)
+        if issubclass(one, Model):
+            for field in one.model_fields.values():
+                waiting += [part for part in _parts(field.annotation) if issubclass(part, (Model, Enum, dict))]
+    return frozenset(found)
+
+
+def _parts(annotation: Any) -> Iterator[type]:
+    """Yield the classes in an annotation."""
+    inner = get_args(annotation)
+    if get_origin(annotation) is dict:
+        yield dict
+    if not inner and isinstance(annotation, type):
+        yield annotation
+    for one in inner:
+        yield from _parts(one)

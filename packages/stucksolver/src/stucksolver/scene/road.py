@@ -1,0 +1,99 @@
+"""The road around the ego: lanes along one reference line, read once per episode.
+
+All geometry is in the *local frame*: right-handed, metres, fixed for the episode, its origin chosen by the stack. The
+reference line is the centre of the lanes that the route follows, so that a lane is a lateral offset from it.
+"""
+
+from enum import Enum
+
+from pydantic import Field, model_validator
+
+from stucksolver.scene.base_model import Model
+
+
+class LaneKind(str, Enum):
+    """What a lane is for."""
+
+    DRIVING = "driving"
+    BIKING = "biking"
+    PARKING = "parking"
+    SHOULDER = "shoulder"
+    SIDEWALK = "sidewalk"
+
+
+class LaneDirection(str, Enum):
+    """Direction of travel relative to the route."""
+
+    SAME = "same"
+    OPPOSITE = "opposite"
+
+
+class LineKind(str, Enum):
+    """A painted line, as it applies to a vehicle on the route's side."""
+
+    BROKEN = "broken"
+    SOLID = "solid"
+    KERB = "kerb"
+    NONE = "none"
+
+
+class ZoneKind(str, Enum):
+    """The kind of a zone."""
+
+    JUNCTION = "junction"
+    CROSSWALK = "crosswalk"
+    LEVEL_CROSSING = "level_crossing"
+
+
+class LaneStrip(Model):
+    """A lane beside the reference line, sampled at the reference's own stations.
+
+    Sample `i` belongs to reference sample `start + i`. Offsets are those of the lane's centre (m), left positive.
+    """
+
+    id: str
+    kind: LaneKind
+    direction: LaneDirection
+    start: int = Field(ge=0)
+    offset_m: tuple[float, ...] = Field(min_length=1)
+    width_m: tuple[float, ...] = Field(min_length=1)
+    line: tuple[LineKind, ...] = Field(min_length=1)
+    """The line between this lane and its neighbour nearer to the route (own lane: `none`)."""
+    speed_limit_mps: float | None = None
+
+    @model_validator(mode="after")
+    def _same_length(self) -> "LaneStrip":
+        if not len(self.offset_m) == len(self.width_m) == len(self.line):
+            raise ValueError(f"lane {self.id}: offset_m, width_m and line must have one value for each station")
+        return self
+
+
+class Zone(Model):
+    """A stretch of the route with its own rules, between two arc lengths along the route (m)."""
+
+    kind: ZoneKind
+    start_m: float
+    end_m: float
+
+
+class RoadGeometry(Model):
+    """Lanes and zones along a piece of the route, ahead of and behind the ego."""
+
+    key: str
+    """Changes whenever the geometry does, so that derived values can be cached."""
+    spacing_m: float = Field(gt=0)
+    reference: tuple[tuple[float, float], ...] = Field(min_length=2)
+    """(x, y) of a point every `spacing_m`, in the direction of travel (m)."""
+    lanes: tuple[LaneStrip, ...]
+    zones: tuple[Zone, ...] = ()
+    route_start_m: float = 0.0
+    """Arc length along the whole route at the first sample (m). All arc lengths count from the start of the route."""
+    destination_m: float | None = None
+    """Arc length of the destination (m); None if it lies beyond this piece."""
+
+    @model_validator(mode="after")
+    def _lanes_lie_beside_it(self) -> "RoadGeometry":
+        for lane in self.lanes:
+            if lane.start + len(lane.offset_m) > len(self.reference):
+                raise ValueError(f"lane {lane.id} has stations beyond the reference line's {len(self.reference)}")
+        return self

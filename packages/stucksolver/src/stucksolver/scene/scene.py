@@ -1,0 +1,174 @@
+"""The scene: what a reasoner is given when something may be wrong, in the ego frame of ISO 8855.
+
+x ahead, y left, metres, radians, counter-clockwise, origin at the centre of the ego's bounding box. Unknown values are
+None, never invented.
+"""
+
+import math
+from enum import Enum
+from typing import Literal
+
+from pydantic import Base64Bytes, Field, JsonValue
+
+from stucksolver.scene.base_model import Model
+from stucksolver.scene.failed_attempts import PastAttempt
+from stucksolver.scene.interpretation import Claim, Reading
+from stucksolver.scene.objects import TrackedObject
+from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
+from stucksolver.scene.signs import SeenSign
+from stucksolver.scene.surroundings import TrafficControl
+
+
+class LaneRelation(str, Enum):
+    """The position of something relative to the ego's route."""
+
+    EGO = "ego"
+    LEFT = "left"
+    RIGHT = "right"
+    ONCOMING = "oncoming"
+    SHOULDER = "shoulder"
+    CROSSING = "crossing"
+    OFF_ROAD = "off_road"
+
+
+class SceneEgo(Model):
+    """The ego as described to a reasoner."""
+
+    speed_mps: float
+    lane_id: str | None
+    lateral_offset_m: float
+    """Offset from the centre of the route's lane (m), left positive."""
+    stopped_for_s: float = 0.0
+    """How long it has been slower than the detector's threshold (s). The solver fills this in."""
+    progress_20s_m: float | None = None
+    """New progress along the route in the detector's window (m); None before the first full window. The solver
+    fills this in.
+    """
+    distance_to_destination_m: float | None
+    at_destination: bool
+    length_m: float = Field(gt=0)
+    width_m: float = Field(gt=0)
+
+
+class SceneObject(TrackedObject):
+    """A tracked object with its position on the road."""
+
+    lane: LaneRelation
+    lane_id: str | None
+    gap_m: float | None
+    """Distance along the route from the ego's front bumper to its near side (m); negative beside the ego or behind."""
+    left_edge_m: float
+    right_edge_m: float
+    """Lateral extent from the centre of the route's lane at its position (m), left positive."""
+    speed_along_mps: float
+    """Speed along the route (m/s); negative if it comes towards the ego."""
+    speed_across_mps: float = 0.0
+    """Speed across the road to the left of the route (m/s); 0 in old records without this field."""
+    in_path: bool
+    """True if the ego would hit it while following the route's lane."""
+
+
+class SceneLane(Model):
+    """The ego's lane, or a lane beside it."""
+
+    id: str
+    relation: LaneRelation
+    direction: LaneDirection
+    kind: LaneKind
+    width_m: float
+    line: LineKind
+    may_enter: bool
+    """True if the road markings allow entry from the ego's lane."""
+    free_ahead_m: float | None
+    free_behind_m: float | None
+    """Distance from the ego's bumper to the nearest object in the lane (m); None if the lane is not seen."""
+    sight_ahead_m: float | None
+    speed_limit_mps: float | None
+
+
+class CandidateWaypoint(Model):
+    """A place from which the route could be planned again."""
+
+    id: str
+    lane_id: str
+    x_m: float
+    y_m: float
+    distance_m: float
+    """Distance along the route from the ego (m); straight-line distance for a place off the route, in an unlisted
+    lane.
+    """
+    reaches_destination: bool | None = None
+    """True if a route leads on from there; for a place off the route, one that does not return to the road ahead."""
+    route_length_m: float | None = None
+    """Length of that route (m)."""
+
+
+class AvailableBehavior(Model):
+    """A behaviour that the stack can perform now, with the JSON schema of its parameters."""
+
+    name: str
+    parameters: dict[str, JsonValue]
+
+
+class CameraImage(Model):
+    """The front camera's image as JPEG."""
+
+    width: int
+    height: int
+    jpeg: Base64Bytes
+
+
+MAX_WORDS = 500
+"""Longest input from a passenger (characters); the rest is cut off."""
+
+
+class Guidance(Model):
+    """What a passenger said. It is advice and data, never an instruction to the system."""
+
+    text: str = Field(max_length=MAX_WORDS)
+    time_s: float
+    reading: Reading | None = None
+    """How the vehicle's own reader understood the words; None if nobody has read them."""
+
+
+TOUCHING_M = -0.5
+"""A gap this negative still counts as ahead: bounding boxes are larger than the bodies (m)."""
+
+
+class Scene(Model):
+    """Everything that a reasoner may know. It never contains scenario labels or role names."""
+
+    version: Literal[1] = 1
+    time_s: float
+    frame: int
+    ego: SceneEgo
+    objects: tuple[SceneObject, ...]
+    controls: tuple[TrafficControl, ...]
+    signs: tuple[SeenSign, ...] = ()
+    """Words read on signs and vehicles. They are for reasoners only: the guard reads no words."""
+    lanes: tuple[SceneLane, ...]
+    waypoints: tuple[CandidateWaypoint, ...] = ()
+    behaviors: tuple[AvailableBehavior, ...]
+    route_command: str | None = None
+    speed_limit_mps: float | None = None
+    image: CameraImage | None = None
+    guidance: Guidance | None = None
+    claims: tuple[Claim, ...] = ()
+    """People's recent claims about the world, as they were understood: evidence that never overrides what is seen."""
+    attempts: tuple[PastAttempt, ...] = ()
+
+    def offers(self, *names: str) -> bool:
+        """True if the stack can perform all of these behaviours now."""
+        offered = {behavior.name for behavior in self.behaviors}
+        return offered.issuperset(names)
+
+    def in_path_ahead(self, within_m: float = math.inf) -> tuple[SceneObject, ...]:
+        """Return the objects in the path ahead, nearest first.
+
+        The gap is measured from bumper to bumper; an object that already touches the front is included.
+
+        Args:
+            within_m: Only objects nearer than this (m).
+        """
+        near = [(o.gap_m, o) for o in self.objects if o.in_path and o.gap_m is not None]
+        return tuple(o for gap_m, o in sorted(near, key=lambda one: one[0]) if TOUCHING_M < gap_m < within_m)

@@ -1,0 +1,110 @@
+"""The events that the solver sends to its listeners, one for each thing that a reviewer wants to know."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+from stucksolver.guard import Approvals, Verdict
+from stucksolver.plan import Decision, Directive, RecoveryPlan
+from stucksolver.reasoners import Trace
+from stucksolver.scene import Reading, Scene, Surroundings
+from stucksolver.scene.base_model import Model
+from stucksolver.solver.questions import Question
+from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome
+
+
+class EventKind(str, Enum):
+    """The type of an event."""
+
+    TRIGGERED = "triggered"
+    DECIDED = "decided"
+    STARTED = "started"
+    ABORTED = "aborted"
+    FINISHED = "finished"
+    USELESS = "useless"
+    """The last plan finished, but the vehicle has not moved on and is still immobilized."""
+    RECOVERED = "recovered"
+    GUIDANCE = "guidance"
+    GUIDANCE_ENDED = "guidance_ended"
+    ASKED_BACK = "asked_back"
+    """The passenger's words were not understood; the text asks what was meant. The answer is given in words."""
+    DISAGREED = "disagreed"
+    """A reasoner that looks at the image contradicts perception; what perception allowed counts as unknown for a
+    while.
+    """
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+    """A question to a reasoner or a person was withdrawn because the situation cleared."""
+    ESCALATED = "escalated"
+    ASKED = "asked"
+    """A person was asked a question."""
+    ANSWERED = "answered"
+    HELD = "held"
+    """After a hand-back, the driver was stopped at the last moment before it would have touched something."""
+    STOPPED = "stopped"
+    RELEASED = "released"
+    CLOSED = "closed"
+    """The intervention has ended."""
+    FAULT = "fault"
+    """The clock, the surroundings or a listener misbehaved."""
+
+
+class Event(Model):
+    """One event. `time_s` is the time of the stack's clock."""
+
+    time_s: float
+    kind: EventKind
+    text: str
+    intervention: int | None = None
+    """Number of the intervention, counted from 1; None during a legitimate wait."""
+    rung: str | None = None
+    trigger: str | None = None
+    scene: Scene | None = None
+    reasoner: str | None = None
+    decision: Decision | None = None
+    waiting: bool = False
+    """True if the decision is to wait and the ladder allows it."""
+    trace: Trace | None = None
+    verdict: Verdict | None = None
+    question: Question | None = None
+    answer: bool | None = None
+    """The person's answer, for `EventKind.ANSWERED`."""
+    reading: Reading | None = None
+    """How the passenger's words were understood."""
+
+
+Listener = Callable[[Event], None]
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Everything on which the verdict on a proposed plan depends. `now_s` is the solver's own time, which never
+    jumps.
+    """
+
+    time_s: float
+    now_s: float
+    plan: RecoveryPlan
+    surroundings: Surroundings
+    guided: bool
+    approvals: Approvals
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
+class Tick:
+    """Everything on which the verdict on a running plan depends at one tick, and the result."""
+
+    time_s: float
+    now_s: float
+    surroundings: Surroundings
+    withdrawn: bool
+    """True if words withdrew the plan before this tick."""
+    result: Directive | ExecutionOutcome
+    verdict: Verdict
+
+
+Told = Event | Judgement | Tick
+"""What a transition reports, in order."""

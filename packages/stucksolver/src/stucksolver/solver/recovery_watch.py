@@ -1,0 +1,40 @@
+"""Watches whether the vehicle recovered: 15 m of new progress after an immobilization began."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from stucksolver.immobilization import Trigger
+from stucksolver.scene import Status
+
+RECOVERED_M = 15.0
+
+
+@dataclass(frozen=True)
+class ProgressWatch:
+    """Remembers where and when the current immobilization began.
+
+    `onset` is the time (s) and the progress on the route (m) at its beginning; None if there is none.
+    """
+
+    recovered_m: float = RECOVERED_M
+    onset: tuple[float, float] | None = None
+
+    @property
+    def on(self) -> bool:
+        """True during an immobilization that has not been recovered from."""
+        return self.onset is not None
+
+    def updated(
+        self, status: Status, slow_since_s: float | None, trigger: Trigger | None
+    ) -> tuple[ProgressWatch, float | None]:
+        """Return the watch after one more tick, and the seconds from onset to recovery at the tick of the recovery."""
+        if self.onset is None:
+            if trigger is None:
+                return self, None
+            began_s = status.time_s if slow_since_s is None else slow_since_s
+            return replace(self, onset=(began_s, status.progress_m)), None
+        onset_s, onset_m = self.onset
+        if status.progress_m - onset_m < self.recovered_m:
+            return self, None
+        return replace(self, onset=None), status.time_s - onset_s

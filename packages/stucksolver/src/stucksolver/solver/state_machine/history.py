@@ -1,0 +1,179 @@
+"""The plans that failed in this intervention: reported to the reasoner, and not repeated for the same reason."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+from stucksolver.guard import OK, Reject, RejectCode, Verdict
+from stucksolver.plan import RecoveryPlan
+from stucksolver.plan.behaviors import Behavior
+from stucksolver.plan.behaviors.behavior import CREEP_MPS
+from stucksolver.scene import AttemptEnd, PastAttempt
+from stucksolver.scene.frenet_scene import FrenetScene
+
+UNSEEN = frozenset({RejectCode.TIMEOUT, RejectCode.DEVIATION})
+"""Reasons that cannot be seen before a plan starts: a plan that failed for one of them is not started again."""
+PASSING = frozenset(
+    {
+        RejectCode.ONCOMING_GAP,
+        RejectCode.LANE_ENTRY,
+        RejectCode.RED_LIGHT,
+        RejectCode.STALE,
+        RejectCode.WAIT_FIRST,
+    }
+)
+"""Reasons that end when the traffic moves on: waiting is right, and no try is used up."""
+TEXTS = {
+    AttemptEnd.DENIED: "a person said no",
+    AttemptEnd.GIVEN_UP: "its next step was refused after the first one was done",
+    AttemptEnd.USELESS: "it was done, and the vehicle did not get on",
+}
+ALIKE = 0.5
+"""Two plans whose distances (m) and speeds (m/s) differ by less than this are the same plan."""
+GOT_ON_M = 1.0
+"""A finished plan with less new progress than this changed nothing."""
+
+Signature = tuple[tuple[str, ...], ...]
+
+
+def signature(plan: RecoveryPlan) -> Signature:
+    """The key by which two plans count as the same: their behaviours and what they refer to, without the numbers.
+
+    Walking pace makes a different plan: a plan that was too fast or too near may be tried again at walking pace.
+    """
+    return tuple((b.name, *_words(b), *_pace(b)) for b in plan.behaviors)
+
+
+def _words(behavior: Behavior) -> tuple[str, ...]:
+    figures = behavior.model_dump(mode="json")
+    return tuple(f"{k}={v}" for k, v in sorted(figures.items()) if not isinstance(v, float))
+
+
+def _pace(behavior: Behavior) -> tuple[str, ...]:
+    speed = getattr(behavior, "speed_mps", None)
+    return () if speed is None else ("walking" if speed <= CREEP_MPS else "driving",)
+
+
+def _alike(one: RecoveryPlan, other: RecoveryPlan) -> bool:
+    """True for the same behaviours with numbers that hardly differ."""
+    if signature(one) != signature(other):
+        return False
+    pairs = zip(map(_figures, one.behaviors), map(_figures, other.behaviors), strict=True)
+    return all(abs(a - b) < ALIKE for ones, others in pairs for a, b in zip(ones, others, strict=True))
+
+
+def _figures(behavior: Behavior) -> list[float]:
+    return [value for _, value in sorted(behavior.model_dump().items()) if isinstance(value, float)]
+
+
+@dataclass(frozen=True)
+class History:
+    """The failed plans of one intervention. `remembered` is the number of attempts reported to the reasoner."""
+
+    remembered: int
+    barred: Mapping[Signature, str] = field(default_factory=lambda: MappingProxyType({}))
+    """Plans that are not begun again, with the reason."""
+    attempts: tuple[PastAttempt, ...] = ()
+    halves: tuple[RecoveryPlan, ...] = ()
+    """Plans that ended because a later step was refused."""
+
+    def noted(
+        self, plan: RecoveryPlan, ended: AttemptEnd, time_s: float, *, text: str = "", verdict: Verdict = OK
+    ) -> History:
+        """Add an attempt to those reported to the reasoner.
+
+        Args:
+            plan: The plan that did not work.
+            ended: How it ended.
+            time_s: When it ended (s).
+            text: A reason beyond the verdict.
+            verdict: Why it was refused or given up.
+        """
+        attempt = PastAttempt(
+            time_s=time_s,
+            behaviors=tuple(b.name for b in plan.behaviors),
+            ended=ended,
+            codes=verdict.codes,
+            failures=verdict.failures,
+            too_near=verdict.too_near,
+            outcome=text or TEXTS.get(ended) or str(verdict),
+        )
+        return replace(self, attempts=(*self.attempts, attempt)[-self.remembered :] if self.remembered else ())
+
+    def aborted(self, plan: RecoveryPlan, verdict: Verdict) -> History:
+        """A running plan was given up: bar it if the reason cannot be seen before it starts."""
+        codes = sorted({r.code.value for r in verdict.rejects if r.code in UNSEEN})
+        return self._barred(plan, ", ".join(codes)) if codes else self
+
+    def half_done(self, plan: RecoveryPlan) -> History:
+        """A later step of the plan was refused. The same plan would end there again; another one of its kind may not.
+
+        A second plan of the kind is the last one.
+        """
+        kept = replace(self, halves=(*self.halves, plan))
+        again = any(signature(one) == signature(plan) for one in self.halves)
+        return kept._barred(plan, TEXTS[AttemptEnd.GIVEN_UP]) if again else kept
+
+    def useless(self, plan: RecoveryPlan) -> History:
+        """The plan finished and changed nothing."""
+        return self._barred(plan, TEXTS[AttemptEnd.USELESS])
+
+    @staticmethod
+    def may_be_useless(plan: RecoveryPlan) -> bool:
+        """True if the plan should have moved the vehicle on. Moves that only prepare the next step do not count."""
+        return not all(b.prepares for b in plan.behaviors)
+
+    def denied(self, plan: RecoveryPlan) -> History:
+        """A person denied the plan."""
+        return self._barred(plan, TEXTS[AttemptEnd.DENIED])
+
+    def against(self, plan: RecoveryPlan) -> Verdict | None:
+        """Refuse a plan that failed before, if the reason still holds."""
+        why = self.barred.get(signature(plan))
+        if why is None and any(_alike(one, plan) for one in self.halves):
+            why = TEXTS[AttemptEnd.GIVEN_UP]
+        if why is None:
+            return None
+        detail = f"the same plan failed before: {why}"
+        return Verdict(rejects=(Reject(code=RejectCode.REPEATED, detail=detail),))
+
+    def without_attempts(self) -> History:
+        """Forget the attempts, because new words ask for something new; barred plans stay barred."""
+        return replace(self, attempts=())
+
+    def _barred(self, plan: RecoveryPlan, why: str) -> History:
+        return replace(self, barred=MappingProxyType({**self.barred, signature(plan): why}))
+
+
+def moving(view: FrenetScene) -> frozenset[str]:
+    """Ids of the objects that are moving now."""
+    return frozenset(o.id for o, moves in zip(view.objects, view.moving, strict=True) if moves)
+
+
+def passes(verdict: Verdict, moving: frozenset[str], *, sensed: bool = False) -> bool:
+    """True if a plan is refused only because of traffic that will move on.
+
+    Args:
+        verdict: The refusal.
+        moving: Ids of the moving objects.
+        sensed: The vehicle sees by its sensors. Then a car that comes hides the oncoming lane behind it.
+    """
+    near = (RejectCode.COLLISION, RejectCode.CLEARANCE, RejectCode.GAP, RejectCode.NO_ABORT)
+    traffic = [r.code in PASSING or (r.code in near and r.object_id in moving) for r in verdict.rejects]
+    # What is hidden beside traffic is mostly hidden by that traffic, and is seen once it has moved on.
+    unseen = (RejectCode.UNSEEN, RejectCode.ONCOMING_SIGHT) if sensed else (RejectCode.UNSEEN,)
+    hidden = [r.code in unseen for r in verdict.rejects]
+    return any(traffic) and all(one or other for one, other in zip(traffic, hidden, strict=True))
+
+
+def waits_for_nothing(verdict: Verdict, moving: frozenset[str]) -> bool:
+    """True if no reason of a refusal ends by waiting: no object moves, and neither traffic nor sight lacks.
+
+    Args:
+        verdict: The refusal.
+        moving: Ids of the moving objects.
+    """
+    ends = PASSING | {RejectCode.UNSEEN, RejectCode.ONCOMING_SIGHT}
+    return not any(r.code in ends or r.object_id in moving for r in verdict.rejects)

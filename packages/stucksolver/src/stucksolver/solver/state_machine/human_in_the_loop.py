@@ -1,0 +1,140 @@
+"""Questions to people, their answers, and the stop in which help is called."""
+
+from __future__ import annotations
+
+from stucksolver.guard import NOBODY
+from stucksolver.ladder import Assist, Resume
+from stucksolver.plan import Directive, SafeStop
+from stucksolver.reasoners import Answer
+from stucksolver.scene import AttemptEnd
+from stucksolver.solver.events import EventKind
+from stucksolver.solver.questions import Question, QuestionKind
+from stucksolver.solver.state_machine.admission import Admission, granted
+from stucksolver.solver.state_machine.blockage import why_stopped
+from stucksolver.solver.state_machine.history import signature
+from stucksolver.solver.state_machine.pending_transition import Turn
+from stucksolver.solver.state_machine.state import AwaitingApproval, MinimalRisk, Monitoring
+
+SETS_OFF_MPS = 5 / 3.6
+"""A faster vehicle is on its way again (m/s): the speed below which one counts as immobilized."""
+
+# ---- approval of a plan
+
+
+def ask_for_yes(turn: Turn, judged: Admission, answer: Answer) -> None:
+    """Ask a person to approve a plan that lacks only this approval."""
+    need = judged.need
+    assert need is not None
+    turn.set(activity=AwaitingApproval(answer))
+    what = " and ".join(name.replace("_", " ") for name in need.what)
+    text = f"{answer.decision.rationale}. May I? It needs your yes for: {what}"
+    within = turn.setup.ladder.asking.approval_within_s
+    turn.ask_person(QuestionKind.APPROVAL, need.to, text, within_s=within, plan=judged.plan, needs=need.what)
+
+
+def overdue(turn: Turn) -> bool:
+    """True if nobody answered the open question in time."""
+    question = turn.state.question
+    limit = None if question is None else question.within_s
+    return limit is not None and turn.now_s - turn.state.question_since_s > limit
+
+
+def unanswered(turn: Turn, question: Question) -> None:
+    """Handle a question that nobody answered in time."""
+    turn.withdraw_question()
+    turn.tell(EventKind.CANCELLED, f"no answer from the {question.to}", question=question)
+    if question.kind is QuestionKind.ADVICE:
+        turn.climb()
+    else:
+        if question.plan is not None:
+            told = f"no answer from the {question.to}"
+            turn.set(history=turn.state.history.noted(question.plan, AttemptEnd.REFUSED, turn.stack_s, text=told))
+        turn.failed()
+
+
+def agreed(turn: Turn, question: Question) -> None:
+    """Keep an approval of this plan until the intervention ends."""
+    under_way = turn.state.intervention
+    assert question.plan is not None and under_way is not None
+    key = signature(question.plan)
+    yes = granted(under_way.approved.get(key, NOBODY), question.to, question.needs)
+    turn.note(approved={**under_way.approved, key: yes})
+
+
+def denied(turn: Turn, question: Question) -> None:
+    """Bar a plan that a person denied for the rest of this intervention."""
+    assert question.plan is not None
+    turn.set(activity=Monitoring())
+    history = turn.state.history.denied(question.plan)
+    turn.set(history=history.noted(question.plan, AttemptEnd.DENIED, turn.stack_s))
+    turn.failed()
+
+
+# ---- help from outside
+
+
+def halt(turn: Turn, move: Assist, gap_m: float) -> Directive:
+    """Enter the minimal risk condition behind what blocks the path `gap_m` ahead (m), and call for help."""
+    state = turn.state
+    why = why_stopped(turn)
+    assert not isinstance(state.posture, MinimalRisk)
+    stop = MinimalRisk(SafeStop(reason=why), state.posture, turn.now_s, gap_m)
+    turn.set(posture=stop)
+    turn.tell(EventKind.STOPPED, f"minimal risk condition: {why}")
+    call_for_help(turn, why)
+    turn.pause(turn.now_s + move.look_every_s)
+    return stop.directive
+
+
+def not_held(turn: Turn, move: Assist, *, may_stop: bool) -> None:
+    """Call for help and leave the vehicle to its driver: it may not stop here, or nothing is in its path."""
+    why = why_stopped(turn)
+    if turn.state.question is None:
+        call_for_help(turn, why if may_stop else f"it stands where nobody should: {why}")
+    turn.pause(turn.now_s + move.look_every_s)
+
+
+def call_for_help(turn: Turn, why: str) -> None:
+    """Ask the operator for help and say why."""
+    turn.ask_person(QuestionKind.ASSISTANCE, "operator", f"The vehicle needs help: {why}")
+
+
+def still_calls(turn: Turn) -> bool:
+    """True if help stays called although the vehicle is its driver's again, because it has not set off yet."""
+    question, under_way = turn.state.question, turn.state.intervention
+    calls = question is not None and question.kind is QuestionKind.ASSISTANCE
+    return calls and under_way is not None and under_way.stop_is_spent and abs(turn.status.speed_mps) < SETS_OFF_MPS
+
+
+def resumes(turn: Turn) -> Resume | None:
+    """Return what ends the stop on the last rung, if anything does."""
+    move = turn.state.escalation.move
+    return move.resume if isinstance(move, Assist) else None
+
+
+def release(turn: Turn, why: str, *, calls_on: bool = False) -> None:
+    """End the stop. The rung stays until the hand-back is verified. `calls_on` keeps the call for help open."""
+    posture, move = turn.state.posture, turn.state.escalation.move
+    if isinstance(posture, MinimalRisk):
+        turn.set(posture=posture.was)
+    turn.note(tried_aside=False, handed_back=True, course=())
+    if not calls_on:
+        turn.withdraw_question()
+    turn.tell(EventKind.RELEASED, why)
+    turn.set(afresh_s=turn.now_s)  # it stood because it was told to stand
+    turn.pause(turn.now_s + (move.look_every_s if isinstance(move, Assist) else 0.0))
+
+
+def helped_out(turn: Turn, yes: bool) -> Directive:
+    """Handle the operator's answer to the call for help."""
+    if yes:
+        release(turn, "the operator lets it try again")
+        turn.note(stop_is_spent=False)
+        turn.set(escalation=turn.state.escalation.reset())
+    return turn.resting
+
+
+def only_looks(turn: Turn) -> bool:
+    """True if the vehicle has stopped on the last rung and a plan of the reasoner does not count."""
+    stopped = isinstance(turn.state.posture, MinimalRisk)
+    return stopped and turn.state.words is None and resumes(turn) is not Resume.PLAN

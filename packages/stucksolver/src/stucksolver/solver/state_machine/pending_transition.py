@@ -1,0 +1,245 @@
+"""A transition in progress: the state so far and the events to report. Nothing outside this object changes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+
+from stucksolver.guard import Verdict
+from stucksolver.immobilization import Trigger
+from stucksolver.ladder.rung_actions import Person
+from stucksolver.plan import Continue, SafeStop
+from stucksolver.reasoners import Answer
+from stucksolver.scene import Guidance, Status, Surroundings
+from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.solver.events import Event, EventKind, Told
+from stucksolver.solver.questions import Question, QuestionKind
+from stucksolver.solver.state_machine.inputs import Inputs, Setup, Sight
+from stucksolver.solver.state_machine.perception_disagreement import Disagreement, doubted, noted
+from stucksolver.solver.state_machine.state import AwaitingApproval, Intervention, Monitoring, Querying, State
+
+BLIND_LIMIT_S = 5.0
+"""After this long without new surroundings, what was seen before no longer says whether a plan is done, or whether
+waiting is right.
+"""
+
+
+class Turn:
+    """Starts from a state and the inputs of one tick; the functions of this package change it step by step."""
+
+    def __init__(self, state: State, inputs: Inputs, setup: Setup) -> None:
+        self.state = state
+        self.inputs = inputs
+        self.setup = setup
+        self.told: list[Told] = []
+        self.reply = inputs.reply
+        """A person's yes or no that has not been handled yet."""
+
+    def set(self, **changes: object) -> None:
+        """Change fields of the state."""
+        before = self.state
+        # Most fields keep their value on a tick, and comparing is cheaper than creating a new state.
+        if any(getattr(before, name) is not value for name, value in changes.items()):
+            self.state = before.but(**changes)
+
+    # ---- the tick
+
+    @property
+    def status(self) -> Status:
+        """The vehicle's status at this tick."""
+        return self.inputs.status
+
+    @property
+    def now_s(self) -> float:
+        """The solver's own time (s)."""
+        return self.inputs.status.time_s
+
+    @property
+    def stack_s(self) -> float:
+        """The stack's time (s)."""
+        return self.now_s - self.inputs.offset_s
+
+    @property
+    def resting(self) -> Continue | SafeStop:
+        """The directive while no plan is executed."""
+        return self.state.posture.directive
+
+    @property
+    def onset_s(self) -> float | None:
+        """Since when the vehicle has been slow without a good reason (s); None if it is not."""
+        slow, waited = self.inputs.slow_since_s, self.state.escalation.last_wait_s
+        return slow if slow is None or waited is None else max(slow, waited)
+
+    # ---- looking
+
+    @cached_property
+    def sight(self) -> Sight:
+        """What the senses show. The first look decides for the whole tick."""
+        sight = self.inputs.look()
+        self.set(senses_fault=sight.fault)
+        return sight
+
+    @property
+    def seen(self) -> Surroundings | None:
+        """The surroundings with doubted objects as unknown; None if nothing was ever seen."""
+        found = self.sight.surroundings
+        return None if found is None else doubted(found, self.state.doubts, self.now_s)
+
+    @property
+    def unseen_s(self) -> float:
+        """Age of the surroundings (s); if there are none, the time since anything was seen."""
+        found = self.sight.surroundings
+        return self.sight.blind_s if found is None else found.age_s
+
+    @property
+    def is_blind(self) -> bool:
+        """True if nothing new has been seen for long."""
+        return self.unseen_s > BLIND_LIMIT_S
+
+    @cached_property
+    def view(self) -> FrenetScene | None:
+        """The same surroundings in road coordinates."""
+        seen = self.seen
+        return None if seen is None else FrenetScene(seen)
+
+    def doubt(self, found: tuple[Disagreement, ...]) -> None:
+        """Report what a reasoner contradicts, and look at the surroundings again."""
+        if not found:
+            return
+        self.tell(EventKind.DISAGREED, "; ".join(str(one) for one in found))
+        self.set(doubts=noted(self.state.doubts, found, self.now_s))
+        self.__dict__.pop("view", None)
+
+    # ---- reporting
+
+    def tell(
+        self,
+        kind: EventKind,
+        text: str,
+        *,
+        question: Question | None = None,
+        answer: bool | None = None,
+        verdict: Verdict | None = None,
+    ) -> None:
+        """Add an event to this step."""
+        self._tell(kind, text, question=question, answer=answer, verdict=verdict)
+
+    def tell_words(self, words: Guidance) -> None:
+        """Report what was said and how it was understood."""
+        self._tell(EventKind.GUIDANCE, words.text, reading=words.reading)
+
+    def tell_decision(self, answer: Answer, verdict: Verdict | None, *, waiting: bool = False) -> None:
+        """Report a decision, with the guard's verdict on it."""
+        trigger = self.state.trigger
+        self._tell(
+            EventKind.DECIDED,
+            answer.decision.rationale,
+            trigger=trigger.value if trigger else None,
+            scene=self.state.scene,
+            reasoner=answer.reasoner,
+            decision=answer.decision,
+            waiting=waiting,
+            trace=answer.trace,
+            verdict=verdict,
+        )
+
+    def tell_fault(self, fault: str | None) -> None:
+        """Report each fault once, when it begins."""
+        if fault is not None and fault != self.state.told_fault:
+            self.tell(EventKind.FAULT, fault)
+        self.set(told_fault=fault)
+
+    def _tell(self, kind: EventKind, text: str, **more: object) -> None:
+        under_way = self.state.intervention
+        event = Event(
+            time_s=self.stack_s,
+            kind=kind,
+            text=text,
+            intervention=None if under_way is None else under_way.number,
+            rung=self.state.escalation.rung,
+            **more,  # type: ignore[arg-type]
+        )
+        self.told.append(event)
+
+    # ---- the intervention
+
+    def begin(self, trigger: Trigger | None) -> None:
+        """Begin an intervention at the first answer that is not a legitimate wait."""
+        if self.state.intervention is not None:
+            return
+        number = self.state.interventions + 1
+        self.set(intervention=Intervention(number), interventions=number)
+        moving = trigger in (None, Trigger.GUIDANCE) and self.inputs.slow_since_s is None
+        progress, _ = self.state.progress.updated(self.status, self.onset_s, None if moving else trigger)
+        self.set(progress=progress)
+
+    def note(self, **changes: object) -> None:
+        """Change fields of the open intervention, if there is one."""
+        if self.state.intervention is not None:
+            self.set(intervention=replace(self.state.intervention, **changes))  # type: ignore[arg-type]
+
+    # ---- the ladder
+
+    def failed(self, *, counts: bool = True) -> None:
+        """The last reasoner or person did not help: pause, and count the try if it counts."""
+        if self.state.words is not None:
+            self.set(words_escalation=self.state.words_escalation.failed(self.now_s, counts=False))
+        else:
+            self.set(escalation=self.state.escalation.failed(self.now_s, counts=counts))
+
+    def may_repair(self) -> bool:
+        """Take one of the rounds in which the reasoner is told why its plan was refused. False if none is left."""
+        state = self.state
+        if state.words is not None:
+            repaired = state.words_escalation.repair(self.now_s)
+            self.set(words_escalation=repaired or state.words_escalation)
+        else:
+            repaired = state.escalation.repair(self.now_s)
+            self.set(escalation=repaired or state.escalation)
+        return repaired is not None
+
+    def climb(self) -> None:
+        """Go to the next rung, if there is one."""
+        before = self.state.escalation
+        self.set(escalation=before.climbed(self.now_s))
+        if not before.is_last:
+            self.tell(EventKind.ESCALATED, f"to the rung {self.state.escalation.rung}")
+
+    def pause(self, until_s: float) -> None:
+        """Ask nobody before this time (s)."""
+        self.set(escalation=self.state.escalation.paused(until_s))
+
+    # ---- questions
+
+    def drop_query(self) -> bool:
+        """Drop the question to a reasoner. Returns True if there was one."""
+        asked = isinstance(self.state.activity, Querying)
+        if asked:
+            self.set(activity=Monitoring())
+        return asked
+
+    def ask_person(
+        self, kind: QuestionKind, to: Person, text: str, *, within_s: float | None = None, **more: object
+    ) -> None:
+        """Ask a person a question, replacing the open one."""
+        number = self.state.questions + 1
+        question = Question(
+            id=f"q{number}",
+            time_s=self.stack_s,
+            kind=kind,
+            to=to,
+            text=text,
+            within_s=within_s,
+            **more,  # type: ignore[arg-type]
+        )
+        self.reply = None
+        self.set(question=question, question_since_s=self.now_s, questions=number)
+        self.tell(EventKind.ASKED, text, question=question)
+
+    def withdraw_question(self) -> Question | None:
+        """Close the open question without an answer and return it."""
+        question, self.reply = self.state.question, None
+        self.set(question=None)
+        if isinstance(self.state.activity, AwaitingApproval):
+            self.set(activity=Monitoring())
+        return question

@@ -1,0 +1,252 @@
+"""Acts on the current rung of the ladder: asks reasoners and people, takes answers, and calls for help."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from stucksolver.guard import Reject, RejectCode, Verdict
+from stucksolver.immobilization import Trigger
+from stucksolver.ladder import AskPerson, AskReasoner, Assist, Resume
+from stucksolver.plan import Directive
+from stucksolver.reasoners import Answer
+from stucksolver.scene import AttemptEnd
+from stucksolver.solver.events import EventKind
+from stucksolver.solver.query import NoAnswer, Query
+from stucksolver.solver.questions import QuestionKind, Reply
+from stucksolver.solver.state_machine import claims, hand_back, human_in_the_loop, plan_lifecycle
+from stucksolver.solver.state_machine.blockage import why_stopped
+from stucksolver.solver.state_machine.history import GOT_ON_M, TEXTS
+from stucksolver.solver.state_machine.pending_transition import Turn
+from stucksolver.solver.state_machine.perception_disagreement import disagreements, doubted_scene
+from stucksolver.solver.state_machine.state import (
+    AwaitingApproval,
+    AwaitingGap,
+    Executing,
+    MinimalRisk,
+    Monitoring,
+    Querying,
+)
+
+
+def next_step(turn: Turn) -> Directive:
+    """Ask whoever is next, because nothing is running."""
+    now, question = turn.now_s, turn.state.question
+    if question is not None and human_in_the_loop.overdue(turn):
+        human_in_the_loop.unanswered(turn, question)
+    activity = turn.state.activity
+    if isinstance(activity, AwaitingApproval):
+        return turn.resting
+    if isinstance(activity, AwaitingGap):
+        return plan_lifecycle.await_gap(turn, activity)
+    if turn.state.words is not None:
+        climb = turn.state.words_escalation
+        if climb.ready(now) and isinstance(climb.move, AskReasoner):
+            _ask(turn, climb.move, Trigger.GUIDANCE)
+        return turn.resting
+    if turn.state.escalation.exhausted:
+        turn.climb()
+    if turn.state.escalation.ready(now):
+        return _on_rung(turn)
+    if now >= turn.state.escalation.not_before_s:
+        _keep_calling(turn)  # even if the passenger asked to begin nothing
+    return turn.resting
+
+
+def _keep_calling(turn: Turn) -> None:
+    """Call again if the vehicle has stopped for good and no call is open.
+
+    That happens after an operator's no, or when a question about words replaced the call.
+    """
+    posture, move = turn.state.posture, turn.state.escalation.move
+    if isinstance(posture, MinimalRisk) and isinstance(move, Assist) and turn.state.question is None:
+        human_in_the_loop.call_for_help(turn, posture.stop.reason)
+        turn.pause(turn.now_s + move.look_every_s)
+
+
+def _on_rung(turn: Turn) -> Directive:
+    move, trigger = turn.state.escalation.move, turn.inputs.trigger
+    if not isinstance(move, AskReasoner):
+        turn.begin(trigger)
+    posture = turn.state.posture
+    if isinstance(move, Assist) and not isinstance(posture, MinimalRisk):
+        directive = _help(turn, move)
+        if directive is not None:
+            return directive
+    if isinstance(move, AskPerson) and turn.state.question is None:
+        escalation = turn.state.escalation
+        since = turn.now_s if escalation.since_s == -math.inf else escalation.since_s
+        turn.set(escalation=replace(escalation, since_s=since))
+        left = since + move.within_s - turn.now_s
+        if left <= 0.0:
+            turn.climb()
+            return turn.resting
+        why = why_stopped(turn)
+        turn.ask_person(QuestionKind.ADVICE, move.to, f"I cannot get on: {why}. What shall I do?", within_s=left)
+    _keep_calling(turn)
+    whom = move if isinstance(move, AskReasoner) else turn.state.escalation.lowest
+    if whom is not None and human_in_the_loop.resumes(turn) is not Resume.OPERATOR:
+        _ask(turn, whom, trigger or Trigger.SPEED)
+    return turn.resting
+
+
+def _help(turn: Turn, move: Assist) -> Directive | None:
+    """The last rung: stop behind what blocks the path, at the best place in reach, and call for help.
+
+    None if the vehicle is left to its driver: with nothing in its path, where the place does not allow a stop, and
+    after a stop in the same intervention. Help is called all the same, and a way out is looked for repeatedly.
+    """
+    may_stop, under_way = plan_lifecycle.may_stop(turn), turn.state.intervention
+    tried = under_way is not None and under_way.tried_aside
+    gap_m = hand_back.blocked_at_m(turn)
+    # A vehicle that moves with nothing in its path leaves a junction by itself.
+    stands = gap_m is not None or abs(turn.status.speed_mps) <= turn.setup.guard.policy.stopping.rests_mps
+    if (stands and not may_stop) or (gap_m is not None and move.pull_over and not tried):
+        turn.note(tried_aside=True)
+        judged = plan_lifecycle.aside(turn)
+        if judged is not None and judged.verdict.accepted:
+            return plan_lifecycle.start(turn, judged)
+    if may_stop and gap_m is not None:
+        return human_in_the_loop.halt(turn, move, gap_m)
+    human_in_the_loop.not_held(turn, move, may_stop=may_stop)
+    return None
+
+
+# ---- reasoners
+
+
+def _ask(turn: Turn, move: AskReasoner, trigger: Trigger) -> None:
+    """Start a question, unless the stack has no scene or the reasoner is still working on an older question."""
+    turn.set(trigger=trigger)
+    seen = turn.seen
+    _look_back(turn)
+    turn.tell(EventKind.TRIGGERED, trigger.value)
+    shot = turn.inputs.scene()
+    if shot.scene is None:
+        _no_answer(turn, shot.why_none)
+        return
+    turn.set(camera_fault=shot.camera_fault)
+    if move.reasoner in turn.inputs.busy:
+        _no_answer(turn, f"{turn.setup.reasoners[move.reasoner]} is still busy with an older question")
+        return
+    state, slow_since = turn.state, turn.inputs.slow_since_s
+    ego = shot.scene.ego.model_copy(
+        update={
+            "stopped_for_s": 0.0 if slow_since is None else round(turn.now_s - slow_since, 2),
+            "progress_20s_m": turn.inputs.progress_in_window_m,
+        }
+    )
+    words = None if state.words is None else state.words.words
+    said = claims.in_force(state, turn.now_s)
+    told = {"ego": ego, "guidance": words, "claims": said, "attempts": state.history.attempts}
+    query = Query(
+        number=state.queries + 1,
+        reasoner=move.reasoner,
+        scene=doubted_scene(shot.scene, state.doubts, turn.now_s).model_copy(update=told),
+        asked_s=turn.now_s,
+        deadline_s=move.deadline_s,
+        screen=state.escalation.on.screens,
+        outlived=state.escalation.outlived(turn.now_s),
+        seen=seen,
+        reading=state.reading,
+    )
+    turn.set(activity=Querying(query), queries=query.number, scene=query.scene)
+
+
+def _look_back(turn: Turn) -> None:
+    """The vehicle is still immobilized after a finished plan: note whether that plan changed anything."""
+    under_way = turn.state.intervention
+    done = None if under_way is None else under_way.done
+    turn.note(done=None)
+    if done is None or turn.state.words is not None or turn.status.progress_m - done[1] >= GOT_ON_M:
+        return
+    plan, history = done[0], turn.state.history
+    if not history.may_be_useless(plan):
+        return
+    turn.set(history=history.useless(plan).noted(plan, AttemptEnd.USELESS, turn.stack_s))
+    turn.tell(EventKind.USELESS, TEXTS[AttemptEnd.USELESS])
+
+
+def take_answer(turn: Turn) -> Directive:
+    """Take the reasoner's answer, if there is one."""
+    answer = turn.inputs.answer
+    if answer is None:
+        return turn.resting
+    turn.set(activity=Monitoring())
+    if isinstance(answer, NoAnswer):
+        _no_answer(turn, answer.why, malformed=answer.malformed)
+        return turn.resting
+    if turn.state.scene is not None:
+        turn.doubt(disagreements(turn.state.scene, answer.decision.observation))
+    if answer.decision.plan is None or human_in_the_loop.only_looks(turn):
+        _no_plan(turn, answer)
+        return turn.resting
+    directive = plan_lifecycle.judge(turn, answer, answer.decision.plan)
+    return _asked_again(turn) if directive is None else directive
+
+
+def _asked_again(turn: Turn) -> Directive:
+    """Ask again at once, with the reason for the refusal among the past attempts."""
+    next_step(turn)
+    return turn.resting
+
+
+def _no_answer(turn: Turn, why: str, *, malformed: bool = False) -> None:
+    """There is no answer, or one that could not be used: it is refused like a plan with unsound numbers."""
+    turn.begin(turn.state.trigger)
+    verdict = Verdict(rejects=(Reject(code=RejectCode.UNSOUND, detail=why),)) if malformed else None
+    turn.tell(EventKind.FAILED, f"the reasoner gave no answer: {why}", verdict=verdict)
+    turn.failed()
+
+
+def _no_plan(turn: Turn, answer: Answer) -> None:
+    """The answer has no plan: either waiting is right, or the try led to nothing."""
+    now = turn.now_s
+    if turn.state.words is not None:
+        turn.begin(turn.state.trigger)
+        turn.tell_decision(answer, None)
+        again = now + turn.setup.ladder.asking.recheck_s
+        turn.set(words_escalation=turn.state.words_escalation.paused(again))
+        return
+    # A red light that was seen long ago is no reason to wait for ever.
+    reason = None if turn.is_blind else answer.decision.analysis.wait
+    waits = turn.state.escalation.waited(reason, now)
+    if waits is None:
+        turn.begin(turn.state.trigger)
+    else:
+        turn.set(escalation=waits)
+    turn.tell_decision(answer, None, waiting=waits is not None)
+    if waits is None:
+        turn.failed()
+
+
+# ---- people
+
+
+def replied(turn: Turn, reply: Reply) -> Directive:
+    """Handle a person's yes or no."""
+    question, activity = reply.question, turn.state.activity
+    said = "yes" if reply.yes else "no"
+    turn.tell(EventKind.ANSWERED, f"{reply.by}: {said}", question=question, answer=reply.yes)
+    if question.kind is QuestionKind.ASSISTANCE:
+        return human_in_the_loop.helped_out(turn, reply.yes)
+    if not reply.yes or question.plan is None or not isinstance(activity, AwaitingApproval):
+        human_in_the_loop.denied(turn, question)
+        return turn.resting
+    human_in_the_loop.agreed(turn, question)
+    directive = plan_lifecycle.judge(turn, activity.answer, question.plan)
+    return _asked_again(turn) if directive is None else directive
+
+
+def cleared(turn: Turn) -> None:
+    """The vehicle is moving on its own: nobody needs to answer any more."""
+    if turn.drop_query():
+        turn.tell(EventKind.CANCELLED, "the vehicle moves again")
+    if not isinstance(turn.state.activity, Executing):
+        turn.set(activity=Monitoring())
+    turn.set(escalation=turn.state.escalation.moved())
+    if human_in_the_loop.still_calls(turn):
+        return
+    question = turn.withdraw_question()
+    if question is not None:
+        turn.tell(EventKind.CANCELLED, "the vehicle moves again", question=question)

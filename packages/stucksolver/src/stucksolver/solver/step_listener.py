@@ -1,0 +1,57 @@
+"""The interface that receives everything needed to derive each step again. The record implements it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from stucksolver.guard import GuardPolicy
+from stucksolver.immobilization import DetectorSettings
+from stucksolver.ladder import Ladder
+from stucksolver.plan import Directive
+from stucksolver.solver.events import Event, Told
+from stucksolver.solver.state_machine.inputs import Inputs, Sight, Snapshot
+from stucksolver.solver.state_machine.state import State
+
+
+@dataclass(frozen=True)
+class Facts:
+    """The parts of a solver. `reasoners` maps the rungs' names to the reasoners' own names."""
+
+    ladder: Ladder
+    policy: GuardPolicy
+    clock: str
+    detector: DetectorSettings
+    reasoners: Mapping[str, str]
+    ask_back: str
+    observe_only: bool
+
+
+@dataclass(frozen=True)
+class StepTaken:
+    """One call of `transition`. Everything else can be recomputed from `before` and the inputs.
+
+    `sight` and `snapshot` are what the inputs' `look` and `scene` returned, None if they were not called.
+    """
+
+    before: State
+    inputs: Inputs
+    sight: Sight | None
+    snapshot: Snapshot | None
+    after: State
+    directive: Directive
+    told: tuple[Told, ...]
+
+
+class Witness(Protocol):
+    """Receives every step. If it raises, the solver reports it once, stops calling it, and drives on."""
+
+    def begin(self, facts: Facts) -> None:
+        """Called once, when the solver is made."""
+
+    def step(self, step: StepTaken) -> None:
+        """Receives a tick on which something was, or might have been, wrong."""
+
+    def fault(self, event: Event) -> None:
+        """Receives a fault outside a step, for example an invalid status or a listener that failed."""

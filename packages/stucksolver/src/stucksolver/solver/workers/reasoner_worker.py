@@ -1,0 +1,130 @@
+"""Asks a reasoner outside the control loop: one question at a time, in its own thread, with a deadline."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from concurrent.futures import Future
+
+from stucksolver.guard import Guard, Reject, RejectCode, Verdict
+from stucksolver.plan import RecoveryPlan, as_said, releases
+from stucksolver.reasoners import Answer, Cancellable, ReasonerError
+from stucksolver.reasoners.reasoner import MalformedAnswerError, PlanCheck
+from stucksolver.scene.bounded_values import MalformedError, read_again
+from stucksolver.scene.frenet_scene import FrenetScene
+from stucksolver.scene.wording import in_one_line, said_by
+from stucksolver.solver.query import NoAnswer, Query
+from stucksolver.solver.state_machine.admission import second_opinion
+from stucksolver.solver.workers.delivery_clock import WAIT_LIMIT_S, Clock, Pending
+from stucksolver.solver.workers.reasoner_pool import MOST_VALUES, ReasonerPool
+
+
+class ReasonerWorker:
+    """Holds the question under way, if there is one.
+
+    Its threads are daemons: a reasoner that never answers does not keep the process from ending.
+    """
+
+    def __init__(self, pool: ReasonerPool, guard: Guard, clock: Clock) -> None:
+        self._pool = pool
+        self._guard = guard
+        self._clock = clock
+        self._query: Query | None = None
+        self._pending: Pending | None = None
+        self._answer: Future[Answer] | None = None
+        self._calls: dict[str, Future[Answer]] = {}
+        """The last call by the ladder's name, including dropped ones. A reasoner never has two calls at once."""
+
+    def work_on(self, query: Query | None) -> None:
+        """Work on this question, or on none. A reasoner that is working on another one is told to stop, if it
+        supports that.
+        """
+        if query is self._query:
+            return
+        self._drop()
+        if query is not None:
+            self._begin(query)
+
+    def at_work(self) -> frozenset[str]:
+        """Reasoners whose last call has not returned, by the ladder's names for them."""
+        busy = {id(self._pool.reasoners[name]) for name, call in self._calls.items() if not call.done()}
+        return frozenset(name for name, one in self._pool.reasoners.items() if id(one) in busy)
+
+    def poll(self, now_s: float) -> Answer | NoAnswer | None:
+        """Return the answer when the clock delivers it, and on every tick after that until another question is
+        asked.
+        """
+        query, pending, answer = self._query, self._pending, self._answer
+        if query is None or pending is None or answer is None:
+            return None
+        name = self._pool.names[query.reasoner]
+        pending.ticks += 1
+        if not self._clock.due(pending, now_s, answer):
+            if now_s - query.asked_s <= query.deadline_s:
+                return None
+            return NoAnswer(f"{name} gave no answer within {query.deadline_s:g} s")
+        if not answer.done():
+            return NoAnswer(f"{name} hangs: no answer within {pending.wait_s:g} s of wall time")
+        error = answer.exception()
+        if error is None:
+            return answer.result()
+        if isinstance(error, ReasonerError):
+            return NoAnswer(said_by(error), malformed=isinstance(error, MalformedAnswerError))
+        return NoAnswer(f"{name} failed: {in_one_line(error)}")
+
+    def _begin(self, query: Query) -> None:
+        self._query = query
+        # A simulated world waits as long as the reasoner may take and a little more, so that the reasoner can report
+        # why it has no answer.
+        wait_s = max(WAIT_LIMIT_S, query.deadline_s + 5.0)
+        self._pending = pending = Pending(query.asked_s, time.monotonic(), wait_s=wait_s)
+        self._answer = self._calls[query.reasoner] = answer = Future[Answer]()
+        work = (self._pool, query, self._check(query), pending, answer)
+        threading.Thread(target=_think, args=work, name="stucksolver-reasoner", daemon=True).start()
+
+    def _drop(self) -> None:
+        """Drop the question under way, and tell the reasoner if it supports that."""
+        query, answer = self._query, self._answer
+        self._query = self._pending = self._answer = None
+        if query is None or answer is None or answer.done():
+            return
+        reasoner: object = self._pool.reasoners[query.reasoner]
+        with contextlib.suppress(Exception):  # whatever a reasoner raises when it is told to stop
+            if isinstance(reasoner, Cancellable):
+                reasoner.cancel()
+
+    def _check(self, query: Query) -> PlanCheck | None:
+        """Return a check that says what the guard would say of a plan at the time of the question."""
+        seen = query.seen
+        if seen is None:
+            return None
+
+        def check(plan: RecoveryPlan) -> str:
+            try:
+                plan = read_again(plan, RecoveryPlan, MOST_VALUES)
+            except MalformedError as error:
+                return str(Verdict(rejects=(Reject(code=RejectCode.UNSOUND, detail=str(error)),)))
+            guided = releases(query.reading, plan)
+            wanted = as_said(plan, query.reading)
+            return second_opinion(wanted, FrenetScene(seen), query.asked_s, guard=self._guard, guided=guided)
+
+        return check
+
+
+def _think(pool: ReasonerPool, query: Query, check: PlanCheck | None, pending: Pending, answer: Future[Answer]) -> None:
+    try:
+        result = pool.consult(
+            query.reasoner,
+            query.scene,
+            screen=query.screen,
+            outlived=query.outlived,
+            check=check,
+            limit_s=query.deadline_s,
+        )
+    except BaseException as error:  # noqa: BLE001 - kept for the taker, whatever a reasoner raises
+        pending.took_s = time.monotonic() - pending.asked_wall_s
+        answer.set_exception(error)
+    else:
+        pending.took_s = time.monotonic() - pending.asked_wall_s
+        answer.set_result(result)

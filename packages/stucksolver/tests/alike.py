@@ -1,0 +1,148 @@
+"""What must not matter to a guard: left and right, where the map's origin is, the order in which things are listed.
+
+`comparing` has every plan that is judged within it judged again in the same world mirrored, turned and moved, and with
+its objects listed the other way round between others that are far away.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+import pytest
+
+from stucksolver.guard import NOBODY, Guard, RejectCode, Verdict
+from stucksolver.guard.proven_plan import Proven
+from stucksolver.scene import ObjectKind, RoadGeometry, Surroundings, TrackedObject
+from stucksolver.scene.frenet_scene import FrenetScene
+from worlds import thing
+
+ALIKE = 0.02
+"""Gaps (m) and times (s) are the same within this."""
+TURNED_RAD = 2.0
+MOVED_M = (300.0, -40.0)
+FAR = (
+    thing("far off", -400.0, 250.0, kind=ObjectKind.VAN),
+    thing("far behind", -300.0, 90.0, kind=ObjectKind.PEDESTRIAN, speed=1.0),
+)
+
+
+def mirrored(seen: Surroundings) -> Surroundings:
+    """Left for right, along the local x axis."""
+
+    def other(one: TrackedObject) -> TrackedObject:
+        return one.model_copy(update={"y_m": -one.y_m, "yaw_rad": -one.yaw_rad, "vy_mps": -one.vy_mps})
+
+    road = seen.road
+    lanes = tuple(s.model_copy(update={"offset_m": tuple(-o for o in s.offset_m)}) for s in road.lanes)
+    reference = tuple((x, -y) for x, y in road.reference)
+    mirror: RoadGeometry = road.model_copy(
+        update={"key": f"{road.key} mirrored", "reference": reference, "lanes": lanes}
+    )
+    ego = seen.ego.model_copy(update={"y_m": -seen.ego.y_m, "yaw_rad": -seen.ego.yaw_rad})
+    return seen.model_copy(update={"ego": ego, "objects": tuple(map(other, seen.objects)), "road": mirror})
+
+
+def turned(seen: Surroundings) -> Surroundings:
+    """The same with another origin and other axes."""
+    cos, sin = math.cos(TURNED_RAD), math.sin(TURNED_RAD)
+
+    def place(x: float, y: float) -> tuple[float, float]:
+        return cos * x - sin * y + MOVED_M[0], sin * x + cos * y + MOVED_M[1]
+
+    def other(one: TrackedObject) -> TrackedObject:
+        x, y = place(one.x_m, one.y_m)
+        vx, vy = cos * one.vx_mps - sin * one.vy_mps, sin * one.vx_mps + cos * one.vy_mps
+        yaw = one.yaw_rad + TURNED_RAD
+        return one.model_copy(update={"x_m": x, "y_m": y, "vx_mps": vx, "vy_mps": vy, "yaw_rad": yaw})
+
+    x, y = place(seen.ego.x_m, seen.ego.y_m)
+    ego = seen.ego.model_copy(update={"x_m": x, "y_m": y, "yaw_rad": seen.ego.yaw_rad + TURNED_RAD})
+    reference = tuple(place(*point) for point in seen.road.reference)
+    road = seen.road.model_copy(update={"key": f"{seen.road.key} turned", "reference": reference})
+    return seen.model_copy(update={"ego": ego, "objects": tuple(map(other, seen.objects)), "road": road})
+
+
+def shuffled(seen: Surroundings) -> Surroundings:
+    """Listed the other way round, between others who are far from everything."""
+    objects = (FAR[0], *reversed(seen.objects), FAR[1])
+    road = seen.road.model_copy(update={"zones": tuple(reversed(seen.road.zones)), "key": f"{seen.road.key} shuffled"})
+    return seen.model_copy(update={"objects": objects, "controls": tuple(reversed(seen.controls)), "road": road})
+
+
+NOT_LAID_OUT = {RejectCode.NO_PATH, RejectCode.STALE, RejectCode.UNSOUND, RejectCode.APPROVAL}
+"""Refusals before there is a path."""
+VARIANTS = {"mirrored": mirrored, "turned": turned, "shuffled": shuffled}
+
+
+def same_plan(proven: Proven, view: FrenetScene, flipped: bool) -> Proven:
+    """What was proven, in the variant's own frame."""
+    path = proven.path
+    enters = tuple(next(lane for lane in view.frame.lanes if lane.strip.id == own.strip.id) for own in path.enters)
+    if flipped:
+        path = replace(path, d=-path.d, yaw=None if path.yaw is None else -path.yaw)
+    return replace(proven, path=replace(path, enters=enters))
+
+
+class Judge(Guard):
+    """Lays out what it is given, since behaviours know left from right: on which side oncoming traffic is, say."""
+
+    given: Proven | None = None
+
+    def lay_out(self, *_args: object, **_more: object) -> Proven:
+        assert self.given is not None
+        return self.given
+
+
+def differs(name: str, one: Verdict, other: Verdict) -> str:
+    """How two verdicts differ, empty if they do not. In another order somebody else may be named for the same."""
+    ours, theirs = ({r.code for r in v.rejects} for v in (one, other))
+    if ours != theirs or one.abort is not other.abort:
+        return f"{name}: {one} {one.abort} / {other} {other.abort}"
+    if name == "shuffled" or one.brake_mps2 != pytest.approx(other.brake_mps2, abs=ALIKE):
+        return "" if one.brake_mps2 == pytest.approx(other.brake_mps2, abs=ALIKE) else f"{name}: brakes otherwise"
+    for a, b in zip(one.rejects, other.rejects, strict=True):
+        if a.object_id != b.object_id or (a.gap_m, a.time_s) != pytest.approx((b.gap_m, b.time_s), abs=ALIKE):
+            return f"{name}: {a} / {b}"
+    return ""
+
+
+@contextmanager
+def comparing(every: int = 1) -> Iterator[list[str]]:
+    """Gives the differences found, a list that grows. Of the looks at running plans every so many are compared."""
+    found: list[str] = []
+    accepted, known, looks = Guard.accept, Guard.recheck, 0
+
+    def note(name: str, one: Verdict, other: Verdict) -> None:
+        text = differs(name, one, other)
+        if text:
+            found.append(text)
+
+    def accept(guard, behaviors, view, guided, approvals=NOBODY, stops=False):
+        verdict, proven = accepted(guard, behaviors, view, guided, approvals, stops)
+        if verdict.rejects and verdict.rejects[0].code in NOT_LAID_OUT:
+            return verdict, proven
+        laid = guard.lay_out(behaviors, view, guided, approvals, stops)
+        for name, change in VARIANTS.items():
+            there, judge = FrenetScene(change(view.surroundings)), Judge(guard.policy)
+            judge.given = same_plan(laid, there, name == "mirrored")
+            note(name, verdict, accepted(judge, behaviors, there, guided, approvals, stops)[0])
+        return verdict, proven
+
+    def recheck(guard, proven, view, giving_way=False):
+        nonlocal looks
+        looks += 1
+        verdict = known(guard, proven, view, giving_way)
+        if looks % every == 0 or not verdict.accepted:
+            for name, change in VARIANTS.items():
+                there = FrenetScene(change(view.surroundings))
+                note(name, verdict, known(guard, same_plan(proven, there, name == "mirrored"), there, giving_way))
+        return verdict
+
+    Guard.accept, Guard.recheck = accept, recheck  # type: ignore[method-assign]
+    try:
+        yield found
+    finally:
+        Guard.accept, Guard.recheck = accepted, known  # type: ignore[method-assign]

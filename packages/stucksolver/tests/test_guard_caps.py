@@ -1,0 +1,106 @@
+"""How quick a pass may be: 40 km/h or the limit past what stands, 20 km/h beside people, doors, and solid lines."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stucksolver.guard import Guard, GuardPolicy, RejectCode
+from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane, KeepLane
+from stucksolver.reasoners.rules.pass_speed import pass_speed
+from stucksolver.reasoners.rules.pass_target import group_of
+from stucksolver.scene import LaneRelation, LineKind, ObjectKind
+from worlds import World, straight_road, thing
+
+KMH = 1 / 3.6
+ROAD = straight_road()
+GUARD = Guard(GuardPolicy(solid_line="autonomous"))
+ROW = tuple(thing(name, 62.0 + 7.0 * k, -0.9, hazard=True) for k, name in enumerate(("a", "b", "c", "d", "e", "lead")))
+
+
+def codes(speed, *more, road=ROAD, row=ROW, behavior=None, **world):
+    behavior = behavior or BorrowOncomingLane(past_object_id="lead", speed_mps=speed)
+    verdict, proven = GUARD.accept([behavior], World(road, [*row, *more], sight_m=400.0, **world).view(), False)
+    return set(verdict.codes), proven
+
+
+def limited(limit_mps):
+    lanes = tuple(lane.model_copy(update={"speed_limit_mps": limit_mps}) for lane in ROAD.lanes)
+    return ROAD.model_copy(update={"lanes": lanes, "key": f"caps {limit_mps}"})
+
+
+def test_a_pass_past_what_stands_may_be_quicker_than_20_kmh():
+    found, proven = codes(9.0)
+    assert found == set() and proven.path.speed.max() > 20 * KMH
+
+
+@pytest.mark.parametrize(("limit_mps", "speed", "refused"), [(8.0, 8.1, True), (8.0, 7.9, False), (4.0, 5.5, False)])
+def test_it_is_no_quicker_than_the_limit_but_always_as_quick_as_a_recovery(limit_mps, speed, refused):
+    found, _ = codes(speed, road=limited(limit_mps))
+    assert (RejectCode.OVERSPEED in found) is refused
+
+
+@pytest.mark.parametrize(
+    "behavior", [KeepLane(distance_m=30.0, speed_mps=6.0), ChangeLane(side="left", distance_m=40.0, speed_mps=6.0)]
+)
+def test_nothing_but_a_pass_is_quicker_than_20_kmh(behavior):
+    found, _ = codes(6.0, road=straight_road(left=LineKind.BROKEN), row=(), behavior=behavior)
+    assert found == {RejectCode.OVERSPEED}
+
+
+@pytest.mark.parametrize(("kind", "y"), [(ObjectKind.PEDESTRIAN, -1.9), (ObjectKind.BICYCLE, -1.9)])
+def test_beside_people_it_is_no_quicker_than_20_kmh(kind, y):
+    row = (*ROW[:3], thing("lead", 97.0, -0.9, hazard=True))
+    walker = thing("walker", 90.0, y, kind=kind)
+    assert RejectCode.OVERSPEED in codes(9.0, walker, row=row)[0]
+    assert RejectCode.OVERSPEED not in codes(5.5, walker, row=row)[0]
+
+
+def test_people_where_it_is_slow_yet_do_not_slow_the_rest():
+    walker = thing("walker", 53.0, -4.5, kind=ObjectKind.PEDESTRIAN)
+    assert RejectCode.OVERSPEED not in codes(9.0, walker)[0]
+
+
+def test_a_door_in_reach_holds_it_to_20_kmh():
+    """The road leaves 1 m beside cars that stand at the left of their lane."""
+    row = tuple(o.model_copy(update={"y_m": 1.25}) for o in ROW)
+    quick, _ = codes(9.0, row=row)
+    assert RejectCode.OVERSPEED in quick
+    assert RejectCode.OVERSPEED not in codes(5.5, row=row)[0]
+
+
+def test_over_a_solid_line_it_is_no_quicker_than_20_kmh_anywhere():
+    solid = straight_road(oncoming=LineKind.SOLID)
+    assert codes(5.5, road=solid)[0] == set()
+    assert codes(9.0, road=solid)[0] == {RejectCode.SOLID_LINE}
+
+
+def test_who_moves_is_passed_at_20_kmh_unless_a_passenger_asks():
+    slow = thing("lead", 66.0, speed=2.0)
+    view = World(ROAD, [slow], sight_m=400.0).view()
+    plan = [BorrowOncomingLane(past_object_id="lead", speed_mps=9.0)]
+    assert RejectCode.OVERSPEED in GUARD.accept(plan, view, False)[0].codes
+    assert RejectCode.OVERSPEED not in GUARD.accept(plan, view, True)[0].codes
+
+
+def asked(sight_m, *objects, road=ROAD):
+    scene = World(road, list(objects), sight_m=sight_m).scene()
+    lane = next(x for x in scene.lanes if x.relation is LaneRelation.ONCOMING)
+    lead = min((o for o in scene.objects if o.in_path), key=lambda o: o.gap_m)
+    return pass_speed(scene, lane, group_of(scene, lead), 5.5)
+
+
+def test_the_rules_ask_for_the_slowest_speed_that_is_seen_to_be_free():
+    speeds = [asked(sight_m, *ROW) for sight_m in np.arange(60.0, 400.0, 20.0)]
+    assert speeds[-1] == 5.5
+    enough = [a for a in speeds if a < max(speeds)]
+    assert max(speeds) > 7.0 and enough == sorted(enough, reverse=True)
+
+
+def test_the_rules_ask_for_no_more_where_the_guard_would_not_give_it():
+    tight = 120.0
+    walker = thing("walker", 80.0, -3.0, kind=ObjectKind.PEDESTRIAN)
+    assert asked(tight, *ROW) > 5.5
+    assert asked(tight, *ROW, walker) == 5.5
+    assert asked(tight, *ROW, road=straight_road(oncoming=LineKind.SOLID)) == 5.5
+    assert asked(tight, *ROW, road=limited(6.0)) <= 6.0

@@ -1,0 +1,327 @@
+"""The guard's single checks at their bounds: gaps, doors, edges of the road, lines and lights."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from shapely import affinity
+from shapely.geometry import box
+
+from guard_cases import (
+    GUARD,
+    LENGTH_M,
+    MULTI,
+    POLICY,
+    WIDTH_M,
+    C,
+    case_on,
+)
+from stucksolver.guard import path_checks
+from stucksolver.guard.context import CheckContext
+from stucksolver.guard.prediction import drifted_to
+from stucksolver.plan.behaviors import KeepLane
+from stucksolver.plan.frenet_path import Manoeuvre
+from stucksolver.scene import (
+    ControlKind,
+    LightState,
+    ObjectKind,
+    TrafficControl,
+)
+from worlds import LANE_M, World, red_light, straight_road, thing
+
+# ---- how near is too near, and how slow is creeping
+
+
+def drifted(error_m, error_rad=0.0, *, gap=(0.05, 0.5), y=2.0, speed=4.0):
+    """An object at offset `y`, at gaps now and then, and an ego so far beside its path."""
+    case = case_on([0.0] * 4, [0.0] * 4, [thing("it", 60.0, y)], speed=speed)
+    case = replace(case, running=True, error_m=error_m, error_rad=error_rad)
+    gaps = np.array(gap)[:, None]
+    return path_checks._too_near(case, np.array([0]), gaps, np.full((2, 1), 0.0), np.array([0.0, 3.0]))
+
+
+def test_whom_an_error_has_brought_within_15_cm_ends_the_plan_at_once():
+    (found,) = drifted(0.2)
+    assert found.time_s == 0.0 and found.gap_m == pytest.approx(0.05)
+    assert drifted(-0.2, y=-2.0) and not drifted(-0.2) and not drifted(0.2, y=-2.0)
+    assert drifted(0.2, y=0.5), "right ahead on that side"
+    assert not drifted(0.04), "on its path, as far as localisation can tell"
+    assert drifted(0.2, gap=(0.15 - 0.01, 0.5)) and not drifted(0.2, gap=(0.15 + 0.01, 0.5))
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_what_a_stop_still_adds_to_an_error_counts(sign):
+    """At 4 m/s a stop takes 1.2 m and 2.67 m; turned by 0.05 rad that is 0.19 m more."""
+    more = math.sin(0.05) * (4.0 * 0.3 + 16.0 / 6.0)
+    for over, ends in ((-0.01, True), (0.01, False)):
+        gap = (0.15 + more + over, 0.5)
+        assert bool(drifted(sign * 0.2, sign * 0.05, gap=gap, y=sign * 2.0)) is ends
+        assert not drifted(sign * 0.2, -sign * 0.05, gap=gap, y=sign * 2.0), "it comes back"
+
+
+@pytest.mark.parametrize("number", range(60))
+def test_what_a_stop_straight_on_would_come_to_within_15_cm_ends_the_plan(number):
+    """The body is moved on as it points, in centimetres, for the way of a stop with 0.3 s until the brakes bite."""
+    draw = random.Random(number)
+    speed, turn = draw.uniform(0.3, 2.2), -draw.uniform(0.05, 0.25)
+    it = thing(
+        "it", 50.0 + draw.uniform(4.6, 6.2), -draw.uniform(1.6, 2.6), yaw=draw.uniform(-0.1, 0.1), stationary_s=40.0
+    )
+    case = case_on([0.0] * 20, [turn] * 20, [it], speed=speed, yaw=turn)
+    case = replace(case, running=True, error_m=-0.2)
+    stands = affinity.translate(
+        affinity.rotate(box(-2.3, -0.95, 2.3, 0.95), it.yaw_rad, use_radians=True), it.x_m, it.y_m
+    )
+    body = affinity.rotate(box(-LENGTH_M / 2, -WIDTH_M / 2, LENGTH_M / 2, WIDTH_M / 2), turn, (0, 0), use_radians=True)
+    way = speed * 0.3 + speed**2 / 6.0
+    gaps = [
+        affinity.translate(body, 50.0 + on * math.cos(turn), on * math.sin(turn)).distance(stands)
+        for on in np.linspace(0.0, way, 1 + int(way / 0.01))
+    ]
+    found = bool(path_checks._stops_against(case, np.array([0]), np.array([gaps[0]]))[0])
+    if abs(min(gaps) - 0.15) > 0.02 and gaps[0] > POLICY.clearance.nearer_m:
+        assert found is (min(gaps) < 0.15 and min(gaps) < gaps[0] - POLICY.clearance.nearer_m)
+
+
+def test_a_stop_straight_on_matters_only_by_an_error_and_on_its_side():
+    it = thing("it", 55.2, -2.0, stationary_s=40.0)
+    case = case_on([0.0] * 20, [-0.15] * 20, [it], speed=1.5, yaw=-0.15)
+    wide, none = np.full((20, 1), 0.5), np.zeros((20, 1))
+    for error, ends in ((-0.2, True), (0.2, False), (-0.04, False)):
+        now = replace(case, running=True, error_m=error)
+        assert bool(path_checks._too_near(now, np.array([0]), wide, none, np.arange(20.0))) is ends
+        later = wide.copy()
+        later[1:] = -1.0  # what is foretold of later on says nothing about the stop
+        assert bool(path_checks._too_near(now, np.array([0]), later, none - 2.0, np.arange(20.0))) is ends
+    gone = path_checks._stops_against(replace(case, error_m=-0.2), np.array([0]), np.array([-1.0]))
+    assert not gone.any(), "it comes no nearer than it is"
+
+
+def test_a_stop_straight_on_is_looked_at_for_each_by_itself_and_where_the_body_points():
+    """Turned by 0.9 rad at 2 m/s: a stop leads 1.27 m on, 0.79 m of it along the road."""
+    turn, way = -0.9, 2.0 * 0.3 + 4.0 / 6.0
+    x, y = 50.0 + (way + LENGTH_M / 2) * math.cos(turn), (way + LENGTH_M / 2) * math.sin(turn)
+    near, far = (
+        thing(name, x + ahead, y, length=0.4, width=0.4, kind=ObjectKind.CONE)
+        for name, ahead in (("a", 0.4), ("b", 1.0))
+    )
+    case = replace(case_on([0.0] * 20, [turn] * 20, [near, far], speed=2.0, yaw=turn), running=True, error_m=-0.2)
+    assert path_checks._stops_against(case, np.array([0, 1]), np.array([1.0, 1.0])).tolist() == [True, False]
+
+
+def test_walking_pace_is_8_kmh_and_not_a_hair_less():
+    creeps = KeepLane(distance_m=40.0, speed_mps=8 / 3.6)
+    for kind, code in ((ObjectKind.CAR, C.DOOR), (ObjectKind.BARRIER, C.GAP)):
+        beside = World(MULTI, [thing("it", 75.0, WIDTH_M / 2 + 0.95 + 0.36, kind=kind)])
+        assert code not in {r.code for r in GUARD.accept([creeps], beside.view(), False)[0].rejects}
+    meets = World(MULTI, [thing("it", 90.0, WIDTH_M / 2 + 0.95 + 0.36, speed=-2.0)])
+    assert C.GAP not in {r.code for r in GUARD.accept([creeps], meets.view(), False)[0].rejects}
+
+
+@pytest.mark.parametrize(("distance_m", "until"), [(2.0, 2.0), (0.0, 0.0), (-0.7, 0.0)])
+def test_a_line_is_crept_over_until_the_front_is_past_it(distance_m, until):
+    past_m = POLICY.controls.creeps_past_m
+    s = 50.0 + 0.1 * np.arange(120)
+    view = World(MULTI).view()
+    for fast_from, creeps in ((until + past_m - 0.05, False), (until + past_m + 0.05, True)):
+        speed = np.where(s - 50.0 > fast_from, 4.0, 8 / 3.6)
+        case = CheckContext(view, Manoeuvre(s, np.zeros(120), speed), POLICY)
+        assert path_checks._creeps_over(case, distance_m) is creeps
+
+
+def test_beside_the_road_is_told_by_what_the_body_is_off():
+    d = np.zeros(20)
+    d[8] = -3.2
+    view = World(MULTI).view()
+    case = CheckContext(view, Manoeuvre(50.0 + 0.5 * np.arange(20), d, np.full(20, 2.0), yaw=np.zeros(20)), POLICY)
+    for check, code, what in (
+        (path_checks.drivable_area, C.OFF_LANES, "the driving lanes"),
+        (path_checks.roadside, C.OFF_ROAD, "the road"),
+    ):
+        (found,) = check(case)
+        assert found.code is code
+        assert found.detail == f"{-found.gap_m:.1f} m off {what}, 4 m ahead"
+
+
+def margins(*objects, speed=5.0, **world):
+    case = case_on([0.0] * 4, [0.0] * 4, objects, **world)
+    return path_checks._margins(case, np.arange(len(objects)), np.array([speed]))[0].tolist()
+
+
+def test_who_crosses_or_turns_in_is_foretold_to_go_on_and_needs_no_more_room_for_it():
+    keeps = thing("keeps", 70.0, LANE_M, speed=6.0, sideways=0.29)
+    drifts = thing("drifts", 70.0, LANE_M, speed=6.0, sideways=0.5)
+    crosses = thing("crosses", 70.0, -9.0, sideways=0.25, yaw=math.pi / 2)
+    assert case_on([0.0] * 4, [0.0] * 4, [crosses]).view.elsewhere[0]
+    drawn = 0.05 + 0.25 * (0.3 + 5.0 / 3.0)
+    assert margins(keeps, drifts, crosses) == pytest.approx([0.5 + 0.29 + 0.29**2 / 2, drawn, drawn], abs=1e-6)
+
+
+def test_one_on_foot_makes_nobody_else_need_more_room():
+    walker = thing("walker", 70.0, -4.0, kind=ObjectKind.PEDESTRIAN)
+    barrier = thing("barrier", 70.0, 4.0, kind=ObjectKind.BARRIER)
+    alone, beside = margins(barrier), margins(walker, barrier)
+    assert beside[1] == alone[0] and beside[0] > 1.0
+
+
+def test_nearer_means_nearer_than_at_the_start():
+    case = case_on([0.0] * 4, [0.0] * 4, [thing("it", 60.0, 2.0)])
+    found = path_checks._too_near(
+        case, np.array([0]), np.array([[0.5], [0.2], [0.19]]), np.full((3, 1), 0.3), np.arange(3.0)
+    )
+    assert [r.time_s for r in found] == [1.0]
+
+
+def against(d, *, x, y, running=False):
+    """Reasons against a path whose ego stands beside a car of its own length at (x, y)."""
+    case = replace(case_on(d, [0.0] * len(d), [thing("it", x, y, length=LENGTH_M, width=WIDTH_M)]), running=running)
+    return [one for one in path_checks.collision(case) if "scrape" in one.detail]
+
+
+@pytest.mark.parametrize("gap_m", [0.0, 0.09])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_what_the_ego_stands_against_is_not_scraped_along(gap_m, side):
+    beside = side * (WIDTH_M + gap_m)
+    (found,) = against([0.0] * 20, x=50.0, y=beside)
+    assert found.object_id == "it" and found.gap_m == pytest.approx(gap_m, abs=1e-6)
+    assert not against([0.0] * 20, x=50.0, y=side * (WIDTH_M + 0.11)), "not a contact"
+    assert not against([0.0] * 20, x=50.0, y=beside, running=True), "it parts while it runs"
+    away = -side * np.minimum(0.3 * np.arange(20), 1.5)
+    assert not against(away, x=50.0, y=beside), "it parts within half a metre"
+    returns = -side * np.concatenate([np.minimum(0.3 * np.arange(8), 1.0), np.maximum(1.0 - 0.3 * np.arange(8), 0.0)])
+    assert against(returns, x=52.0, y=beside), "it parts and then touches again"
+
+
+def test_who_stands_with_the_nose_against_a_car_may_back_off():
+    ahead = 50.0 + LENGTH_M + 0.02
+    case = case_on([0.0] * 8, [0.0] * 8, [thing("it", ahead, 0.0, length=LENGTH_M, width=WIDTH_M)])
+    back = replace(case, path=replace(case.path, s=50.0 - 0.5 * np.arange(8)))
+    assert not [one for one in path_checks.collision(back) if "scrape" in one.detail]
+
+
+def test_the_side_of_an_error_is_that_of_the_ego_and_not_of_the_lane():
+    case = replace(case_on([0.0] * 4, [0.0] * 4, [thing("it", 60.0, 1.0)], y=2.0), running=True, error_m=0.2)
+    assert drifted_to(case, np.array([0])).tolist() == [False]
+    assert drifted_to(replace(case, error_m=-0.2), np.array([0])).tolist() == [True]
+
+
+@pytest.mark.parametrize(("askew", "share"), [(0.1, math.sin(0.1)), (1.4, math.sin(1.4)), (2.0, 1.0), (-0.1, 0.0)])
+def test_a_body_that_points_aside_drifts_on_by_the_sine_of_its_way_to_stop(askew, share):
+    case = replace(case_on([0.0] * 4, [0.0] * 4, speed=4.0), error_m=0.2, error_rad=askew)
+    assert path_checks._still_to_drift(case) == pytest.approx(share * (4.0 * 0.3 + 16.0 / 6.0))
+
+
+def doors(*cars, x=50.0):
+    found = GUARD.accept([KeepLane(distance_m=40.0, speed_mps=5.0)], World(MULTI, list(cars), x=x).view(), False)[0]
+    return [r.object_id for r in found.rejects if r.code is C.DOOR]
+
+
+def test_of_several_parked_cars_the_one_whose_door_reaches_us_is_named():
+    near, far = (thing(name, x, WIDTH_M / 2 + 0.95 + gap) for name, x, gap in (("near", 75.0, 0.7), ("far", 65.0, 2.0)))
+    barrier = thing("barrier", 70.0, WIDTH_M / 2 + 0.95 + 0.7, kind=ObjectKind.BARRIER)
+    assert doors(far, near) == ["near"] == doors(near, far)
+    assert doors(barrier, near) == ["near"] == doors(near, barrier)
+
+
+def test_from_beside_a_parked_car_one_may_drive_off():
+    assert doors(thing("beside", 50.0, WIDTH_M / 2 + 0.95 + 0.7), x=50.0) == []
+    assert doors(thing("beside", 50.0, WIDTH_M / 2 + 0.95 + 0.7), x=40.0) == ["beside"]
+
+
+def off(d, **world):
+    view = World(straight_road(oncoming=None), **world).view()
+    path = Manoeuvre(50.0 + 0.5 * np.arange(len(d)), np.asarray(d, float), np.full(len(d), 2.0), yaw=np.zeros(len(d)))
+    return path_checks.drivable_area(CheckContext(view, path, POLICY))
+
+
+def test_from_over_the_edge_one_comes_back_and_ends_on_the_road():
+    """The body's edge is over the lane's by 0.825 m less than the offset."""
+    edge = LANE_M / 2 - WIDTH_M / 2
+    for side in (-1.0, 1.0):
+        over = np.array([0.3, 0.2, 0.1, 0.0, 0.0, 0.0]) + edge
+        assert not off(side * over)
+        again = over.copy()
+        again[-1] = edge + 0.3
+        (found,) = off(side * again)
+        assert found.detail.endswith("m off the driving lanes, 2 m ahead") and found.gap_m == pytest.approx(-0.3)
+        further = over.copy()
+        further[2] = edge + 0.3 + 0.06
+        assert off(side * further) and not off(side * np.minimum(further, edge + 0.3 + 0.04))
+
+
+def test_a_way_beyond_what_is_known_of_the_road_is_told_so():
+    (found,) = off(np.zeros(800))
+    assert found.code is C.OFF_ROAD and found.detail == "the path runs beyond the known road"
+
+
+@pytest.mark.parametrize(("way_m", "refused"), [(2.0, True), (12.0, False)])
+def test_a_way_too_short_to_slow_down_to_what_it_asks_for_is_none(way_m, refused):
+    """From 5.3 m/s to 2 m/s take 4 m."""
+    world = World(MULTI, speed=5.3)
+    found = GUARD.accept([KeepLane(distance_m=way_m, speed_mps=2.0)], world.view(), False)[0].rejects
+    assert (C.OVERSPEED in {r.code for r in found}) is refused
+
+
+def test_what_stands_counts_whoever_else_moves():
+    wall = thing("wall", 70.0, kind=ObjectKind.BARRIER)
+    harmless = thing("harmless", 75.0, LANE_M, speed=-2.0)
+    plan = [KeepLane(distance_m=40.0, speed_mps=5.0)]
+    for objects in ([wall, harmless], [harmless, wall]):
+        found = GUARD.accept(plan, World(MULTI, objects).view(), False)[0].rejects
+        assert "wall" in {r.object_id for r in found if r.code is C.COLLISION}
+
+
+def test_beside_one_parked_car_it_is_the_next_ones_door_that_matters():
+    beside, ahead = (thing(name, x, WIDTH_M / 2 + 0.95 + 0.7) for name, x in (("beside", 50.0), ("ahead", 70.0)))
+    assert doors(beside, ahead) == ["ahead"] == doors(ahead, beside)
+
+
+def test_a_door_just_ahead_is_as_good_as_one_further_on():
+    car = thing("it", 50.0 + LENGTH_M / 2 + 4.6 / 4 + 0.1, WIDTH_M / 2 + 0.95 + 0.7)
+    view = World(MULTI, [car], speed=5.0).view()
+    found = GUARD.accept([KeepLane(distance_m=40.0, speed_mps=5.0)], view, False)[0].rejects
+    assert C.DOOR in {r.code for r in found}
+
+
+def test_how_far_ahead_the_road_is_left_is_counted_from_here():
+    d = np.zeros(20)
+    d[10] = -3.2
+    (found,) = off(d)
+    assert found.detail.endswith(" m off the driving lanes, 5 m ahead")
+
+
+def light(distance_m, state=LightState.RED, *, running, speed):
+    world = World(MULTI, controls=(red_light(distance_m, state),), speed=speed)
+    s = 50.0 + 0.5 * np.arange(60)
+    case = CheckContext(world.view(), Manoeuvre(s, np.zeros(60), np.full(60, 5.0)), POLICY, running=running)
+    return path_checks.stop_line(case)
+
+
+def test_only_while_a_plan_runs_is_a_line_past_mending_that_comfortable_braking_does_not_reach():
+    at_m = 25.0 / 6.0 - POLICY.controls.over_line_m
+    assert light(at_m + 0.05, running=True, speed=5.0) and not light(at_m - 0.05, running=True, speed=5.0)
+    assert light(at_m - 0.05, running=False, speed=5.0) and light(0.5, running=False, speed=5.0)
+
+
+def test_a_light_of_unknown_state_is_told_so():
+    (found,) = light(10.0, None, running=False, speed=0.0)
+    assert found.code is C.RED_LIGHT and found.detail == "unknown light 10 m ahead"
+    (found,) = light(10.0, LightState.YELLOW, running=False, speed=0.0)
+    assert found.detail == "yellow light 10 m ahead"
+
+
+def test_only_signs_and_dark_lights_close_ahead_are_stopped_at():
+    def line(distance_m, kind=ControlKind.STOP_SIGN, state=None):
+        return TrafficControl(kind=kind, distance_m=distance_m, applies=True, state=state)
+
+    near = POLICY.controls.at_line_m - 0.1
+    controls = (line(near), line(20.0), line(near, ControlKind.TRAFFIC_LIGHT, LightState.RED))
+    dark = line(near, ControlKind.TRAFFIC_LIGHT, LightState.OFF)
+    view = World(MULTI, controls=(*controls, dark)).view()
+    place = 50.0 + LENGTH_M / 2 + near
+    assert path_checks.stopped_at(view, POLICY) == pytest.approx((place, place))
+    assert path_checks.stopped_at(World(MULTI, controls=controls, speed=2.0).view(), POLICY) == ()

@@ -1,0 +1,468 @@
+"""The guard's figures beside the same reckoned by hand: distances, sight, harm, zones, places to stand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from guard_cases import CAR_M, GUARD, LENGTH_M, MULTI, POLICY, WIDTH_M, C, case_of, case_on, on_way
+from stucksolver.guard import NOBODY, adjacent_traffic, collision_mitigation, marking, sight_distance, traffic_rules
+from stucksolver.guard.path_tracking import swung, tracked
+from stucksolver.guard.policy import RssPolicy
+from stucksolver.guard.rss import rss_distance, rss_lateral
+from stucksolver.plan.behaviors import BackUp, CannotPlan, ChangeLane, Creep, KeepLane, RequestAssistance
+from stucksolver.scene import LaneKind, LineKind, ObjectKind, Zone, ZoneKind
+from stucksolver.scene.failed_attempts import PlanFailure
+from worlds import LANE_M, World, straight_road, thing
+
+K = ObjectKind
+TWO_WAY = straight_road()
+FRONT_M = LENGTH_M / 2
+HALF_CAR_M = CAR_M / 2
+
+
+def zones(kind, start_m, end_m):
+    return straight_road(left=LineKind.BROKEN, zones=(Zone(kind=kind, start_m=start_m, end_m=end_m),))
+
+
+# ---- responsibility-sensitive safety
+
+
+@pytest.mark.parametrize(
+    ("rear", "front", "running", "metres"),
+    [
+        (10.0, 6.0, False, 8.0 + 100.0 / 7.0 - 36.0 / 16.0),
+        (10.0, 6.0, True, 8.0 + 100.0 / 9.0 - 36.0 / 16.0),
+        (5.0, 0.0, False, 4.0 + 25.0 / 7.0),
+        (3.0, 12.0, False, 0.0),
+    ],
+)
+def test_a_follower_reacts_and_brakes_and_the_one_ahead_brakes_hardest(rear, front, running, metres):
+    policy = RssPolicy(reaction_s=0.8)
+    assert rss_distance(rear, front, policy, running=running) == pytest.approx(metres)
+    if not running:
+        assert rss_distance(rear, front, policy) == pytest.approx(metres)
+
+
+def test_from_what_drifts_aside_the_gap_grows_by_its_reaction_and_its_braking():
+    policy = RssPolicy(reaction_s=0.5, lateral_braking_mps2=2.0)
+    found = rss_lateral(np.array([0.0, 1.0, 2.0]), 0.3, policy)
+    assert found == pytest.approx([0.3, 0.3 + 0.5 + 0.25, 0.3 + 1.0 + 1.0])
+
+
+# ---- who is ahead of us, and is followed
+
+
+def coming_in(lead, *, speed=5.0, now_s=2.0, running=False):
+    """We change into the left lane at 60 m, at that speed; is somebody there ahead of us by then?"""
+    d = [0.0] * 20 + [LANE_M] * 60
+    case = replace(case_on(d, [0.0] * 80, [lead], speed=speed), running=running)
+    t = np.array([0.0, now_s])
+    station = np.array([[50.0, 50.0 + speed * now_s]])
+    return bool(adjacent_traffic._is_before_us(case, station, 0, t)[0])
+
+
+@pytest.mark.parametrize("theirs", [2.0, 4.5, 6.0])
+@pytest.mark.parametrize("more_m", [-0.02, 0.02])
+def test_in_behind_somebody_there_is_room_to_slow_down_to_their_speed(theirs, more_m):
+    """Half a second and half a metre, and what braking from 5 m/s to theirs takes more, by 3 m/s²."""
+    needed = 0.5 * 5.0 + 0.5 + max(25.0 - theirs**2, 0.0) / 6.0
+    rear = 60.0 + FRONT_M + needed + more_m
+    lead = thing("lead", rear + HALF_CAR_M - 2.0 * theirs, LANE_M, speed=theirs)
+    assert coming_in(lead) is (more_m > 0)
+
+
+@pytest.mark.parametrize(("more_m", "followed"), [(0.02, True), (-0.02, False)])
+def test_who_is_in_our_way_already_is_followed_if_we_can_fall_back_behind_them(more_m, followed):
+    """From 5 m/s to 2: (25 - 4) / (2 * 3) m of braking, and 0.3 s before it at a speed 3 m/s higher than theirs."""
+    lead = thing("lead", 50.0 + FRONT_M + HALF_CAR_M + 3.5 + 0.9 + more_m, 0.0, speed=2.0)
+    assert coming_in(lead) is followed
+
+
+@pytest.mark.parametrize(("more_m", "followed"), [(0.02, True), (-0.02, False)])
+def test_while_a_plan_runs_who_is_in_our_way_is_followed_if_only_ahead(more_m, followed):
+    lead = thing("lead", 50.0 + FRONT_M + HALF_CAR_M + more_m, 0.0, speed=2.0)
+    assert coming_in(lead, running=True) is followed
+
+
+@pytest.mark.parametrize(("more_m", "meets"), [(0.02, False), (-0.02, True)])
+def test_within_30_cm_beside_our_body_somebody_is_in_our_way(more_m, meets):
+    """Who is level with us is not ahead: followed is only whom we never come near."""
+    beside = thing("beside", 50.0, -(WIDTH_M / 2 + 0.3 + 0.95 + more_m), speed=5.0)
+    assert coming_in(beside) is not meets
+
+
+def test_that_one_is_followed_makes_nobody_else_a_leader():
+    d = [0.0] * 20 + [LANE_M] * 60
+    others = [thing("ahead", 90.0, 0.0, speed=4.0), thing("level", 52.0, LANE_M, speed=5.0)]
+    case = case_on(d, [0.0] * 80, others, speed=5.0)
+    t = np.linspace(0.0, 4.0, 21)
+    station = 50.0 + 5.0 * t[None]
+    found = adjacent_traffic.will_be_followed(case, station, np.array([0, 1]), t)
+    assert found[0, :, 0].all() and not found[0, :, 1].any()
+
+
+def test_in_the_oncoming_lane_nobody_is_followed():
+    world = World(TWO_WAY, [thing("ahead", 90.0, speed=4.0)], x=50.0)
+    case = case_of(world, KeepLane(distance_m=30.0, speed_mps=5.0))
+    opposite = next(lane for lane in case.view.frame.lanes if lane.strip.id == "oncoming")
+    path = replace(case.path, d=np.where(case.path.s > 60.0, LANE_M, 0.0), enters=(opposite,))
+    case = replace(case, path=path)
+    station = np.array([[50.0, 55.0, 65.0, 75.0]])
+    found = adjacent_traffic.will_be_followed(case, station, np.array([0]), np.array([0.0, 1.0, 3.0, 5.0]))
+    assert found[0, :, 0].tolist() == [True, True, False, False]
+
+
+def test_people_on_two_wheels_and_on_foot_need_more_room_beside_us():
+    """Coming up from behind at 8 m/s: 0.5 m beside a bicycle, 0.3 m beside a car, both as wide."""
+    reach = 0.8 + WIDTH_M / 2
+    for room, kind, stopped in ((0.4, K.BICYCLE, True), (0.4, K.CAR, False), (0.2, K.CAR, True)):
+        d = np.linspace(0.0, 0.8, 40)
+        beside = thing("it", 40.0, reach + room + 0.4, kind=kind, speed=8.0, width=0.8, length=2.0)
+        case = case_on(list(d), [0.0] * 40, [beside], speed=2.0)
+        assert bool(adjacent_traffic.from_behind(case)) is stopped, (room, kind)
+
+
+# ---- sight
+
+
+@pytest.mark.parametrize("speed", [1.5, 5.5])
+@pytest.mark.parametrize("more_m", [-0.01, 0.0, 0.01])
+def test_ahead_is_seen_as_far_as_a_stop_takes(speed, more_m):
+    """From our front: half a second and a stop by 3 m/s², and a metre."""
+    needed = LENGTH_M / 2 + speed**2 / 6.0 + 0.5 * speed + 1.0
+    case = case_of(World(MULTI, sight_m=needed + more_m, speed=speed), KeepLane(distance_m=60.0, speed_mps=speed))
+    found = sight_distance._ahead(case, case.start_lane)
+    assert bool(found) is (more_m < 0)
+    assert all(r.gap_m == pytest.approx(more_m) for r in found)
+
+
+@pytest.mark.parametrize("more_m", [-0.01, 0.01])
+def test_no_further_than_the_way_goes(more_m):
+    case = case_of(World(MULTI, sight_m=LENGTH_M / 2 + 1.0 + more_m), Creep(distance_m=1.0))
+    assert bool(sight_distance._ahead(case, case.start_lane)) is (more_m < 0)
+
+
+@pytest.mark.parametrize("comes_mps", [4.0, 7.0])
+@pytest.mark.parametrize("more_m", [-0.01, 0.01])
+def test_behind_is_seen_as_far_as_who_comes_needs(comes_mps, more_m):
+    case = case_of(World(MULTI, speed=3.0), ChangeLane(side="left", distance_m=40.0, speed_mps=3.0))
+    lane = next(lane for lane in case.view.frame.lanes if lane.strip.id == "left")
+    when, own = min(float(case.slow.t[10]), 1.0), float(case.slow.v[10])
+    braked = comes_mps * 1.0 + comes_mps**2 / (2 * 4.5) - own**2 / (2 * 8.0)
+    needed = LENGTH_M / 2 + comes_mps * when + braked
+    seen = replace(case, view=World(MULTI, speed=3.0, behind_m=needed + more_m).view())
+    found = sight_distance._behind(seen, lane, 10, comes_mps)
+    assert bool(found) is (more_m < 0)
+    assert all(r.gap_m == pytest.approx(more_m) for r in found)
+
+
+@pytest.mark.parametrize("way", [-1, 1])
+def test_a_sight_ends_at_the_near_end_of_who_is_in_the_lane(way):
+    """A lorry of 16 m; what is told of a sight is good to 4 m."""
+    case = case_of(World(MULTI, [thing("lorry", 50.0 + way * 60.0, LANE_M, length=16.0)]), Creep(distance_m=3.0))
+    lane = next(lane for lane in case.view.frame.lanes if lane.strip.id == "left")
+    near = 50.0 + way * 52.0
+    for off, ends in ((0.0, True), (3.9, True), (-3.9, True), (4.1, False), (-4.1, False)):
+        assert sight_distance._ends(case, lane, near + off, way) is ends
+    assert not sight_distance._ends(case, case.start_lane, near, way), "they are in another lane"
+
+
+def test_a_lane_that_ends_is_seen_to_its_end():
+    case = case_of(World(MULTI), Creep(distance_m=3.0))
+    lane = case.start_lane
+    assert sight_distance._ends(case, lane, lane.end_m - 3.0, 1) and not sight_distance._ends(
+        case, lane, lane.end_m - 5.0, 1
+    )
+    assert not sight_distance._ends(case, lane, lane.end_m, -1), "backwards it begins there"
+
+
+# ---- rails
+
+
+@pytest.mark.parametrize(("x", "on_them"), [(52.5, False), (52.6, True), (72.4, True), (72.5, False)])
+def test_on_rails_is_where_we_are_or_where_we_should_stop(x, on_them):
+    case = case_of(World(zones(ZoneKind.LEVEL_CROSSING, 55.0, 70.0), x=x), Creep(distance_m=2.0))
+    assert case.on_rails(200.0) is on_them
+    assert case.on_rails(60.0)
+
+
+# ---- the rules of the road
+
+
+@pytest.mark.parametrize(
+    ("x", "end_m", "leaves"),
+    [
+        (52.0, 80.0, False),  # its front is not there yet
+        (53.0, 80.0, True),
+        (71.0, 80.0, True),
+        (72.5, 80.0, False),  # its rear has left it
+        (60.0, 72.4, False),  # it would end with its rear on it
+        (60.0, 72.6, True),
+    ],
+)
+def test_a_crossing_is_left_by_who_stands_on_it_and_ends_beyond(x, end_m, leaves):
+    crossing = Zone(kind=ZoneKind.LEVEL_CROSSING, start_m=55.0, end_m=70.0)
+    case = case_on([0.0] * round(2 * (end_m - x) + 1), [0.0] * round(2 * (end_m - x) + 1), start_s=x)
+    path = replace(case.path, s=np.linspace(x, end_m, len(case.path.s)))
+    assert traffic_rules._leaves(replace(case, path=path), crossing) is leaves
+
+
+@pytest.mark.parametrize(("aside_m", "free"), [(0.12, False), (0.08, True)])
+def test_whose_body_reaches_into_the_lane_is_not_given_the_width_of_it(aside_m, free):
+    """Passed in the left lane; they stand in the right one and reach over the line by that much."""
+    truck = thing("truck", 75.0, LANE_M / 2 - 0.95 + aside_m, kind=K.EMERGENCY)
+    case = case_on([LANE_M] * 120, [0.0] * 120, [truck], y=LANE_M)
+    assert traffic_rules._moves_over(case, 0) is free
+
+
+def test_moved_over_is_before_they_are_reached_and_until_they_are_passed():
+    truck = thing("truck", 75.0, 0.0, kind=K.EMERGENCY, length=8.0)
+    for over, back, free in ((70.0, 80.0, True), (71.5, 80.0, False), (70.0, 78.5, False)):
+        s = 50.0 + 0.5 * np.arange(120)
+        case = case_on(list(np.where((s >= over) & (s < back), LANE_M, 0.0)), [0.0] * 120, [truck])
+        assert traffic_rules._moves_over(case, 0) is free
+
+
+def test_passing_an_emergency_scene_where_no_lane_is_known_is_no_moving_over():
+    truck = thing("truck", 75.0, 0.0, kind=K.EMERGENCY)
+    assert traffic_rules._moves_over(case_on([LANE_M] * 120, [0.0] * 120, [truck], y=LANE_M), 0)
+    assert not traffic_rules._moves_over(case_on([40.0] * 120, [0.0] * 120, [truck], y=40.0), 0)
+
+
+@pytest.mark.parametrize(("d", "off"), [(LANE_M, True), (LANE_M / 2 - 0.1, False), (LANE_M / 2 + 0.1, True)])
+def test_beside_the_route_for_more_than_200_m_or_a_minute_is_too_long(d, off):
+    slow = case_on([0.0, *([d] * 200)], [0.0] * 201)
+    path = replace(slow.path, speed=np.full(201, 1.0))
+    (found,) = traffic_rules.off_route(replace(slow, path=path)) or (None,)
+    assert (found is not None) is off
+    if found is not None:
+        assert found.code is C.OFF_ROUTE
+        assert found.time_s > 60.0 and found.gap_m == pytest.approx(100.0, abs=1.0)
+
+
+def test_where_the_route_has_no_lane_2_m_beside_it_are_off_it():
+    for d, off in ((1.9, False), (2.1, True)):
+        case = case_on([d] * 200, [0.0] * 200)
+        path = replace(case.path, s=case.path.s + 1000.0, speed=np.full(200, 1.0))
+        far = replace(case, path=path)
+        assert far.view.frame.lane_at(float(path.s[0]), 0.0) is None
+        assert bool(traffic_rules.off_route(far)) is off
+
+
+# ---- where one may stand
+
+
+def test_help_is_not_called_for_in_a_junction():
+    call = RequestAssistance(reason="stuck")
+    inside = World(zones(ZoneKind.JUNCTION, 45.0, 60.0))
+    (found,) = GUARD.allows_standing(call, inside.view()).rejects
+    assert found.code is C.STOPPING_PLACE
+    assert "only where it may stop" in found.detail
+    assert GUARD.allows_standing(call, World(MULTI).view()).accepted
+
+
+@pytest.mark.parametrize(("more_m", "may"), [(-0.02, True), (0.02, False)])
+def test_over_the_line_to_the_oncoming_lane_by_30_cm_one_may_stand(more_m, may):
+    y = LANE_M / 2 - WIDTH_M / 2 + 0.3 + more_m
+    assert GUARD.may_stand(World(TWO_WAY, y=y).view()) is may
+
+
+def test_too_fast_is_told_with_both_figures():
+    world = World(MULTI, speed=3.0)
+    proven = GUARD.accept([KeepLane(distance_m=60.0, speed_mps=3.0)], world.view(), False)[1]
+    world.speed = 4.5
+    (found,) = GUARD.recheck(proven, world.view()).rejects
+    assert found.code is C.OVERSPEED and "4.5 m/s" in found.detail and "4.0 m/s" in found.detail
+
+
+# ---- painted lines
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_lane_of_our_direction_is_looked_for_on_both_sides(side):
+    road = straight_road(left=LineKind.BROKEN, oncoming=None)
+    if side == "right":
+        lanes = tuple(
+            lane if lane.id == "own" else lane.model_copy(update={"offset_m": tuple(-o for o in lane.offset_m)})
+            for lane in road.lanes
+        )
+        road = road.model_copy(update={"key": "right", "lanes": lanes})
+    case = case_of(World(road), Creep(distance_m=3.0))
+    assert marking._legal_way(case, 60.0)
+    assert not marking._legal_way(case_of(World(TWO_WAY), Creep(distance_m=3.0)), 60.0)
+
+
+@pytest.mark.parametrize(("at_m", "refused"), [(51.9, False), (52.1, True), (72.9, True), (73.1, False)])
+def test_no_solid_line_is_crossed_within_3_m_of_a_junction(at_m, refused):
+    road = zones(ZoneKind.JUNCTION, 55.0, 70.0)
+    policy = POLICY.model_copy(update={"solid_line": "autonomous"})
+    case = replace(case_on([0.0] * 100, [0.0] * 100, [thing("it", 85.0)]), policy=policy)
+    view = World(road, [thing("it", 85.0)]).view()
+    s = np.linspace(at_m, at_m + 40.0, 100)
+    case = replace(case, view=view, path=replace(case.path, s=s))
+    lane = next(lane for lane in view.frame.lanes if lane.strip.id == "oncoming")
+    why = marking._against_solid(case, lane, 0)
+    assert ("junction" in (why or "")) is refused
+
+
+# ---- what a path is looked at for
+
+
+def entering(left_at_m, shoulder_at_m, **world):
+    """A path that enters the left lane at one place and the shoulder at another."""
+    view = World(WITH_SHOULDER, x=50.0, speed=3.0, **world).view()
+    s = 50.0 + 0.5 * np.arange(120)
+    d = np.where(s >= left_at_m, LANE_M, np.where(s >= shoulder_at_m, -2.75, 0.0))
+    case = case_on([0.0] * 120, [0.0] * 120, speed=3.0)
+    lanes = {lane.strip.id: lane for lane in view.frame.lanes}
+    path = replace(case.path, d=d, enters=(lanes["own"], lanes["shoulder"], lanes["left"]))
+    return replace(case, view=view, path=path)
+
+
+WITH_SHOULDER = MULTI.model_copy(
+    update={
+        "key": "with shoulder",
+        "lanes": (
+            *MULTI.lanes,
+            MULTI.lanes[0].model_copy(
+                update={
+                    "id": "shoulder",
+                    "kind": LaneKind.SHOULDER,
+                    "offset_m": (-2.75,) * 401,
+                    "width_m": (2.0,) * 401,
+                }
+            ),
+        ),
+    }
+)
+
+
+@pytest.mark.parametrize("behind_m", [0.0, 56.0])
+def test_every_lane_entered_is_looked_back_along_and_one_reason_is_told(behind_m):
+    for left, shoulder in ((52.0, 1e3), (1e3, 52.0)):
+        found = sight_distance.seen(entering(left, shoulder, behind_m=behind_m))
+        assert [r.code for r in found] == ([C.UNSEEN] if behind_m == 0.0 else [])
+
+
+def test_over_the_shoulder_cyclists_are_looked_for_and_in_a_lane_its_quickest():
+    """A cyclist needs 14 m behind, a car at the limit 50 m."""
+    for behind_m, seen in ((30.0, True), (5.0, False)):
+        assert bool(sight_distance.seen(entering(1e3, 52.0, behind_m=behind_m))) is not seen
+    assert sight_distance.seen(entering(52.0, 1e3, behind_m=30.0))
+
+
+def test_a_lane_that_is_entered_late_is_looked_at_when_it_is_due():
+    for at_m, due in ((105.0, False), (53.0, True)):
+        assert bool(sight_distance.seen(replace(entering(at_m, 1e3, behind_m=0.0), running=True))) is due
+
+
+@pytest.mark.parametrize("way", [-1, 1])
+def test_behind_a_long_lorry_nobody_unseen_is_feared(way):
+    """The sight ends at its near end, 5 m from our bumper; its middle is 13 m from there."""
+    lorry = thing("lorry", 50.0 + way * (FRONT_M + 3.0 + 8.0), LANE_M if way < 0 else 0.0, speed=3.0, length=16.0)
+    change, ahead = ChangeLane(side="left", distance_m=40.0, speed_mps=3.0), KeepLane(distance_m=40.0, speed_mps=5.0)
+    sees = {"behind_m": FRONT_M + 3.0} if way < 0 else {"sight_m": FRONT_M + 3.0}
+    case = case_of(World(MULTI, [lorry], speed=3.0, **sees), change if way < 0 else ahead)
+    lane = next(lane for lane in case.view.frame.lanes if lane.strip.id == ("left" if way < 0 else "own"))
+    assert (sight_distance._behind(case, lane, 5, 13.0) if way < 0 else sight_distance._ahead(case, lane)) == []
+
+
+def test_between_ahead_and_back_the_vehicle_stops_and_no_plan_is_empty():
+    view = World(MULTI).view()
+    for behaviors, failure in (
+        ((Creep(distance_m=3.0), BackUp(distance_m=3.0)), PlanFailure.MUST_STAND),
+        ((), PlanFailure.EMPTY),
+    ):
+        with pytest.raises(CannotPlan) as raised:
+            GUARD.lay_out(behaviors, view, False, NOBODY)
+        assert raised.value.failure is failure
+
+
+def test_one_behaviour_goes_on_at_the_speed_at_which_the_one_before_it_ends():
+    view = World(MULTI, speed=3.0).view()
+    keep = [KeepLane(distance_m=20.0, speed_mps=v) for v in (3.0, 5.0)]
+    path = GUARD.lay_out(keep, view, False, NOBODY).path
+    assert float(path.speed[5]) == pytest.approx(3.0) and float(path.speed[-5]) == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "rule"),
+    [(K.CROSSING_GATE, "level crossing"), (K.FLAGGER, "flagger"), (K.SCHOOL_BUS, "school bus")],
+)
+def test_whose_scene_it_is_stands_in_the_reason(kind, rule):
+    case = case_on([0.0] * 80, [0.0] * 80, [thing("it", 60.0, 3.0, kind=kind)])
+    (found,) = traffic_rules.authority(case)
+    assert found.code is C.AUTHORITY and found.detail.startswith(rule)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "counts"),
+    [
+        (50.0 - FRONT_M - HALF_CAR_M - 0.1, 3.0, False),  # behind us
+        (50.0 - FRONT_M - HALF_CAR_M + 0.1, 3.0, True),
+        (89.5 + FRONT_M + HALF_CAR_M + 0.1, 3.0, False),  # beyond the end
+        (89.5 + FRONT_M + HALF_CAR_M - 0.1, 3.0, True),
+        (70.0, 8.0 + 0.95 - 0.1, True),  # 8 m beside the route
+        (70.0, 8.0 + 0.95 + 0.1, False),
+    ],
+)
+def test_a_scene_counts_from_its_near_end_to_its_far_end(x, y, counts):
+    case = case_on([0.0] * 80, [0.0] * 80, [thing("it", x, y, kind=K.SCHOOL_BUS, length=CAR_M, width=1.9)])
+    assert bool(traffic_rules.authority(case)) is counts
+
+
+@pytest.mark.parametrize(("start_m", "end_m", "counts"), [(92.2, 99.0, True), (92.3, 99.0, False), (30.0, 47.6, True)])
+def test_a_level_crossing_counts_up_to_where_our_front_may_end(start_m, end_m, counts):
+    """Our rear is at 47.55 m, our front at 91.95 m when we stop, or 0.3 m further.
+
+    One that we stand on, and leave, does not count.
+    """
+    view = World(zones(ZoneKind.LEVEL_CROSSING, start_m, end_m)).view()
+    case = replace(case_on([0.0] * 80, [0.0] * 80), view=view)
+    assert bool(traffic_rules.authority(case)) is (counts and start_m > 50.0)
+
+
+def test_between_two_lanes_the_outer_one_owns_the_line():
+    lanes = {lane.strip.id: lane for lane in World(WITH_SHOULDER).view().frame.lanes}
+    own, left, shoulder = lanes["own"], lanes["left"], lanes["shoulder"]
+    assert marking._outer(left, own, 60.0) is left and marking._outer(own, left, 60.0) is left
+    assert marking._outer(shoulder, own, 60.0) is shoulder and marking._outer(own, shoulder, 60.0) is shoulder
+    assert marking._outer(own, None, 60.0) is own
+
+
+@pytest.mark.parametrize("giving_way", [False, True])
+def test_who_gives_way_goes_on_giving_it_for_longer(giving_way):
+    """At 2 m/s a walker is met in 4.5 s: later than a stop and 2.5 s, but within 6 s."""
+    case = on_way(
+        thing("it", 65.0 + FRONT_M + 0.25 + 9.0, -4.5, kind=K.PEDESTRIAN, sideways=1.0, yaw=math.pi / 2), speed=2.0
+    )
+    path = replace(case.path, speed=np.full(80, 2.0))
+    assert (
+        bool(collision_mitigation.least_harm(replace(case, path=path), giving_way) != collision_mitigation.FINISH)
+        is giving_way
+    )
+
+
+def test_of_a_body_that_stands_askew_its_own_motion_counts_across_too():
+    """Turned by 0.5 rad at 5 m/s, hit from the side at 3 m/s against our own motion across."""
+    case = case_on(
+        [0.0] * 80, [0.5] * 80, [thing("it", 72.5, 4.5, sideways=-3.0, yaw=-math.pi / 2)], start_s=65.0, speed=5.0
+    )
+    t = np.linspace(0.0, 3.0, 31)
+    found = collision_mitigation._with_moving(replace(case, running=True), 65.0 + 5.0 * t[None], t)
+    across = 5.0 * math.sin(0.5) + 3.0
+    assert found.speed_mps == pytest.approx(math.hypot(5.0 * math.cos(0.5), across), abs=0.15)
+
+
+def test_backing_up_the_body_straightens_over_about_3_m_and_never_swings_more():
+    view = World(MULTI, yaw=0.3).view()
+    path = GUARD.lay_out([BackUp(distance_m=6.0)], view, False, NOBODY).path
+    yaw = tracked(path, view.backwards, POLICY.tracking, reverse=True).yaw
+    assert yaw[0] == pytest.approx(view.backwards.ego_yaw)
+    assert abs(yaw[6]) == pytest.approx(0.3 * math.exp(-1.0), abs=0.01)
+    askew = swung(path, view.backwards, POLICY.tracking, 0.3)
+    assert np.allclose(askew.yaw, view.backwards.ego_yaw)

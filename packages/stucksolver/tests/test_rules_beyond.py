@@ -1,0 +1,50 @@
+"""Who only waits beyond an obstruction is no part of what is to be passed."""
+
+from __future__ import annotations
+
+import pytest
+
+from stucksolver.reasoners.rules.pass_target import group_of
+from stucksolver.scene import ObjectKind, PastAttempt, PlanFailure
+from worlds import World, straight_road, thing
+
+K = ObjectKind
+
+
+def group(*beyond, failed=(), **lead):
+    """Ids of what is passed together with a lead that ends at 64.6 m."""
+    first = thing("lead", 62.3, **{"hazard": True, **lead})
+    scene = World(straight_road(), [first, *beyond]).scene()
+    attempts = tuple(PastAttempt(time_s=0.0, behaviors=("x",), failures=(one,), outcome="") for one in failed)
+    scene = scene.model_copy(update={"attempts": attempts})
+    return [o.id for o in group_of(scene, next(o for o in scene.objects if o.id == "lead")).objects]
+
+
+def after(gap_m, **more):
+    return thing("beyond", 64.6 + gap_m + 2.3, **more)
+
+
+@pytest.mark.parametrize("gap_m", [11.0, 12.5, 14.0, 17.0])
+def test_a_car_that_waits_beyond_an_accident_is_not_passed_with_it(gap_m):
+    no_room = (PlanFailure.NO_ROOM_TO_COME_BACK,)
+    assert group(after(gap_m)) == group(after(gap_m), failed=no_room) == ["lead"]
+
+
+@pytest.mark.parametrize("lead", [{}, {"kind": K.CONE, "hazard": None}, {"hazard": False, "y": -0.8}], ids=str)
+def test_whatever_says_of_itself_that_it_is_an_obstruction(lead):
+    assert group(after(12.0), **lead) == ["lead"]
+
+
+@pytest.mark.parametrize(
+    "more", [{"hazard": True}, {"kind": K.BARRIER}, {"y": -0.8}, {"emergency_lights": True}], ids=str
+)
+def test_what_is_an_obstruction_itself_joins_it(more):
+    assert group(after(12.0, **more)) == ["lead", "beyond"]
+
+
+def test_without_room_to_come_back_before_it_it_is_passed_too_or_not_at_all():
+    assert group(after(8.0)) == ["lead", "beyond"]
+
+
+def test_behind_a_lead_that_may_be_a_queue_nothing_changes():
+    assert group(after(12.0), hazard=False) == ["lead", "beyond"]

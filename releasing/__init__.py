@@ -1,1 +1,0 @@
-"""What is done before a release: `python -m releasing`, or `make release-check`. It ships with no distribution."""

@@ -1,7 +1,0 @@
-"""`python -m stucksolver`, for where the command is not installed."""
-
-import sys
-
-from stucksolver.cli import main
-
-sys.exit(main())

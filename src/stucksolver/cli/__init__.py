@@ -1,5 +1,0 @@
-"""The commands."""
-
-from stucksolver.cli.main import main
-
-__all__ = ["main"]

@@ -1,1 +1,0 @@
-"""Serves the student as a model with OpenAI's chat completions API."""

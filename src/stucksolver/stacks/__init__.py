@@ -1,1 +1,0 @@
-"""Driving stacks with the solver attached."""

@@ -1,7 +1,0 @@
-"""A second base driver: it compares ways past what blocks its lane, each rolled out against predictions of
-everybody.
-"""
-
-from stucksolver.stacks.planner.driver import PlannerDriver
-
-__all__ = ["PlannerDriver"]

@@ -1,8 +1,0 @@
-"""StuckSolver for other processes: Python 3.7 and later, standard library only; `carla` is passed in."""
-
-from stucksolver_bridge.agent_driver import AgentDriver
-from stucksolver_bridge.lease import Lease
-from stucksolver_bridge.process import SolverError, SolverProcess
-from stucksolver_bridge.recovery import Recovery
-
-__all__ = ["AgentDriver", "Lease", "Recovery", "SolverError", "SolverProcess"]

@@ -1,8 +1,0 @@
-"""The benchmark's criteria for a drive, tick by tick, over the `carla` client API; see `criteria.monitor`.
-
-`criteria.base` needs no client, so that scores can be computed without one.
-"""
-
-from stucksolver_eval.criteria.base import Criterion, Infraction, Moment
-
-__all__ = ["Criterion", "Infraction", "Moment"]

@@ -1,6 +1,0 @@
-"""What a passenger says on which route, and when."""
-
-from stucksolver_eval.guidance.script import GuidanceError, Line, Script, When, read_script
-from stucksolver_eval.guidance.speaker import Speaker
-
-__all__ = ["GuidanceError", "Line", "Script", "Speaker", "When", "read_script"]

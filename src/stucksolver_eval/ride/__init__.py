@@ -1,6 +1,0 @@
-"""A ride with a passenger: one street in real time."""
-
-from stucksolver_eval.ride.cases import RIDES, RideCase
-from stucksolver_eval.ride.ride import RideOutcome, RideSpec, drive_ride, find_ride
-
-__all__ = ["RIDES", "RideCase", "RideOutcome", "RideSpec", "drive_ride", "find_ride"]

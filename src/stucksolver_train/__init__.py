@@ -1,1 +1,0 @@
-"""Trains the networks of `stucksolver.perception` on recordings. Needs torch, preferably with a GPU."""

@@ -1,6 +1,0 @@
-"""The worlds of the core's tests are driven here too."""
-
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "core"))
