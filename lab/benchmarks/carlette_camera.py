@@ -18,7 +18,7 @@ from carlette.blueprints import load_catalogue
 from carlette.camera.rendering.lighting import FOG_DENSITY, PRECIPITATION, SUN_ALTITUDE
 from carlette.camera.rendering.renderer import Renderer
 from carlette.camera.rendering.scene_capture import static_scene_of, take
-from carlette.camera.rendering.view import View
+from carlette.camera.rendering.view import CameraView
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.maps import DEMO_TOWN
 from carlette.opendrive.map_file import load_map
@@ -102,10 +102,10 @@ def _street(network: RoadNetwork) -> World:
     return world
 
 
-def _front_view(network: RoadNetwork, width: int, height: int, turn_deg: float = 0.0) -> View:
+def _front_view(network: RoadNetwork, width: int, height: int, turn_deg: float = 0.0) -> CameraView:
     spot = network.spawn_points()[SPOT]
     eye = Vector(spot.location.x, spot.location.y, spot.location.z + 1.5)
-    return View(Pose(eye, Rotation(-3.0, spot.rotation.yaw + turn_deg, 0.0)), width, height, 90.0)
+    return CameraView(Pose(eye, Rotation(-3.0, spot.rotation.yaw + turn_deg, 0.0)), width, height, 90.0)
 
 
 def _six(renderer: Renderer, world: World, network: RoadNetwork) -> None:

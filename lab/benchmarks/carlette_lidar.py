@@ -11,12 +11,12 @@ import time
 from statistics import median
 
 from carlette.blueprints import AttributeType
-from carlette.errors import SpawnCollision
+from carlette.errors import SpawnCollisionError
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.opendrive.map_file import find_map, map_folders
 from carlette.opendrive.road_network import RoadNetwork
-from carlette.sensors import Moment, Scene, Sensor, make_sensor
-from carlette.sensors.sensor_scene import Cast
+from carlette.sensors import Sensor, SensorScene, SensorTick, make_sensor
+from carlette.sensors.sensor_scene import ActorSurfaces
 from carlette.world.actor import Actor
 from carlette.world.spawn import spawn
 from carlette.world.world import World
@@ -55,7 +55,7 @@ def _street() -> tuple[World, Actor]:
             continue
         try:
             cars.append(spawn(world, "vehicle.tesla.model3", {}, spot))
-        except SpawnCollision:
+        except SpawnCollisionError:
             continue
         if len(cars) == CARS:
             break
@@ -68,7 +68,7 @@ def _rate(world: World, car: Actor, type_id: str, tilt: Rotation, scans: int) ->
     attributes = {name: (AttributeType.STRING, str(value)) for name, value in SETTINGS.items()}
     sensor, actor = make_sensor(type_id, attributes), spawn(world, type_id, {}, Pose(Vector(z=2.4), tilt), car.id)
     world.tick()
-    cast = Cast()
+    cast = ActorSurfaces()
     _scan(world, sensor, actor, cast)
     seconds = []
     for _ in range(scans):
@@ -79,6 +79,6 @@ def _rate(world: World, car: Actor, type_id: str, tilt: Rotation, scans: int) ->
     return 1.0 / median(seconds)
 
 
-def _scan(world: World, sensor: Sensor, actor: Actor, cast: Cast) -> int:
-    moment = Moment(Scene(world, cast), actor, world.pose(actor), lambda _: None)
+def _scan(world: World, sensor: Sensor, actor: Actor, cast: ActorSurfaces) -> int:
+    moment = SensorTick(SensorScene(world, cast), actor, world.pose(actor), lambda _: None)
     return sum(len(part) for body in sensor.measure(moment) for part in body)

@@ -76,9 +76,9 @@ def _measure(smoke: bool, words: bool) -> dict[str, float]:
 
 def _reading_ms(times: int) -> float:
     """Return the median time for reading a passenger's words (ms), after a first reading, which loads the weights."""
-    from stucksolver_language.intent.network import NetworkReader
+    from stucksolver_language.intent.network import NetworkInterpreter
 
-    reader, took = NetworkReader(), []
+    reader, took = NetworkInterpreter(), []
     for number in range(times + 1):
         began = time.perf_counter()
         reader.read(f"please go round the {number + 2} parked cars on the left", "Standing behind a stopped car.")

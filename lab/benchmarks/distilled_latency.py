@@ -15,11 +15,11 @@ from stucksolver.guard import Guard
 from stucksolver.ladder import find_ladder
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import REGISTRY, describe
-from stucksolver.reasoners import Reasoner, Request, RuleReasoner
+from stucksolver.reasoners import Reasoner, ReasonerRequest, RuleReasoner
 from stucksolver.scene import Status
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.scene_builder import build_scene
-from stucksolver.solver.state_machine.admission import second_opinion
+from stucksolver.solver.state_machine.admission import preview_verdict
 from stucksolver_language.student import DistilledReasoner
 
 MOVED_M = 0.25
@@ -37,7 +37,7 @@ def run(smoke: bool) -> dict[str, float]:
     return figures
 
 
-def _times(reasoner: Reasoner, asked: list[Request]) -> list[float]:
+def _times(reasoner: Reasoner, asked: list[ReasonerRequest]) -> list[float]:
     """Return what each question takes (s), after one that loads the weights."""
     reasoner.decide(asked[0])
     times = []
@@ -48,7 +48,7 @@ def _times(reasoner: Reasoner, asked: list[Request]) -> list[float]:
     return times
 
 
-def questions(count: int) -> Iterator[Request]:
+def questions(count: int) -> Iterator[ReasonerRequest]:
     """Yield questions about a car parked in the lane, among 30 objects, each with a check of plans by the guard."""
     guard = Guard(find_ladder("evaluation").guard_policy())
     first = parked_car()
@@ -61,6 +61,6 @@ def questions(count: int) -> Iterator[Request]:
         scene = scene.model_copy(update={"ego": scene.ego.model_copy(update={"stopped_for_s": 30.0 + number})})
 
         def check(plan: RecoveryPlan, view: FrenetScene = view, now_s: float = seen.time_s) -> str:
-            return second_opinion(plan, view, now_s, guard=guard, guided=False)
+            return preview_verdict(plan, view, now_s, guard=guard, guided=False)
 
-        yield Request(scene, check)
+        yield ReasonerRequest(scene, check)

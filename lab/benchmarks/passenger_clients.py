@@ -112,13 +112,13 @@ class Car:
 
 def measure(seconds: float, slice_s: float, clients: int = CLIENTS) -> dict[str, float]:
     """Measures with and without pages, this long each. Raises `RuntimeError` if pages do not open or get nothing."""
-    from stucksolver_passenger.gateway import Desk
+    from stucksolver_passenger.gateway import PassengerGateway
     from stucksolver_passenger.server.options import PageOptions
     from stucksolver_passenger.server.process import PassengerServer
 
     halves = {True: Half(), False: Half()}
     events, received = 0, 0
-    with PassengerServer(PageOptions()) as server, Desk(server.address) as desk:
+    with PassengerServer(PageOptions()) as server, PassengerGateway(server.address) as desk:
         car = Car(desk, "car-1")
         token = server.tokens.operator()  # a passenger's token opens few pages
         _drive(car, Half(), 2.0)  # warm-up: loads everything

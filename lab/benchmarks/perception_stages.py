@@ -14,7 +14,7 @@ import carla
 
 from stucksolver_carla.client_connection import connect
 from stucksolver_eval.simulator_server import carlette_server, set_synchronous
-from stucksolver_perception.carla import Eyes
+from stucksolver_perception.carla import EgoPerception
 
 STEP_S = 0.05
 PERIOD_MS = 100.0
@@ -30,7 +30,7 @@ def run(smoke: bool) -> dict[str, float]:
         set_synchronous(world, STEP_S)
         ego = _street(world)
         times: dict[str, list[float]] = {}
-        eyes = Eyes(ego, world.get_map())
+        eyes = EgoPerception(ego, world.get_map())
         try:
             ego.apply_control(carla.VehicleControl(throttle=0.4))
             for _ in range(20 if smoke else 200):

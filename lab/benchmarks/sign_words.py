@@ -32,8 +32,8 @@ from carlette.camera.models.signs import (
     post_sign,
 )
 from carlette.camera.rendering import tags
-from carlette.camera.rendering.renderer import Part
-from carlette.camera.rendering.view import View, matrix_of
+from carlette.camera.rendering.renderer import RenderPart
+from carlette.camera.rendering.view import CameraView, matrix_of
 from carlette.geometry import Pose, Rotation
 from carlette.maps import DEMO_TOWN
 from carlette.opendrive.map_file import load_map
@@ -125,10 +125,10 @@ def shots(weather: str, rig: CameraRig) -> Iterator[Shot]:
             studio = Studio(network)
             studio.weather(**WEATHERS[weather])
             turned = studio.place(away, right, 0.0, 180.0 + float(random.uniform(-MOST_TURNED_DEG, MOST_TURNED_DEG)))
-            studio.extra.append(Part(mesh, matrix_of(turned), 0, tags.TRAFFIC_SIGN))
+            studio.extra.append(RenderPart(mesh, matrix_of(turned), 0, tags.TRAFFIC_SIGN))
             studio.world.tick()
             eye = Pose(studio.place(0.0, 0.0, eye_m).location, Rotation(0.0, studio.spot.rotation.yaw, 0.0))
-            rgb = studio.shoot(View(eye, rig.width_px, rig.height_px, rig.fov_deg))
+            rgb = studio.shoot(CameraView(eye, rig.width_px, rig.height_px, rig.fov_deg))
             column = rig.width_px / 2 + rig.focal_px * right / away
             row = rig.height_px / 2 - rig.focal_px * (FACE_M - eye_m) / away
             yield Shot(word.value if word else name, word, away, rgb, column, row)

@@ -16,7 +16,7 @@ from typing import NoReturn
 from stucksolver.guard import Guard
 from stucksolver.immobilization import Detector
 from stucksolver.plan.behaviors import REGISTRY, BackUp, BorrowOncomingLane, describe
-from stucksolver.reasoners import Request, RuleReasoner
+from stucksolver.reasoners import ReasonerRequest, RuleReasoner
 from stucksolver.scene import (
     EgoState,
     LaneDirection,
@@ -81,7 +81,7 @@ def _looks(batches: int, calls: int) -> dict[str, float]:
         "us_recheck": _median(batches, calls, lambda: guard.recheck(again, FrenetScene(surroundings))),
         "us_recheck_backwards": _median(batches, calls, lambda: guard.recheck(back, FrenetScene(surroundings))),
         "us_recheck_crowd": _median(batches, calls, lambda: guard.recheck(again, FrenetScene(crowd))),
-        "us_rules": _median(batches, calls, lambda: rules.decide(Request(scene)).decision),
+        "us_rules": _median(batches, calls, lambda: rules.decide(ReasonerRequest(scene)).decision),
     }
 
 

@@ -1,10 +1,10 @@
 """Commands for training and scoring networks: `python -m lab perception` and `python -m lab distill`."""
 
-from stucksolver.commands.command_table import Command
+from stucksolver.commands.command_table import CliCommand
 
 COMMANDS = {
-    "perception": Command("record drives, train perception on them, and score it", "lab.commands.perception"),
-    "distill": Command(
+    "perception": CliCommand("record drives, train perception on them, and score it", "lab.commands.perception"),
+    "distill": CliCommand(
         "collect what the student learns from, train it, score it and export it", "lab.commands.distill"
     ),
 }

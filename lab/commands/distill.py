@@ -113,7 +113,7 @@ def _add_data(parser: argparse.ArgumentParser) -> None:
 def _collect(options: argparse.Namespace) -> int:
     if options.records is not None:
         return _from_records(options)
-    from lab.language.plan_search.campaign import CampaignError
+    from lab.language.plan_search.campaign import PlanSearchError
     from lab.language.plan_search.wait_samples import WaitingError
     from stucksolver.atomic_files import OutputError
     from stucksolver_eval.routes import RouteFileError
@@ -122,7 +122,7 @@ def _collect(options: argparse.Namespace) -> int:
     _require_client()
     try:
         return _waits(options) if options.waits else _plans(options)
-    except (CampaignError, OutputError, RouteFileError, SuiteError, WaitingError) as error:
+    except (PlanSearchError, OutputError, RouteFileError, SuiteError, WaitingError) as error:
         raise UsageError(str(error)) from error
 
 
@@ -136,10 +136,10 @@ def _require_client() -> None:
 
 
 def _plans(options: argparse.Namespace) -> int:
-    from lab.language.plan_search.collect_command import Asked, teach
+    from lab.language.plan_search.collect_command import CollectOptions, teach
 
     report = teach(
-        Asked(
+        CollectOptions(
             suite=options.suite,
             out=options.out,
             seed=options.seed,
@@ -195,10 +195,10 @@ def _train(options: argparse.Namespace) -> int:
         import torch  # noqa: F401
     except ImportError as error:
         raise UsageError(NEEDS_TORCH) from error
-    from lab.language.student.commands import Asked, train
+    from lab.language.student.commands import StudentJob, train
     from lab.language.student.export import ExportError
 
-    asked = Asked(
+    asked = StudentJob(
         data=tuple(options.data),
         out=options.out,
         apart=_names(options.hold_out),
@@ -226,12 +226,12 @@ def _eval(options: argparse.Namespace) -> int:
 
 def _wordings(options: argparse.Namespace) -> int:
     from lab.language.student.guidance_following import places_in, sentences_in, wording_scores, wording_table
-    from stucksolver.interpreter import NoReader, find_reader
+    from stucksolver.interpreter import NoInterpreter, find_reader
     from stucksolver_language.student import DistilledReasoner
     from stucksolver_language.student.network import DATA
 
     reader = find_reader()
-    if isinstance(reader, NoReader):
+    if isinstance(reader, NoInterpreter):
         raise UsageError(reader.why)
     try:
         places = places_in(options.data, _names(options.hold_out))

@@ -99,7 +99,7 @@ def _collect(options: argparse.Namespace) -> int:
     from stucksolver_carla.client_connection import ServerError
     from stucksolver_eval.routes import RouteFileError
     from stucksolver_eval.suites import SuiteError
-    from stucksolver_eval.systems.factory import ArmError
+    from stucksolver_eval.systems.factory import SystemSpecError
 
     if options.every and not 0.6 <= options.every <= 60.0:
         raise UsageError("--every: give 0, or from 0.6 to 60 seconds")
@@ -121,7 +121,7 @@ def _collect(options: argparse.Namespace) -> int:
     )
     try:
         found = collect(spec)
-    except (ArmError, OutputError, TownError, RouteFileError, ServerError, SuiteError) as error:
+    except (SystemSpecError, OutputError, TownError, RouteFileError, ServerError, SuiteError) as error:
         raise UsageError(str(error)) from error
     if options.json:
         print_json({"recordings": found.done, "failed": found.failed})
@@ -134,12 +134,12 @@ def _collect(options: argparse.Namespace) -> int:
 
 def _eval(options: argparse.Namespace) -> int:
     from lab.perception.evaluation.scoring.evaluate import evaluate_perception
-    from lab.perception.evaluation.scoring.part import Given
+    from lab.perception.evaluation.scoring.part import ScoringInput
     from stucksolver.atomic_files import OutputError
     from stucksolver_perception.recording import RecordingError
 
     only = _some(options.only, SCORED)
-    given = Given((), options.lidar_weights, options.camera_weights, options.threads)
+    given = ScoringInput((), options.lidar_weights, options.camera_weights, options.threads)
     try:
         found = evaluate_perception(options.data, options.out, only, given)
     except (RecordingError, OutputError) as error:

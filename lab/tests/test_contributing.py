@@ -119,10 +119,10 @@ def test_the_criterion_notes_each_hard_stop_once(made):
 def test_the_sensor_gives_the_last_fix_again_for_three_seconds_now_and_then(made):
     from carlette.geometry import Pose, Vector
     from carlette.in_process import open_world
-    from carlette.sensors.sensor import Settings
+    from carlette.sensors.sensor import SensorAttributes
 
     world = open_world("demo_town")
-    sensor, told = made.GnssWithOutages(Settings("sensor.other.gnss", {})), []
+    sensor, told = made.GnssWithOutages(SensorAttributes("sensor.other.gnss", {})), []
     for k in range(1200):
         world.tick()
         place = Pose(Vector(0.1 * k, 0.0, 0.0))

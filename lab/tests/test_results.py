@@ -59,7 +59,7 @@ def test_a_table_replaces_the_one_with_the_same_first_three_heads():
 
 @pytest.mark.parametrize("count", [0, 2])
 def test_a_page_without_exactly_one_such_table_is_refused(count):
-    with pytest.raises(result_tables.PageError, match=f"{count} tables begin with | arm | DS | SR % |"):
+    with pytest.raises(result_tables.ResultPageError, match=f"{count} tables begin with | arm | DS | SR % |"):
         result_tables.replaced("Text.\n\n" + f"{TABLE}\n" * count, TABLE)
 
 

@@ -72,7 +72,7 @@ def harm_of(seed: int, number: int, plan: RecoveryPlan, codes: Collection[str]) 
     worst = Harm()
     for how, answers in itertools.product((0.0, 1.0), ("lane", "way")):
         _, setting = setting_of(seed, number)
-        if RejectCode.UNSEEN in codes:
+        if RejectCode.PATH_NOT_VISIBLE in codes:
             _add_unseen(setting, plan)
         for other in setting.others:
             if isinstance(other, AlongLane):

@@ -21,7 +21,7 @@ from stucksolver.plan.behaviors import (
     Wait,
     describe,
 )
-from stucksolver.reasoners import Request
+from stucksolver.reasoners import ReasonerRequest
 from stucksolver.reasoners.rules import RuleReasoner
 from stucksolver.scene import Status
 from stucksolver.scene.frenet_scene import FrenetScene
@@ -37,7 +37,7 @@ def from_rules(view: FrenetScene, stopped_s: float) -> RecoveryPlan | None:
     status = Status(time_s=view.surroundings.time_s, speed_mps=speed, progress_m=view.ego_s)
     scene = build_scene(view, status, describe(NAMES))
     ego = scene.ego.model_copy(update={"stopped_for_s": stopped_s if speed < 0.5 else 0.0})
-    return RULES.decide(Request(scene.model_copy(update={"ego": ego}))).decision.plan
+    return RULES.decide(ReasonerRequest(scene.model_copy(update={"ego": ego}))).decision.plan
 
 
 def _change(draw: Drawn) -> ChangeLane:

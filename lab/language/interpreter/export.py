@@ -24,8 +24,8 @@ from onnx.external_data_helper import set_external_data
 
 from lab.language.interpreter.model import BLOCK, FIRST_PLACE, WIDTH, Encoder, Linear, Net, packed
 from lab.language.interpreter.train import load_parts
-from stucksolver_language.intent.intent_decoder import INTENT, LOGITS, Doubt, softmax
-from stucksolver_language.intent.network import NetworkReader, unpacked
+from stucksolver_language.intent.intent_decoder import INTENT, LOGITS, ConfidenceThresholds, softmax
+from stucksolver_language.intent.network import NetworkInterpreter, unpacked
 from stucksolver_language.intent.tokenization import MAX_TOKENS
 
 MOVE = 0.9
@@ -54,7 +54,7 @@ def main() -> None:
     write_pieces(net, options.out / "pieces.npz")
     write_encoder(net.reader, options.out)
     shutil.copyfile(options.data / "tokenizer.json", options.out / "tokenizer.json")
-    card = {"version": options.version, "doubt": vars(Doubt(1.0, MOVE, AGAINST, STAY, REROUTE))}
+    card = {"version": options.version, "doubt": vars(ConfidenceThresholds(1.0, MOVE, AGAINST, STAY, REROUTE))}
     (options.out / "card.json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
     dev = np.load(options.data / "dev.npz")
     ours = shipped(options.out, dev)
@@ -137,7 +137,7 @@ def _in_4_bits(node: onnx.NodeProto, weights: np.ndarray, arrays: list[TensorPro
 
 def shipped(folder: Path, dev: dict[str, np.ndarray]) -> np.ndarray:
     """The logits of the network as it is shipped, by the product's own code."""
-    _, table, scale, session = NetworkReader(folder)._parts
+    _, table, scale, session = NetworkInterpreter(folder)._parts
     out = []
     for ids, kinds, length in zip(dev["ids"], dev["kinds"], dev["length"], strict=True):
         n = int(length)

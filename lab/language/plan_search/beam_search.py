@@ -7,19 +7,19 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from lab.language.plan_search.ego_trajectory import Trail, begin, drive, moved, stand
+from lab.language.plan_search.ego_trajectory import EgoTrajectory, begin, drive, moved, stand
 from stucksolver.guard import Guard
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import Behavior, Wait
 from stucksolver.scene import Scene, Surroundings
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.frenet_scene import FrenetScene
-from stucksolver.solver.state_machine.admission import against_offers
+from stucksolver.solver.state_machine.admission import check_offered
 from stucksolver.solver.state_machine.execution import Execution
 from stucksolver_language.student.candidates import offered
 
 T = TypeVar("T")
-Value = Callable[[Trail], float]
+Value = Callable[[EgoTrajectory], float]
 """Ranks a trail; larger is better."""
 
 
@@ -42,7 +42,7 @@ class SearchSettings:
     looked: int = 16
 
 
-class Candidate(Model):
+class Candidate(FrozenModel):
     """A plan that the guard accepts at the standstill, with its value in the look-ahead (m)."""
 
     plan: RecoveryPlan
@@ -50,18 +50,18 @@ class Candidate(Model):
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchedPlan:
     """A plan that the guard accepts at the standstill, where it takes the ego, and its value (m)."""
 
     plan: RecoveryPlan
-    trail: Trail
+    trail: EgoTrajectory
     value: float
 
 
 @dataclass(frozen=True)
 class _Node:
     behaviors: tuple[Behavior, ...]
-    trail: Trail
+    trail: EgoTrajectory
     value: float
 
 
@@ -76,10 +76,10 @@ class Search:
     settings: SearchSettings = field(default_factory=SearchSettings)
     checked: int = 0
 
-    def run(self) -> tuple[Found, ...]:
+    def run(self) -> tuple[SearchedPlan, ...]:
         """Return all plans found that the guard accepts as a whole, best first."""
         beam = [_Node((), begin(self.seen), 0.0)]
-        found: list[Found] = []
+        found: list[SearchedPlan] = []
         for depth in range(self.settings.depth):
             options = offered(self.scene, self.settings.steps if depth == 0 else self.settings.later_steps)
             views = [FrenetScene(moved(self.seen, node.trail)) for node in beam]
@@ -105,15 +105,15 @@ class Search:
             trail = drive(node.trail, proven, view)
         return _Node((*node.behaviors, one), trail, self.value(trail))
 
-    def _admitted(self, node: _Node) -> Found | None:
+    def _admitted(self, node: _Node) -> SearchedPlan | None:
         """Return the whole plan, if the solver would admit it at the standstill."""
         plan = RecoveryPlan.model_validate({"behaviors": node.behaviors})
         self.checked += 1
-        if against_offers(plan, self.scene) is not None:
+        if check_offered(plan, self.scene) is not None:
             return None
         view = FrenetScene(self.seen)
         verdict = Execution(plan, self.guard, guided=False).start(view, self.scene.time_s)
-        return Found(plan, node.trail, node.value) if verdict.accepted else None
+        return SearchedPlan(plan, node.trail, node.value) if verdict.accepted else None
 
 
 def kinds(behaviors: Iterable[Behavior]) -> tuple[str, ...]:

@@ -28,37 +28,37 @@ from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
-from lab.language.plan_search.beam_search import Candidate, Found, Search, SearchSettings, kinds, varied
+from lab.language.plan_search.beam_search import Candidate, Search, SearchedPlan, SearchSettings, kinds, varied
 from lab.language.plan_search.campaign_samples import write_lessons
-from lab.language.plan_search.counterfactual_run import DriveSpec, Trial, drive_task, label_of, questions_of
+from lab.language.plan_search.counterfactual_run import DriveSpec, PlanTrial, drive_task, label_of, questions_of
 from lab.language.plan_search.labels import Label, LabelFile, best, by_standstill
 from lab.language.plan_search.lookahead import LookAhead
-from lab.language.plan_search.quick_value import Glance
+from lab.language.plan_search.quick_value import QuickValue
 from lab.language.plan_search.standstill import Standstill, digest_of, moments
-from lab.language.plan_search.step_scheduler import Stage, Step, run_steps
+from lab.language.plan_search.step_scheduler import Step, StepStage, run_steps
 from stucksolver.atomic_files import write_text
 from stucksolver.guard import Guard
 from stucksolver.ladder import find_ladder
 from stucksolver.plan import RecoveryPlan
-from stucksolver.reasoners.playback import BOOK, PlanBook
-from stucksolver.scene.base_model import Model
+from stucksolver.reasoners.playback import BOOK, PlanTable
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver_eval.results.outcome import RouteOutcome
-from stucksolver_eval.results.store import Store
+from stucksolver_eval.results.store import ResultStore
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.job import RouteJob
-from stucksolver_eval.runner.route_process import Task, run_task
-from stucksolver_eval.systems.spec import ArmSpec
+from stucksolver_eval.runner.route_process import RouteTask, run_task
+from stucksolver_eval.systems.spec import SystemSpec
 
 MANIFEST, LABELS = "campaign.json", "labels.jsonl"
 STANDSTILLS, SEARCHES = "standstills", "searches"
 Say = Callable[[str], None]
 
 
-class CampaignError(RuntimeError):
+class PlanSearchError(RuntimeError):
     """A campaign cannot continue; the message says why and what to do."""
 
 
-class Manifest(Model):
+class PlanSearchManifest(FrozenModel):
     """The options of a campaign. It continues only with the same ones."""
 
     version: int = 1
@@ -71,7 +71,7 @@ class Manifest(Model):
     best: int
 
 
-class KeptSearch(Model):
+class SearchRecord(FrozenModel):
     """The result of a search and the work that it took: guard checks, plans that the simulator looked ahead for, its
     forks, and wall time (s).
     """
@@ -86,7 +86,7 @@ class KeptSearch(Model):
 
 
 @dataclass(frozen=True)
-class CampaignSpec:
+class PlanSearchSpec:
     """What a campaign should do.
 
     Attributes:
@@ -111,7 +111,7 @@ class CampaignSpec:
     search: SearchSettings = field(default_factory=SearchSettings)
 
 
-def collect(spec: CampaignSpec, say: Say) -> LabelFile:
+def collect(spec: PlanSearchSpec, say: Say) -> LabelFile:
     """Run everything that is not done yet, and return the labels.
 
     Args:
@@ -126,7 +126,7 @@ def collect(spec: CampaignSpec, say: Say) -> LabelFile:
     try:
         labels = LabelFile(spec.out / LABELS)
     except ValueError as error:
-        raise CampaignError(f"{error}; remove that line, or choose another folder") from error
+        raise PlanSearchError(f"{error}; remove that line, or choose another folder") from error
     # Searches need the processor, and drives have processes of their own.
     with ProcessPoolExecutor(spec.jobs, get_context("spawn")) as searchers:
         work = _Campaign(spec, labels, say, searchers)
@@ -138,8 +138,8 @@ def collect(spec: CampaignSpec, say: Say) -> LabelFile:
     return labels
 
 
-def _begin(spec: CampaignSpec) -> None:
-    manifest = Manifest(
+def _begin(spec: PlanSearchSpec) -> None:
+    manifest = PlanSearchManifest(
         suite=spec.suite,
         suite_digest=spec.suite_digest,
         seed=spec.seed,
@@ -151,14 +151,14 @@ def _begin(spec: CampaignSpec) -> None:
     path = spec.out / MANIFEST
     if not path.exists():
         write_text(path, manifest.model_dump_json(indent=1) + "\n")
-    elif Manifest.model_validate_json(path.read_text(encoding="utf-8")) != manifest:
-        raise CampaignError(f"{path} belongs to another campaign; choose another --out, or use the same options")
+    elif PlanSearchManifest.model_validate_json(path.read_text(encoding="utf-8")) != manifest:
+        raise PlanSearchError(f"{path} belongs to another campaign; choose another --out, or use the same options")
 
 
 class _Campaign:
     """The steps of a campaign: a drive with the rules, then a search for each standstill, then the exact drives."""
 
-    def __init__(self, spec: CampaignSpec, labels: LabelFile, say: Say, searchers: Executor) -> None:
+    def __init__(self, spec: PlanSearchSpec, labels: LabelFile, say: Say, searchers: Executor) -> None:
         self._spec, self._labels, self._say, self._searchers = spec, labels, say, searchers
         self._done = {_key(one.standstill, one.source, one.plan) for one in labels.labels}
         self._planned = 0
@@ -167,15 +167,15 @@ class _Campaign:
     def reference(self, route: Route) -> Step:
         """Return the drive of a route with the rules."""
         spec, folder = self._spec, _reference(self._spec, route)
-        if Store(folder).is_done(route, spec.seed):
-            return Step(Stage.REFERENCE, lambda wanted: None, lambda _: self._searches(route))
-        task = drive_task(spec.drives, route, spec.seed, PlanBook(), folder)
+        if ResultStore(folder).is_done(route, spec.seed):
+            return Step(StepStage.REFERENCE, lambda wanted: None, lambda _: self._searches(route))
+        task = drive_task(spec.drives, route, spec.seed, PlanTable(), folder)
 
         def then(outcome: RouteOutcome) -> Iterator[Step]:
             self._say(f"route {route.id}, with the rules: {outcome.state} ({outcome.wall_s:.0f} s)")
             return self._searches(route)
 
-        return Step(Stage.REFERENCE, partial(_run, task), then)
+        return Step(StepStage.REFERENCE, partial(_run, task), then)
 
     def _searches(self, route: Route) -> Iterator[Step]:
         for still in _of_route(self._spec, route):
@@ -185,10 +185,10 @@ class _Campaign:
     def _search(self, route: Route, still: Standstill) -> Step:
         path = self._spec.out / SEARCHES / f"{still.name}.json"
         if path.exists():
-            kept = KeptSearch.model_validate_json(path.read_text(encoding="utf-8"))
-            return Step(Stage.SEARCH, lambda wanted: kept, lambda found: self._drives(route, still, found))
+            kept = SearchRecord.model_validate_json(path.read_text(encoding="utf-8"))
+            return Step(StepStage.SEARCH, lambda wanted: kept, lambda found: self._drives(route, still, found))
 
-        def then(found: KeptSearch) -> Iterator[Step]:
+        def then(found: SearchRecord) -> Iterator[Step]:
             write_text(path, found.model_dump_json(indent=1) + "\n")
             self._say(
                 f"{still.name} ({still.scenario}): {found.accepted} plans accepted, {found.checked} guard checks, "
@@ -196,20 +196,20 @@ class _Campaign:
             )
             return self._drives(route, still, found)
 
-        return Step(Stage.SEARCH, lambda wanted: self._searched(still), then)
+        return Step(StepStage.SEARCH, lambda wanted: self._searched(still), then)
 
-    def _searched(self, still: Standstill) -> KeptSearch:
+    def _searched(self, still: Standstill) -> SearchRecord:
         try:
             return self._searchers.submit(search, self._spec, still).result()
         except BrokenExecutor as error:
-            raise CampaignError(
+            raise PlanSearchError(
                 f"{still.name}: the process of the search was killed (too little memory?); run the same command again"
             ) from error
 
-    def _drives(self, route: Route, still: Standstill, found: KeptSearch) -> Iterator[Step]:
+    def _drives(self, route: Route, still: Standstill, found: SearchRecord) -> Iterator[Step]:
         """Return what to drive: waiting, and the best plans of the search. The drive with the rules already exists."""
-        taught = [Trial(still, "teacher", one.plan, one.value) for one in found.chosen]
-        for trial in (Trial(still, "rules", still.rules.plan), Trial(still, "wait", None), *taught):
+        taught = [PlanTrial(still, "teacher", one.plan, one.value) for one in found.chosen]
+        for trial in (PlanTrial(still, "rules", still.rules.plan), PlanTrial(still, "wait", None), *taught):
             if _key(still.name, trial.source, trial.plan) in self._done:
                 continue
             if trial.source == "rules":
@@ -218,7 +218,7 @@ class _Campaign:
             self._planned += 1
             yield self._exact(route, trial)
 
-    def _exact(self, route: Route, trial: Trial) -> Step:
+    def _exact(self, route: Route, trial: PlanTrial) -> Step:
         spec = self._spec
         folder = spec.out / "drives" / trial.standstill.name / plan_digest(trial.plan)
         task = drive_task(spec.drives, route, spec.seed, trial.book, folder, waits=trial.source == "wait")
@@ -230,19 +230,19 @@ class _Campaign:
             self._say(f"[{self.drives} of {self._planned} drives so far] {said_of(label)}")
             return iter(())
 
-        return Step(Stage.EXACT, partial(_run, task), then)
+        return Step(StepStage.EXACT, partial(_run, task), then)
 
 
-def _run(task: Task, wanted: Callable[[], bool]) -> RouteOutcome:
+def _run(task: RouteTask, wanted: Callable[[], bool]) -> RouteOutcome:
     return run_task(task, wanted=wanted)
 
 
-def _reference(spec: CampaignSpec, route: Route) -> Path:
+def _reference(spec: PlanSearchSpec, route: Route) -> Path:
     return spec.out / "reference" / f"{route.id}-{spec.seed}"
 
 
-def _of_route(spec: CampaignSpec, route: Route) -> Iterator[Standstill]:
-    outcome = Store(_reference(spec, route)).outcome(route, spec.seed)
+def _of_route(spec: PlanSearchSpec, route: Route) -> Iterator[Standstill]:
+    outcome = ResultStore(_reference(spec, route)).outcome(route, spec.seed)
     if outcome is None or outcome.state != "driven":
         return
     for asked in moments(questions_of(_reference(spec, route))):
@@ -267,20 +267,20 @@ def _of_route(spec: CampaignSpec, route: Route) -> Iterator[Standstill]:
         yield still
 
 
-def search(spec: CampaignSpec, still: Standstill) -> KeptSearch:
+def search(spec: PlanSearchSpec, still: Standstill) -> SearchRecord:
     """Search for plans at one standstill, look ahead for the most promising ones, and keep the best of each kind in
     turn.
     """
     began = time.perf_counter()
     guard = Guard(find_ladder(spec.drives.ladder or "evaluation").guard_policy())
-    work = Search(guard, still.scene, still.surroundings, Glance(still.surroundings).value, spec.search)
+    work = Search(guard, still.scene, still.surroundings, QuickValue(still.surroundings).value, spec.search)
     accepted = [one for one in work.run() if one.plan != still.rules.plan]
     ahead = LookAhead(still.town, still.surroundings, (spec.drives.maps,) if spec.drives.maps else ())
     looked = [
         Candidate(plan=one.plan, value=round(ahead.value(one.trail), 2))
         for one in varied(accepted, _kind_and_value, spec.search.looked)
     ]
-    return KeptSearch(
+    return SearchRecord(
         accepted=len(accepted),
         checked=work.checked,
         looked=len(looked),
@@ -291,15 +291,15 @@ def search(spec: CampaignSpec, still: Standstill) -> KeptSearch:
     )
 
 
-def _kind_and_value(one: Candidate | Found) -> tuple[tuple[str, ...], float]:
+def _kind_and_value(one: Candidate | SearchedPlan) -> tuple[tuple[str, ...], float]:
     return kinds(one.plan.behaviors), one.value
 
 
-def _of_the_rules(spec: CampaignSpec, trial: Trial, route: Route) -> Label:
+def _of_the_rules(spec: PlanSearchSpec, trial: PlanTrial, route: Route) -> Label:
     folder = _reference(spec, route)
-    outcome = Store(folder).outcome(route, spec.seed)
+    outcome = ResultStore(folder).outcome(route, spec.seed)
     assert outcome is not None, "the standstill comes from this drive"
-    return label_of(trial, Task(RouteJob(route, spec.seed, ArmSpec(recovery="rules")), folder), outcome)
+    return label_of(trial, RouteTask(RouteJob(route, spec.seed, SystemSpec(recovery="rules")), folder), outcome)
 
 
 def _key(standstill: str, source: str, plan: RecoveryPlan | None) -> tuple[str, str, str]:
@@ -324,7 +324,7 @@ def said_of(label: Label) -> str:
     return f"{label.standstill} {plan}: {on}, harm {harm}, DS {label.grade.driving_score:.0f} ({label.drive_s:.0f} s)"
 
 
-def book_of(labels: Iterable[Label]) -> PlanBook:
+def book_of(labels: Iterable[Label]) -> PlanTable:
     """Return the best plan of each standstill.
 
     A standstill is left out if the rules wait there and no driven plan is better: the teacher waits there anyway.
@@ -334,4 +334,4 @@ def book_of(labels: Iterable[Label]) -> PlanBook:
         found = best(group)
         if found is not None and not (found.source == "rules" and found.plan is None):
             plans[name.rpartition("-")[2]] = found.plan
-    return PlanBook(plans=plans)
+    return PlanTable(plans=plans)

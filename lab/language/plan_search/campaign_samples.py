@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from lab.language.plan_search.decision_samples import SUFFIX, JudgedPlan, Moment, judge, write_moments
+from lab.language.plan_search.decision_samples import SUFFIX, DecisionSample, JudgedPlan, judge, write_moments
 from lab.language.plan_search.grade import Grade
 from lab.language.plan_search.labels import Label, by_standstill
 from lab.language.plan_search.standstill import Standstill
@@ -38,7 +38,7 @@ def write_lessons(folder: Path, standstills: Path, labels: Sequence[Label], guar
     write_moments(folder / FILE, lessons(standstills, labels, guard))
 
 
-def lessons(standstills: Path, labels: Sequence[Label], guard: Guard) -> Iterator[Moment]:
+def lessons(standstills: Path, labels: Sequence[Label], guard: Guard) -> Iterator[DecisionSample]:
     """Yield a moment for each standstill, with the plans that were driven there and what they are worth, and the other
     candidates with the guard's verdict.
     """
@@ -51,7 +51,7 @@ def lessons(standstills: Path, labels: Sequence[Label], guard: Guard) -> Iterato
             if one.counts and one.plan is not None and one.grade is not None
         }
         judged = [capped(one, driven.values()) for one in judge(still.scene, still.surroundings, guard)]
-        yield Moment(
+        yield DecisionSample(
             suite=still.suite,
             route_id=still.route_id,
             seed=still.seed,

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lab.language.plan_search.beam_search import SearchSettings
-from lab.language.plan_search.campaign import CampaignSpec, collect
+from lab.language.plan_search.campaign import PlanSearchSpec, collect
 from lab.language.plan_search.counterfactual_run import DriveSpec
 from lab.language.plan_search.search_gain import write_report
 from stucksolver_eval.suites import load_routes, suite
 
 
 @dataclass(frozen=True)
-class Asked:
+class CollectOptions:
     """The options of the command."""
 
     suite: str
@@ -46,9 +46,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder; an existing campaign continues")
 
 
-def asked(options: argparse.Namespace) -> Asked:
+def parse_options(options: argparse.Namespace) -> CollectOptions:
     """Return the parsed options."""
-    return Asked(
+    return CollectOptions(
         suite=options.suite,
         out=options.out,
         seed=options.seed,
@@ -63,7 +63,7 @@ def asked(options: argparse.Namespace) -> Asked:
     )
 
 
-def teach(what: Asked) -> Path:
+def teach(what: CollectOptions) -> Path:
     """Run a campaign, or continue it, and return the path of its report.
 
     Raises:
@@ -72,7 +72,7 @@ def teach(what: Asked) -> Path:
         CampaignError: The folder contains another campaign, or its labels cannot be read.
         OutputError: Something cannot be written.
     """
-    spec = CampaignSpec(
+    spec = PlanSearchSpec(
         suite=what.suite,
         suite_digest=suite(what.suite).digest,
         routes=load_routes(what.suite, what.routes),
@@ -91,7 +91,7 @@ def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(prog="python -m lab.language.plan_search.collect_command", description=__doc__)
     add_options(parser)
-    print(teach(asked(parser.parse_args())))
+    print(teach(parse_options(parser.parse_args())))
 
 
 if __name__ == "__main__":

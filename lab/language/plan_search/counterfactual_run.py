@@ -13,15 +13,15 @@ from lab.language.plan_search.labels import Label, Source
 from lab.language.plan_search.standstill import Standstill, digest_of
 from stucksolver.atomic_files import write_text
 from stucksolver.plan import RecoveryPlan
-from stucksolver.reasoners.playback import BOOK, PlanBook
-from stucksolver.record import AskedQuestion, read_questions
+from stucksolver.reasoners.playback import BOOK, PlanTable
+from stucksolver.record import LoggedQuery, read_questions
 from stucksolver_eval.results.metric_info import read_metric_info
 from stucksolver_eval.results.outcome import RouteOutcome
-from stucksolver_eval.results.store import Store
+from stucksolver_eval.results.store import ResultStore
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.job import RouteJob
-from stucksolver_eval.runner.route_process import Task
-from stucksolver_eval.systems.spec import ArmSpec
+from stucksolver_eval.runner.route_process import RouteTask
+from stucksolver_eval.systems.spec import SystemSpec
 
 QUESTIONS = "questions.jsonl"
 
@@ -43,7 +43,9 @@ class DriveSpec:
     limit_s: float | None = None
 
 
-def drive_task(spec: DriveSpec, route: Route, seed: int, book: PlanBook, folder: Path, *, waits: bool = False) -> Task:
+def drive_task(
+    spec: DriveSpec, route: Route, seed: int, book: PlanTable, folder: Path, *, waits: bool = False
+) -> RouteTask:
     """Prepare a drive that plays a book of plans back.
 
     Args:
@@ -60,17 +62,17 @@ def drive_task(spec: DriveSpec, route: Route, seed: int, book: PlanBook, folder:
     write_text(folder / BOOK, book.model_dump_json() + "\n")
     (folder / QUESTIONS).unlink(missing_ok=True)
     recovery = f"{'teacher' if waits else 'teacher-then-rules'}:{folder}"
-    arm = ArmSpec(driver=spec.driver, recovery=recovery, ladder=spec.ladder, questions=folder / QUESTIONS)
-    return Task(RouteJob(route=route, seed=seed, arm=arm, maps=spec.maps, limit_s=spec.limit_s), folder)
+    arm = SystemSpec(driver=spec.driver, recovery=recovery, ladder=spec.ladder, questions=folder / QUESTIONS)
+    return RouteTask(RouteJob(route=route, seed=seed, arm=arm, maps=spec.maps, limit_s=spec.limit_s), folder)
 
 
-def questions_of(folder: Path) -> tuple[AskedQuestion, ...]:
+def questions_of(folder: Path) -> tuple[LoggedQuery, ...]:
     """Return the questions of a drive. Raises `RecordError`."""
     return read_questions(folder / QUESTIONS)
 
 
 @dataclass(frozen=True)
-class Trial:
+class PlanTrial:
     """One answer to drive at a standstill."""
 
     standstill: Standstill
@@ -79,12 +81,12 @@ class Trial:
     value: float | None = None
 
     @property
-    def book(self) -> PlanBook:
+    def book(self) -> PlanTable:
         """A book with only this answer; for the rules it is empty, so that they decide."""
-        return PlanBook() if self.source == "rules" else PlanBook(plans={self.standstill.digest: self.plan})
+        return PlanTable() if self.source == "rules" else PlanTable(plans={self.standstill.digest: self.plan})
 
 
-def label_of(trial: Trial, task: Task, outcome: RouteOutcome) -> Label:
+def label_of(trial: PlanTrial, task: RouteTask, outcome: RouteOutcome) -> Label:
     """Grade a drive that has ended, and check that it reached the standstill."""
     still = trial.standstill
     reached = any(digest_of(one) == still.digest for one in questions_of(task.folder))
@@ -102,8 +104,8 @@ def label_of(trial: Trial, task: Task, outcome: RouteOutcome) -> Label:
     )
 
 
-def _grade(task: Task, outcome: RouteOutcome, at_s: float) -> Grade:
-    store, job = Store(task.folder), task.job
+def _grade(task: RouteTask, outcome: RouteOutcome, at_s: float) -> Grade:
+    store, job = ResultStore(task.folder), task.job
     record = store.record(job.route, job.seed)
     assert record is not None, "a driven route has a record"
     return grade(outcome, record, read_metric_info(store.metric_info(job.route, job.seed)), at_s)

@@ -10,16 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
-from lab.language.plan_search.ego_trajectory import Trail, begin, drive, moved
-from lab.language.plan_search.quick_value import Glance
+from lab.language.plan_search.ego_trajectory import EgoTrajectory, begin, drive, moved
+from lab.language.plan_search.quick_value import QuickValue
 from stucksolver.atomic_files import write_bytes
 from stucksolver.guard import Guard
 from stucksolver.plan import Decision, RecoveryPlan
-from stucksolver.reasoners.reasoner import Request
+from stucksolver.reasoners.reasoner import ReasonerRequest
 from stucksolver.reasoners.rules import RuleReasoner
-from stucksolver.record import AskedQuestion
+from stucksolver.record import LoggedQuery
 from stucksolver.scene import Scene, Surroundings
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.state_machine.execution import Execution
 from stucksolver_eval.results.outcome import RouteOutcome
@@ -35,14 +35,14 @@ JUDGED_AFTER_S = (0.0, 10.0, 30.0)
 SUFFIX = ".jsonl.gz"
 
 
-class JudgedPlan(Model):
+class JudgedPlan(FrozenModel):
     """A plan, whether the guard accepts it at this moment, and if so what it is worth at a glance (m)."""
 
     plan: RecoveryPlan
     value_m: float | None
 
 
-class Moment(Model):
+class DecisionSample(FrozenModel):
     """One moment of a standstill in a drive in which only the driver drove.
 
     Attributes:
@@ -75,7 +75,7 @@ class Moment(Model):
     plans: tuple[JudgedPlan, ...] = ()
 
 
-def moments_of(suite: str, outcome: RouteOutcome, asked: Sequence[AskedQuestion], guard: Guard) -> list[Moment]:
+def moments_of(suite: str, outcome: RouteOutcome, asked: Sequence[LoggedQuery], guard: Guard) -> list[DecisionSample]:
     """Return the moments of a drive at which a reasoner was asked.
 
     Args:
@@ -84,7 +84,7 @@ def moments_of(suite: str, outcome: RouteOutcome, asked: Sequence[AskedQuestion]
         asked: Its questions, in order.
         guard: The guard that judges the candidate plans.
     """
-    found: list[Moment] = []
+    found: list[DecisionSample] = []
     track = np.array(outcome.track, np.float64).reshape(-1, 2)
     number, place_m, began_s, judged = -1, -np.inf, 0.0, 0
     # The log of questions counts simulation time; the drive's record counts from the start of the route.
@@ -97,7 +97,7 @@ def moments_of(suite: str, outcome: RouteOutcome, asked: Sequence[AskedQuestion]
         seen = question.surroundings if due else None
         judged += due
         found.append(
-            Moment(
+            DecisionSample(
                 suite=suite,
                 route_id=outcome.route_id,
                 seed=outcome.seed,
@@ -137,16 +137,16 @@ def gone_after(track: np.ndarray[tuple[int, ...], np.dtype[np.float64]], at_s: f
 
 def judge(scene: Scene, seen: Surroundings, guard: Guard) -> Iterator[JudgedPlan]:
     """Yield the candidate plans of a scene, with the guard's verdict in these surroundings."""
-    view, glance = FrenetScene(seen), Glance(seen)
+    view, glance = FrenetScene(seen), QuickValue(seen)
     # In a drive that only waits the answers have no plans, so the rules are asked here.
-    own = RuleReasoner().decide(Request(scene)).decision.plan
+    own = RuleReasoner().decide(ReasonerRequest(scene)).decision.plan
     for plan in dict.fromkeys((*candidates(scene), *(() if own is None else (own,)))):
         accepted = Execution(plan, guard, guided=False).start(view, scene.time_s).accepted
         trail = _trail(plan, seen, guard) if accepted else None
         yield JudgedPlan(plan=plan, value_m=None if trail is None else round(glance.value(trail), 2))
 
 
-def _trail(plan: RecoveryPlan, seen: Surroundings, guard: Guard) -> Trail | None:
+def _trail(plan: RecoveryPlan, seen: Surroundings, guard: Guard) -> EgoTrajectory | None:
     """Return where an accepted plan takes the ego; None if a later part cannot be driven from where it then is."""
     trail = begin(seen)
     for one in plan.behaviors:
@@ -160,7 +160,7 @@ def _trail(plan: RecoveryPlan, seen: Surroundings, guard: Guard) -> Trail | None
     return trail
 
 
-def write_moments(path: Path, moments: Iterable[Moment]) -> None:
+def write_moments(path: Path, moments: Iterable[DecisionSample]) -> None:
     """Write the moments of one drive.
 
     Raises:
@@ -170,7 +170,7 @@ def write_moments(path: Path, moments: Iterable[Moment]) -> None:
     write_bytes(path, gzip.compress(lines.encode("utf-8"), mtime=0))
 
 
-def read_moments(path: Path) -> list[Moment]:
+def read_moments(path: Path) -> list[DecisionSample]:
     """Return the moments of one drive.
 
     Raises:
@@ -178,6 +178,6 @@ def read_moments(path: Path) -> list[Moment]:
     """
     try:
         text = gzip.decompress(path.read_bytes()).decode("utf-8")
-        return [Moment.model_validate_json(line) for line in text.splitlines()]
+        return [DecisionSample.model_validate_json(line) for line in text.splitlines()]
     except (OSError, EOFError, ValueError) as error:
         raise ValueError(f"{path} holds no moments: {error}; remove it, and collect it again") from error

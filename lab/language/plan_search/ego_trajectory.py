@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stucksolver.guard import Proven
+from stucksolver.guard import ProvenPlan
 from stucksolver.plan.speed_profile import rollout
 from stucksolver.scene import Surroundings
 from stucksolver.scene.frenet import Array
@@ -15,7 +15,7 @@ from stucksolver.scene.frenet_scene import FrenetScene
 
 
 @dataclass(frozen=True)
-class Trail:
+class EgoTrajectory:
     """Poses of the ego in the local frame of its surroundings.
 
     Attributes:
@@ -38,23 +38,23 @@ class Trail:
         x, y, yaw = (float(np.interp(t_s, self.t, self.pose[:, k])) for k in range(3))
         return x, y, yaw
 
-    def then(self, t: Array, pose: Array, speed_mps: float) -> Trail:
+    def then(self, t: Array, pose: Array, speed_mps: float) -> EgoTrajectory:
         """Append poses whose times (s) count from the end of this one."""
-        return Trail(np.concatenate([self.t, self.end_s + t]), np.concatenate([self.pose, pose]), speed_mps)
+        return EgoTrajectory(np.concatenate([self.t, self.end_s + t]), np.concatenate([self.pose, pose]), speed_mps)
 
 
-def begin(seen: Surroundings) -> Trail:
+def begin(seen: Surroundings) -> EgoTrajectory:
     """Return a trail that is only the ego's present pose."""
     ego = seen.ego
-    return Trail(np.zeros(1), np.array([[ego.x_m, ego.y_m, ego.yaw_rad]]), ego.speed_mps)
+    return EgoTrajectory(np.zeros(1), np.array([[ego.x_m, ego.y_m, ego.yaw_rad]]), ego.speed_mps)
 
 
-def stand(trail: Trail, duration_s: float) -> Trail:
+def stand(trail: EgoTrajectory, duration_s: float) -> EgoTrajectory:
     """Append a stop of this duration (s)."""
     return trail.then(np.array([duration_s]), trail.pose[-1:], 0.0)
 
 
-def drive(trail: Trail, proven: Proven, view: FrenetScene) -> Trail:
+def drive(trail: EgoTrajectory, proven: ProvenPlan, view: FrenetScene) -> EgoTrajectory:
     """Append a path proven by the guard, driven as fast as its bounds and the vehicle's comfort limits allow."""
     view = view.backwards if proven.reverse else view
     path, limits = proven.path, view.ego.limits
@@ -66,7 +66,7 @@ def drive(trail: Trail, proven: Proven, view: FrenetScene) -> Trail:
     return trail.then(profile.t, np.column_stack([x, y, yaw]), -speed if proven.reverse else speed)
 
 
-def moved(seen: Surroundings, trail: Trail) -> Surroundings:
+def moved(seen: Surroundings, trail: EgoTrajectory) -> Surroundings:
     """Return the surroundings with the ego at the end of a trail and everybody else where they were."""
     x, y, yaw = trail.at(trail.end_s)
     ego = seen.ego.model_copy(update={"x_m": x, "y_m": y, "yaw_rad": yaw, "speed_mps": trail.speed_mps})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver_eval.metrics.recovery import AFTER_S, NOT_HARM, PROGRESS_M, WITHIN_S
 from stucksolver_eval.metrics.smoothness import CORRECTED, smoothness
 from stucksolver_eval.results.checkpoint import TICK_S, RouteRecord
@@ -13,7 +13,7 @@ COLLISION = "collisions_"
 """Prefix of the infraction kinds that are collisions."""
 
 
-class Grade(Model):
+class Grade(FrozenModel):
     """The outcome of one drive from the standstill on.
 
     Attributes:

@@ -10,13 +10,13 @@ from pydantic import ValidationError
 
 from lab.language.plan_search.grade import Grade
 from stucksolver.plan import RecoveryPlan
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 Source = Literal["rules", "wait", "teacher"]
 """Whose answer was driven: the rules' decision, waiting from here on, or a plan that the search found."""
 
 
-class Label(Model):
+class Label(FrozenModel):
     """A plan at a standstill, and its outcome in an exact drive.
 
     Attributes:

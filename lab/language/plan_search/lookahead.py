@@ -15,9 +15,9 @@ import numpy as np
 
 from carlette.blueprints import load_catalogue
 from carlette.geometry import Box
-from carlette.in_process import Pose, Rotation, SpawnCollision, Traffic, Vector, World, open_world, spawn
-from carlette.world.actor import Actor, Kind
-from lab.language.plan_search.ego_trajectory import Trail
+from carlette.in_process import Pose, Rotation, SpawnCollisionError, Traffic, Vector, World, open_world, spawn
+from carlette.world.actor import Actor, ActorKind
+from lab.language.plan_search.ego_trajectory import EgoTrajectory
 from stucksolver.scene import Surroundings
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.frenet import Array, road_frame
@@ -50,7 +50,7 @@ class Hypothesis(str, Enum):
 
 
 @dataclass
-class Spent:
+class LookAheadCost:
     """The work done so far."""
 
     forks: int = 0
@@ -70,7 +70,7 @@ class LookAhead:
     town: str
     seen: Surroundings
     maps: Sequence[str] = ()
-    spent: Spent = field(default_factory=Spent)
+    spent: LookAheadCost = field(default_factory=LookAheadCost)
 
     def __post_init__(self) -> None:
         self._world = open_world(self.town, self.maps)
@@ -89,11 +89,11 @@ class LookAhead:
         )
         self._first_m = self._gaps(self._world)
 
-    def value(self, trail: Trail) -> float:
+    def value(self, trail: EgoTrajectory) -> float:
         """Return the progress minus the cost of contacts and near misses (m), averaged over all hypotheses."""
         return float(np.mean([self.outcome(trail, one) for one in Hypothesis]))
 
-    def outcome(self, trail: Trail, hypothesis: Hypothesis) -> float:
+    def outcome(self, trail: EgoTrajectory, hypothesis: Hypothesis) -> float:
         """Return the value under one hypothesis. After the trail, carlette's traffic drives the ego along its lane."""
         began = time.perf_counter()
         world = self._world.fork()
@@ -156,7 +156,7 @@ class LookAhead:
         return float(s[1] - s[0])
 
 
-def _put(world: World, ego: Actor, trail: Trail, t_s: float) -> None:
+def _put(world: World, ego: Actor, trail: EgoTrajectory, t_s: float) -> None:
     """Place the ego on its trail, with the velocity that leads to the next pose."""
     (x, y, yaw), (x1, y1, _) = trail.at(t_s), trail.at(t_s + TICK_S)
     row = world.actors[ego.id].row
@@ -176,13 +176,13 @@ def _enter(world: World, one: TrackedObject) -> Actor | None:
         fit = min(models, key=lambda m: abs(m.box.extent.x - size[0]) + abs(m.box.extent.y - size[1]))
         try:
             actor = _vehicle(world, fit.id, one.x_m, one.y_m, one.yaw_rad)
-        except SpawnCollision:
+        except SpawnCollisionError:
             return None
         world.bodies.velocity[actor.row, :2] = one.vx_mps, -one.vy_mps
         return actor
     half = Vector(one.length_m / 2, one.width_m / 2, one.height_m / 2)
     pose = _pose(world, one.x_m, one.y_m, one.yaw_rad)
-    actor = world.enter("static.prop.box", Kind.OTHER, pose, Box(Vector(z=half.z), half))
+    actor = world.enter("static.prop.box", ActorKind.OTHER, pose, Box(Vector(z=half.z), half))
     world.bodies.solid[actor.row] = True
     return actor
 

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from lab.language.plan_search.ego_trajectory import Trail, moved
+from lab.language.plan_search.ego_trajectory import EgoTrajectory, moved
 from stucksolver.scene import Surroundings
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.frenet import Array
@@ -32,7 +32,7 @@ BESIDE_M = 0.3
 """Someone this far beside the ego's body does not end the free way ahead."""
 
 
-class Glance:
+class QuickValue:
     """Ranks trails from one moment."""
 
     def __init__(self, seen: Surroundings) -> None:
@@ -47,7 +47,7 @@ class Glance:
         self._rolls = ahead >= 0.0
         self._first_m = self._gaps(np.zeros(1), np.array([[ego.x_m, ego.y_m, ego.yaw_rad]]), 0.0)[0]
 
-    def value(self, trail: Trail) -> float:
+    def value(self, trail: EgoTrajectory) -> float:
         """Return the expected progress minus the cost of contacts and near misses (m)."""
         t = np.append(np.arange(0.0, trail.end_s, STEP_S), trail.end_s)
         pose = np.column_stack([np.interp(t, trail.t, trail.pose[:, k]) for k in range(3)])
@@ -65,7 +65,7 @@ class Glance:
         half = self._seen.ego.length_m / 2, self._seen.ego.width_m / 2
         return separation((pose[:, :1], pose[:, 1:2], pose[:, 2:]), half, theirs, self._half)
 
-    def _progress(self, trail: Trail) -> float:
+    def _progress(self, trail: EgoTrajectory) -> float:
         """Return the distance along the route at the end of the horizon (m): the trail, and the free way after it."""
         end = FrenetScene(moved(self._seen, trail))
         rest_s = max(HORIZON_S - trail.end_s, 0.0)

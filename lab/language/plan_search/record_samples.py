@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from lab.language.plan_search.decision_samples import SUFFIX, Moment, write_moments
+from lab.language.plan_search.decision_samples import SUFFIX, DecisionSample, write_moments
 from stucksolver.plan import Decision
 from stucksolver.record import RecordError
 from stucksolver.record.hash_chain import read_chain
@@ -49,7 +49,7 @@ def _is_record(path: Path) -> bool:
         return '"hash"' in file.readline()
 
 
-def moments_in(path: Path, name: str) -> Iterator[Moment]:
+def moments_in(path: Path, name: str) -> Iterator[DecisionSample]:
     """Yield a moment for each question of a record that was answered.
 
     Args:
@@ -64,7 +64,7 @@ def moments_in(path: Path, name: str) -> Iterator[Moment]:
         asked = line.get("asked")
         answer: dict[str, Any] = (line.get("in") or {}).get("answer") or {}
         if scene is not None and isinstance(answer.get("decision"), dict):
-            yield Moment(
+            yield DecisionSample(
                 suite=SUITE,
                 route_id=name,
                 seed=0,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from lab.language.plan_search.campaign import LABELS, MANIFEST, SEARCHES, KeptSearch, Manifest
+from lab.language.plan_search.campaign import LABELS, MANIFEST, SEARCHES, PlanSearchManifest, SearchRecord
 from lab.language.plan_search.grade import Grade
 from lab.language.plan_search.labels import Label, LabelFile, best, by_standstill
 from stucksolver.atomic_files import write_text
@@ -34,7 +34,7 @@ HEAD = (
 
 
 @dataclass(frozen=True)
-class Row:
+class GainRow:
     """The grades at one standstill. `best` is the best of all drives, including those of the rules and of waiting."""
 
     name: str
@@ -56,7 +56,7 @@ class Row:
         return self.top.rank > self.rules.rank
 
 
-def rows_of(labels: Sequence[Label]) -> list[Row]:
+def rows_of(labels: Sequence[Label]) -> list[GainRow]:
     """Return a row for each standstill at which the rules and waiting were driven."""
     rows = []
     for name, group in by_standstill(labels).items():
@@ -64,7 +64,7 @@ def rows_of(labels: Sequence[Label]) -> list[Row]:
         if rules is None or wait is None or top is None or rules.grade is None or wait.grade is None:
             continue
         drives = sum(one.counts for one in group)
-        rows.append(Row(name, rules.scenario, rules.grade, wait.grade, top, drives))
+        rows.append(GainRow(name, rules.scenario, rules.grade, wait.grade, top, drives))
     return rows
 
 
@@ -75,9 +75,9 @@ def write_report(folder: Path) -> Path:
         OutputError: It cannot be written.
     """
     labels = LabelFile(folder / LABELS).labels
-    manifest = Manifest.model_validate_json((folder / MANIFEST).read_text(encoding="utf-8"))
+    manifest = PlanSearchManifest.model_validate_json((folder / MANIFEST).read_text(encoding="utf-8"))
     searches = [
-        KeptSearch.model_validate_json(path.read_text(encoding="utf-8"))
+        SearchRecord.model_validate_json(path.read_text(encoding="utf-8"))
         for path in sorted((folder / SEARCHES).glob("*.json"))
     ]
     path = folder / REPORT
@@ -85,7 +85,7 @@ def write_report(folder: Path) -> Path:
     return path
 
 
-def page(manifest: Manifest, labels: Sequence[Label], searches: Sequence[KeptSearch]) -> str:
+def page(manifest: PlanSearchManifest, labels: Sequence[Label], searches: Sequence[SearchRecord]) -> str:
     """Return the HTML page of a campaign."""
     rows = rows_of(labels)
     head = [
@@ -104,7 +104,7 @@ def page(manifest: Manifest, labels: Sequence[Label], searches: Sequence[KeptSea
     return document("Possible gain over the rules", head, sections)
 
 
-def budget(labels: Sequence[Label], searches: Sequence[KeptSearch]) -> str:
+def budget(labels: Sequence[Label], searches: Sequence[SearchRecord]) -> str:
     """Return a sentence about the work spent."""
     failed = sum(one.grade is None for one in labels)
     missed = sum(one.grade is not None and not one.reached for one in labels)
@@ -120,7 +120,7 @@ def budget(labels: Sequence[Label], searches: Sequence[KeptSearch]) -> str:
 DETAIL = ("Rules", "Waiting", "Best", "Whose plan", "Plan")
 
 
-def _details(rows: Sequence[Row]) -> list[tuple[str, ...]]:
+def _details(rows: Sequence[GainRow]) -> list[tuple[str, ...]]:
     return [
         (row.name, row.scenario, _said(row.rules), _said(row.wait), _said(row.top), row.best.source, _plan(row.best))
         for row in rows
@@ -143,13 +143,13 @@ def _plan(label: Label) -> str:
     return " > ".join(said)
 
 
-def _by_type(rows: Sequence[Row]) -> list[tuple[str, ...]]:
+def _by_type(rows: Sequence[GainRow]) -> list[tuple[str, ...]]:
     types = sorted({row.scenario for row in rows})
     groups = [(one, [row for row in rows if row.scenario == one]) for one in types]
     return [_sums(name, group) for name, group in [*groups, (ALL, list(rows))] if group]
 
 
-def _sums(name: str, rows: Sequence[Row]) -> tuple[str, ...]:
+def _sums(name: str, rows: Sequence[GainRow]) -> tuple[str, ...]:
     arms = [[row.rules for row in rows], [row.wait for row in rows], [row.top for row in rows]]
     recovered = [str(sum(grade.recovers for grade in arm)) for arm in arms]
     scores = [f"{sum(grade.driving_score for grade in arm) / len(arm):.1f}" for arm in arms]
@@ -159,7 +159,7 @@ def _sums(name: str, rows: Sequence[Row]) -> tuple[str, ...]:
     return (name, str(len(rows)), *recovered, *scores, *harm, *seconds, str(won), str(drives))
 
 
-def _seconds(rows: Sequence[Row]) -> tuple[str, str]:
+def _seconds(rows: Sequence[GainRow]) -> tuple[str, str]:
     """Return the mean time to recover of the rules and of the best, where both recovered."""
     pairs = [
         (row.rules.recovered_after_s, row.top.recovered_after_s)

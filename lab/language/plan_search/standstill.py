@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 from stucksolver.plan import Decision
 from stucksolver.reasoners.playback import scene_digest
-from stucksolver.record import AskedQuestion
+from stucksolver.record import LoggedQuery
 from stucksolver.scene import Scene, Surroundings
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 SCREENED_BY = "rules"
 """Who answers if the ladder first checks whether to wait, so that the reasoner itself is not asked."""
 
 
-class Standstill(Model):
+class Standstill(FrozenModel):
     """One standstill. The first seven fields identify it: the same drive reaches the same moment again.
 
     Attributes:
@@ -51,7 +51,7 @@ class Standstill(Model):
         return f"{self.route_id}-{self.seed}-{self.digest}"
 
 
-def moments(questions: Sequence[AskedQuestion]) -> tuple[AskedQuestion, ...]:
+def moments(questions: Sequence[LoggedQuery]) -> tuple[LoggedQuery, ...]:
     """Return the questions of a drive that are standstills: the first one that reached the reasoner itself, and the
     first one for which the rules had a plan.
 
@@ -63,6 +63,6 @@ def moments(questions: Sequence[AskedQuestion]) -> tuple[AskedQuestion, ...]:
     return tuple(found.values())
 
 
-def digest_of(question: AskedQuestion) -> str:
+def digest_of(question: LoggedQuery) -> str:
     """Return the digest that identifies the same moment in another drive."""
     return scene_digest(question.scene)

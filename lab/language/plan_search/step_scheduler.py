@@ -12,7 +12,7 @@ from enum import IntEnum
 from typing import Any
 
 
-class Stage(IntEnum):
+class StepStage(IntEnum):
     """The order of precedence: the smallest first."""
 
     EXACT = 0
@@ -30,7 +30,7 @@ class Step:
         then: Takes the result in the caller's thread, and returns the steps that follow.
     """
 
-    stage: Stage
+    stage: StepStage
     run: Callable[[Callable[[], bool]], Any]
     then: Callable[[Any], Iterable[Step]]
 

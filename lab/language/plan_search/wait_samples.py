@@ -22,12 +22,12 @@ from lab.language.plan_search.decision_samples import SUFFIX, moments_of, write_
 from stucksolver.atomic_files import write_text
 from stucksolver.guard import Guard
 from stucksolver.ladder import find_ladder
-from stucksolver.reasoners.playback import PlanBook
-from stucksolver.scene.base_model import Model
+from stucksolver.reasoners.playback import PlanTable
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.pool import run_tasks
-from stucksolver_eval.runner.route_process import Task, run_task
+from stucksolver_eval.runner.route_process import RouteTask, run_task
 
 MANIFEST, MOMENTS, DRIVES = "moments.json", "moments", "drives"
 LIMIT_S = 120.0
@@ -39,7 +39,7 @@ class WaitingError(RuntimeError):
     """The folder cannot be continued; the message says why and what to do."""
 
 
-class WaitingManifest(Model):
+class WaitingManifest(FrozenModel):
     """The options of a folder. It continues only with the same ones; suites and seeds may be added."""
 
     version: int = 1
@@ -87,7 +87,7 @@ def collect_waits(spec: WaitingSpec, say: Say) -> list[str]:
     done = 0
     with ProcessPoolExecutor(spec.jobs, get_context("spawn")) as readers:
 
-        def drive(task: Task, progress: Callable[[float], None], wanted: Callable[[], bool]) -> RouteOutcome:
+        def drive(task: RouteTask, progress: Callable[[float], None], wanted: Callable[[], bool]) -> RouteOutcome:
             outcome = run_task(task, progress, wanted)
             _kept(spec, task, outcome, readers)
             return outcome
@@ -119,13 +119,13 @@ def _file(spec: WaitingSpec, route_id: str, seed: int) -> Path:
     return spec.out / MOMENTS / spec.suite / f"{route_id}-{seed}{SUFFIX}"
 
 
-def _task(spec: WaitingSpec, route: Route, seed: int) -> Task:
+def _task(spec: WaitingSpec, route: Route, seed: int) -> RouteTask:
     folder = spec.out / DRIVES / f"{spec.suite}-{route.id}-{seed}"
     # With an empty book every answer is to wait, so the driver drives alone.
-    return drive_task(spec.drives, route, seed, PlanBook(), folder, waits=True)
+    return drive_task(spec.drives, route, seed, PlanTable(), folder, waits=True)
 
 
-def _kept(spec: WaitingSpec, task: Task, outcome: RouteOutcome, readers: Executor) -> None:
+def _kept(spec: WaitingSpec, task: RouteTask, outcome: RouteOutcome, readers: Executor) -> None:
     """Keep the moments of a drive, and remove everything else. A drive that failed is driven again next time."""
     if outcome.state == "driven":
         path = _file(spec, outcome.route_id, outcome.seed)

@@ -25,7 +25,7 @@ MOST_PLANS = 48
 
 
 @dataclass(frozen=True)
-class Batch:
+class ExampleBatch:
     """Examples as tensors; the first axis is the batch. See `Example` for the labels."""
 
     rows: dict[str, Tensor]
@@ -43,7 +43,7 @@ class Batch:
     """True where there is a plan (batch, plans)."""
 
 
-def batch_of(examples: Sequence[Example], rng: np.random.Generator | None = None) -> Batch:
+def batch_of(examples: Sequence[Example], rng: np.random.Generator | None = None) -> ExampleBatch:
     """Return examples as tensors.
 
     Args:
@@ -68,7 +68,7 @@ def batch_of(examples: Sequence[Example], rng: np.random.Generator | None = None
     if rng is not None:
         rows, mask = _noisy(rows, mask, rng)
     as_tensor = torch.from_numpy
-    return Batch(
+    return ExampleBatch(
         rows={kind: as_tensor(table) for kind, table in rows.items()},
         mask=as_tensor(mask),
         plans=as_tensor(plans),

@@ -15,7 +15,7 @@ from lab.language.student.metrics import answered, scores, temperature_of, with_
 from lab.language.student.report import draw_calibration, report
 from stucksolver.optional_dependencies import can_plot
 from stucksolver_language.student import DistilledReasoner
-from stucksolver_language.student.network import CARD, WEIGHTS, Card, Network, card_text
+from stucksolver_language.student.network import CARD, WEIGHTS, Card, StudentNetwork, card_text
 from stucksolver_language.student.vocabulary import vocabulary
 
 SCORES, PLOT = "student_scores.json", "calibration.svg"
@@ -24,7 +24,7 @@ Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Asked:
+class StudentJob:
     """Options of a training.
 
     Attributes:
@@ -42,7 +42,7 @@ class Asked:
     seed: int = 1
 
 
-def train(asked: Asked, say: Say) -> Path:
+def train(asked: StudentJob, say: Say) -> Path:
     """Train, calibrate, export and score a student, and return the path of its card. Needs torch.
 
     Raises:
@@ -50,16 +50,16 @@ def train(asked: Asked, say: Say) -> Path:
         ExportError: The exported network differs from the trained one.
     """
     from lab.language.student.export import export
-    from lab.language.student.train import Settings, fit
+    from lab.language.student.train import StudentTrainOptions, fit
 
     words = vocabulary()
     groups = _groups(asked.data, asked.apart, asked.seed)
     say(", ".join(f"{name} {len(found)}" for name, found in groups.items()) + " examples")
     taught = groups.get("train", [])
-    settings = Settings(minutes=asked.minutes, steps=asked.steps, seed=asked.seed)
+    settings = StudentTrainOptions(minutes=asked.minutes, steps=asked.steps, seed=asked.seed)
     net = fit(taught, words.width + 1, settings, say)
     card = export(net, asked.out, words, _trained(asked, groups), taught)
-    temperature = temperature_of(answered(Network(asked.out), groups.get("tune") or taught))
+    temperature = temperature_of(answered(StudentNetwork(asked.out), groups.get("tune") or taught))
     card = _rewritten(card, asked.out, temperature=round(temperature, 3))
     found = evaluate(asked.out, asked.out, groups, say)
     _rewritten(card, asked.out, scores=_short(found))
@@ -81,7 +81,7 @@ def score(data: Sequence[Path], weights: Path, out: Path, apart: Sequence[str], 
 def evaluate(weights: Path, out: Path, groups: dict[str, list[Example]], say: Say) -> dict[str, Any]:
     """Score on the groups that were not trained on, print the tables, and draw the calibration if possible."""
     out.mkdir(parents=True, exist_ok=True)
-    network = Network(weights)
+    network = StudentNetwork(weights)
     student = DistilledReasoner(weights)
     found = {
         name: with_choices(scores(answered(network, groups[name])), student, groups[name])
@@ -97,7 +97,7 @@ def evaluate(weights: Path, out: Path, groups: dict[str, list[Example]], say: Sa
 
 def copy_to(weights: Path, out: Path) -> Path:
     """Check the weights of a folder and copy what the runtime needs to another one. Raises `WeightsError`."""
-    card = Network(weights).card
+    card = StudentNetwork(weights).card
     out.mkdir(parents=True, exist_ok=True)
     (out / WEIGHTS).write_bytes((weights / WEIGHTS).read_bytes())
     (out / CARD).write_text(card_text(card), encoding="utf-8")
@@ -113,7 +113,7 @@ def _groups(data: Sequence[Path], apart: Sequence[str], seed: int) -> dict[str, 
     return found
 
 
-def _trained(asked: Asked, groups: dict[str, list[Example]]) -> dict[str, Any]:
+def _trained(asked: StudentJob, groups: dict[str, list[Example]]) -> dict[str, Any]:
     """Return for people how the weights were made: the command without folders of this machine, and the data."""
     command = ["stucksolver", "distill", "train", "--data", "DIR", "--seed", str(asked.seed)]
     command += ["--steps", str(asked.steps)] if asked.steps else ["--minutes", f"{asked.minutes:g}"]

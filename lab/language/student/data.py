@@ -17,16 +17,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lab.language.plan_search.decision_samples import Moment, read_moments
+from lab.language.plan_search.decision_samples import DecisionSample, read_moments
 from lab.language.student.scenario_causes import CAUSE_OF
 from stucksolver.plan import CauseCode, RecoveryPlan
-from stucksolver.reasoners.reasoner import Request
+from stucksolver.reasoners.reasoner import ReasonerRequest
 from stucksolver.reasoners.rules import RuleReasoner
-from stucksolver.scene import REQUESTS, Guidance, Reading, Scene, Side
+from stucksolver.scene import REQUESTS, Guidance, Interpretation, Scene, Side
 from stucksolver_language.llm.prompt import user_text
 from stucksolver_language.llm.prompt_parser import read_prompt
 from stucksolver_language.student.candidates import candidates, leads_on
-from stucksolver_language.student.feature_encoding import MOST, Encoded, Floats, encode, encode_plans
+from stucksolver_language.student.feature_encoding import MOST, EncodedScene, Floats, encode, encode_plans
 from stucksolver_language.student.heads import CAUSES, HOLDS, INTENTS, TIMES_S
 from stucksolver_language.student.scene_codec import read_scene
 from stucksolver_language.student.vocabulary import Vocabulary
@@ -65,8 +65,8 @@ class Example:
     """
 
     group: str
-    moment: Moment
-    scene: Encoded
+    moment: DecisionSample
+    scene: EncodedScene
     ends: NDArray[np.int64]
     cause: int
     true_cause: int
@@ -81,7 +81,7 @@ class Example:
     rules_hold: int
 
 
-def held_out(moment: Moment, apart: Sequence[str], share: int = 5) -> str:
+def held_out(moment: DecisionSample, apart: Sequence[str], share: int = 5) -> str:
     """Return to which group a moment belongs: `train`, `tune` (for the temperature only), `types`, `maps` or `routes`.
 
     Variants of one situation (`…TwoWays`, `…V2`) stay together.
@@ -131,9 +131,9 @@ def examples(paths: Iterable[Path], words: Vocabulary, apart: Sequence[str], see
                     yield _guided(moment, scene, group, words, reading)
 
 
-def example(moment: Moment, scene: Scene, group: str, words: Vocabulary) -> Example:
+def example(moment: DecisionSample, scene: Scene, group: str, words: Vocabulary) -> Example:
     """Return one moment as an example, as nobody has said anything."""
-    rules = RuleReasoner().decide(Request(scene)).decision
+    rules = RuleReasoner().decide(ReasonerRequest(scene)).decision
     said = moment.answer or rules
     encoded = encode(scene)
     kept = [one for one in moment.plans if leads_on(one.plan)]
@@ -168,7 +168,7 @@ def example(moment: Moment, scene: Scene, group: str, words: Vocabulary) -> Exam
     )
 
 
-def _answered(moment: Moment, scene: Scene) -> list[RecoveryPlan]:
+def _answered(moment: DecisionSample, scene: Scene) -> list[RecoveryPlan]:
     """Return the plans among which a recorded answer chose; none if it had no plan."""
     if moment.answer is None or moment.answer.plan is None:
         return []
@@ -197,13 +197,13 @@ def ends_of(gone_after_s: float | None, watched_s: float) -> NDArray[np.int64]:
     return found
 
 
-def _requests() -> list[Reading]:
+def _requests() -> list[Interpretation]:
     asked = sorted(REQUESTS, key=lambda one: one.value)
     sides = (None, *Side)
-    return [Reading(intent=i, likely=i, side=s, confidence=1.0, reader="labels") for i in asked for s in sides]
+    return [Interpretation(intent=i, likely=i, side=s, confidence=1.0, reader="labels") for i in asked for s in sides]
 
 
-def _guided(moment: Moment, scene: Scene, group: str, words: Vocabulary, reading: Reading) -> Example:
+def _guided(moment: DecisionSample, scene: Scene, group: str, words: Vocabulary, reading: Interpretation) -> Example:
     """Return the moment after a passenger asked for something. Only which plan fits is learnt from it."""
     told = Guidance(text="", time_s=scene.time_s, reading=reading)
     asked = scene.model_copy(update={"guidance": told})

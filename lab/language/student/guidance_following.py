@@ -13,12 +13,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from lab.language.plan_search.decision_samples import Moment, read_moments
+from lab.language.plan_search.decision_samples import DecisionSample, read_moments
 from lab.language.student.data import files_in, held_out
-from stucksolver.interpreter import WordsReader
-from stucksolver.plan import RecoveryPlan, asks_for
-from stucksolver.reasoners.reasoner import ACCEPTED, Request
-from stucksolver.scene import Guidance, GuidanceIntent, Reading, Scene, Side
+from stucksolver.interpreter import Interpreter
+from stucksolver.plan import RecoveryPlan, plan_matches_intent
+from stucksolver.reasoners.reasoner import ACCEPTED, ReasonerRequest
+from stucksolver.scene import Guidance, GuidanceIntent, Interpretation, Scene, Side
 from stucksolver_language.student import DistilledReasoner
 from stucksolver_language.student.candidates import leads_on
 from stucksolver_language.student.scene_codec import read_scene
@@ -33,11 +33,11 @@ class Sentence:
 
     text: str
     situation: str
-    meant: Reading
+    meant: Interpretation
 
 
 @dataclass(frozen=True)
-class Place:
+class PlanSample:
     """A moment of a drive: the scene, and the plans that the guard accepted there."""
 
     scene: Scene
@@ -58,13 +58,13 @@ def _sentence(line: str, where: str) -> Sentence:
     try:
         said = json.loads(line)
         intent, side = GuidanceIntent(said["intent"]), said["side"]
-        meant = Reading(intent=intent, likely=intent, side=side and Side(side), confidence=1.0, reader="author")
+        meant = Interpretation(intent=intent, likely=intent, side=side and Side(side), confidence=1.0, reader="author")
         return Sentence(said["text"], said["situation"], meant)
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{where}: no sentence with text, situation, intent and side") from error
 
 
-def places_in(folders: Sequence[Path], maps: Sequence[str]) -> list[Place]:
+def places_in(folders: Sequence[Path], maps: Sequence[str]) -> list[PlanSample]:
     """Return the moments of drives that were not trained on and at which the guard accepted a plan.
 
     Raises:
@@ -72,21 +72,21 @@ def places_in(folders: Sequence[Path], maps: Sequence[str]) -> list[Place]:
     """
     moments = [moment for path in files_in(folders) for moment in read_moments(path)]
     kept = [one for one in moments if held_out(one, maps) in ("types", "maps")]
-    places = [Place(read_scene(one.scene), _accepted(one)) for one in kept]
+    places = [PlanSample(read_scene(one.scene), _accepted(one)) for one in kept]
     return [one for one in places if one.accepted]
 
 
-def _accepted(moment: Moment) -> tuple[RecoveryPlan, ...]:
+def _accepted(moment: DecisionSample) -> tuple[RecoveryPlan, ...]:
     return tuple(one.plan for one in moment.plans if one.value_m is not None)
 
 
-def does(meant: Reading, plan: RecoveryPlan) -> bool:
+def matches_request(meant: Interpretation, plan: RecoveryPlan) -> bool:
     """True if a plan is of the kind asked for. At these moments the vehicle stands, so going round is going on, too."""
-    return asks_for(meant, plan) or (meant.intent is GuidanceIntent.GO and leads_on(plan))
+    return plan_matches_intent(meant, plan) or (meant.intent is GuidanceIntent.GO and leads_on(plan))
 
 
 def wording_scores(
-    sentences: Sequence[Sentence], places: Sequence[Place], student: DistilledReasoner, reader: WordsReader
+    sentences: Sequence[Sentence], places: Sequence[PlanSample], student: DistilledReasoner, reader: Interpreter
 ) -> dict[str, Counter[str]]:
     """Return for each intent how many trials there were, and how each of them ended.
 
@@ -95,7 +95,7 @@ def wording_scores(
     """
     found: dict[str, Counter[str]] = {}
     for number, sentence in enumerate(sentences):
-        fitting = [p for p in places if any(does(sentence.meant, plan) for plan in p.accepted)]
+        fitting = [p for p in places if any(matches_request(sentence.meant, plan) for plan in p.accepted)]
         if not fitting:
             continue
         count = found.setdefault(sentence.meant.intent.value, Counter())
@@ -109,7 +109,7 @@ def wording_scores(
     return found
 
 
-def _ending(sentence: Sentence, reading: Reading, place: Place, student: DistilledReasoner) -> str:
+def _ending(sentence: Sentence, reading: Interpretation, place: PlanSample, student: DistilledReasoner) -> str:
     if reading.intent is GuidanceIntent.UNCLEAR:
         return "asked_back"
     told = Guidance(text=sentence.text[:500], time_s=place.scene.time_s, reading=reading)
@@ -117,11 +117,11 @@ def _ending(sentence: Sentence, reading: Reading, place: Place, student: Distill
     def check(plan: RecoveryPlan) -> str:
         return ACCEPTED if plan in place.accepted else "not accepted"
 
-    request = Request(place.scene.model_copy(update={"guidance": told}), check)
+    request = ReasonerRequest(place.scene.model_copy(update={"guidance": told}), check)
     plan = student.decide(request).decision.plan
     if plan is None:
         return "none"
-    return "read" if does(sentence.meant, plan) else "other"
+    return "read" if matches_request(sentence.meant, plan) else "other"
 
 
 def wording_table(found: dict[str, Counter[str]]) -> str:

@@ -15,39 +15,39 @@ from numpy.typing import NDArray
 
 from lab.language.student.data import Example
 from stucksolver.plan import CauseCode, RecoveryPlan
-from stucksolver.reasoners.reasoner import ACCEPTED, Reasoner, Request
+from stucksolver.reasoners.reasoner import ACCEPTED, Reasoner, ReasonerRequest
 from stucksolver.reasoners.rules import RuleReasoner
-from stucksolver_language.student.heads import CAUSES, TIMES_S, Numbers, ends_within
-from stucksolver_language.student.network import Network
+from stucksolver_language.student.heads import CAUSES, TIMES_S, StudentOutput, ends_within
+from stucksolver_language.student.network import StudentNetwork
 from stucksolver_language.student.scene_codec import read_scene
-from stucksolver_language.student.student_reasoner import Choice
+from stucksolver_language.student.student_reasoner import SelectionPolicy
 
 BINS = 10
 SOON_S = 10.0
 """A wait that ends within this time is worth waiting for (s)."""
-ASKED = Choice().tried
+ASKED = SelectionPolicy().tried
 """Number of plans about which the guard is asked, as the student does."""
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Answered:
+class ScoredExamples:
     """Examples with the network's outputs. `weight` gives each standstill the same share (examples,)."""
 
     examples: list[Example]
-    numbers: list[Numbers]
+    numbers: list[StudentOutput]
     weight: Array
 
 
-def answered(network: Network, examples: Sequence[Example]) -> Answered:
+def answered(network: StudentNetwork, examples: Sequence[Example]) -> ScoredExamples:
     """Return the network's answers to examples."""
     keys = [(m.suite, m.route_id, m.seed, m.standstill) for m in (one.moment for one in examples)]
     counts = Counter(keys)
     numbers = [network.run(one.scene, one.plans, one.named) for one in examples]
-    return Answered(list(examples), numbers, np.array([1.0 / counts[key] for key in keys]))
+    return ScoredExamples(list(examples), numbers, np.array([1.0 / counts[key] for key in keys]))
 
 
-def scores(told: Answered) -> dict[str, Any]:
+def scores(told: ScoredExamples) -> dict[str, Any]:
     """Return all scores of one group of examples, as written into the card."""
     found: dict[str, Any] = {
         "moments": len(told.examples),
@@ -63,7 +63,7 @@ def with_choices(found: dict[str, Any], student: Reasoner, examples: Sequence[Ex
     return found | {"choices": choices}
 
 
-def wait_scores(told: Answered, number: int) -> dict[str, Any]:
+def wait_scores(told: ScoredExamples, number: int) -> dict[str, Any]:
     """Return how well the probability is calibrated that the wait ends within `TIMES_S[number]`."""
     p, y, w, rules = _ends(told, number)
     if not len(p):
@@ -80,7 +80,7 @@ def wait_scores(told: Answered, number: int) -> dict[str, Any]:
     }
 
 
-def _ends(told: Answered, number: int) -> tuple[Array, Array, Array, Array]:
+def _ends(told: ScoredExamples, number: int) -> tuple[Array, Array, Array, Array]:
     """Return the probability, the truth, the weight, and if the rules wait, where the truth is known."""
     rows = []
     for one, out, weight in zip(told.examples, told.numbers, told.weight, strict=True):
@@ -109,7 +109,7 @@ def calibration(p: Array, y: Array, w: Array) -> list[dict[str, float]]:
     ]
 
 
-def cause_scores(told: Answered) -> dict[str, Any]:
+def cause_scores(told: ScoredExamples) -> dict[str, Any]:
     """Return how often the cause is right where it is known: the network's, the rules', and the student's answer, which
     is that of the rules if they know one.
     """
@@ -135,7 +135,7 @@ def cause_scores(told: Answered) -> dict[str, Any]:
     }
 
 
-def plan_scores(told: Answered) -> dict[str, Any]:
+def plan_scores(told: ScoredExamples) -> dict[str, Any]:
     """Return how often the guard accepts the network's plans, where it accepts any and nobody spoke.
 
     `first` is how often the plan ranked first is accepted, `within` how often one of the first `ASKED` is, and
@@ -173,7 +173,7 @@ def choice_scores(reasoner: Reasoner, examples: Sequence[Example]) -> dict[str, 
         def check(plan: RecoveryPlan, judged: dict[RecoveryPlan, float | None] = judged) -> str:
             return ACCEPTED if judged.get(plan) is not None else "not accepted"
 
-        plan = reasoner.decide(Request(scene, check)).decision.plan
+        plan = reasoner.decide(ReasonerRequest(scene, check)).decision.plan
         value = None if plan is None else judged.get(plan)
         gone = one.moment.gone_after_s
         soon = gone is not None and gone <= SOON_S
@@ -191,7 +191,7 @@ def choice_scores(reasoner: Reasoner, examples: Sequence[Example]) -> dict[str, 
     }
 
 
-def word_scores(told: Answered) -> dict[str, Any]:
+def word_scores(told: ScoredExamples) -> dict[str, Any]:
     """Return how often the plan that the student likes best after a passenger's request is of the rules' kind."""
     rows = [
         (float(one.fitting[out.prior.argmax()]), float(one.fitting.mean()))
@@ -204,14 +204,14 @@ def word_scores(told: Answered) -> dict[str, Any]:
     return {"moments": len(rows), "right": round(float(right), 3), "by_chance": round(float(chance), 3)}
 
 
-def temperature_of(told: Answered) -> float:
+def temperature_of(told: ScoredExamples) -> float:
     """Return the temperature of the hazards that makes the drives least surprising."""
     tried = np.geomspace(0.5, 4.0, 43)
     losses = [_surprise(told, float(one)) for one in tried]
     return float(tried[int(np.argmin(losses))])
 
 
-def _surprise(told: Answered, temperature: float) -> float:
+def _surprise(told: ScoredExamples, temperature: float) -> float:
     total = 0.0
     for one, out, weight in zip(told.examples, told.numbers, told.weight, strict=True):
         known = one.ends >= 0

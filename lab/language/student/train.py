@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from lab.language.student.batches import Batch, batch_of
+from lab.language.student.batches import ExampleBatch, batch_of
 from lab.language.student.data import Example
 from lab.language.student.net import StudentNet
 from lab.training.schedule import average, rate
@@ -27,7 +27,7 @@ Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Settings:
+class StudentTrainOptions:
     """Options of a training run.
 
     Attributes:
@@ -43,7 +43,7 @@ class Settings:
     steps: int | None = None
 
 
-def fit(taught: Sequence[Example], plan_width: int, settings: Settings, say: Say) -> StudentNet:
+def fit(taught: Sequence[Example], plan_width: int, settings: StudentTrainOptions, say: Say) -> StudentNet:
     """Return the trained network with averaged weights, on the CPU.
 
     Args:
@@ -89,7 +89,7 @@ def fit(taught: Sequence[Example], plan_width: int, settings: Settings, say: Say
     return averaged
 
 
-def losses_of(net: StudentNet, batch: Batch) -> Tensor:
+def losses_of(net: StudentNet, batch: ExampleBatch) -> Tensor:
     """Return the loss of each head in the order of `WEIGHTS` (7,)."""
     hazard, cause, hold, intent, accepted, value, prior = net(batch.rows, batch.mask, batch.plans, batch.named)
     return torch.stack(

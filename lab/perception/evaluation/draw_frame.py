@@ -19,14 +19,14 @@ import numpy as np
 
 from lab.perception.evaluation.scoring.samples import TURN_S, is_continuous, looks_of, true_pose
 from stucksolver.optional_dependencies import can_plot
-from stucksolver_perception.cycle_data import Look, Percept
+from stucksolver_perception.cycle_data import PerceptionInput, PerceptionResult
 from stucksolver_perception.free_space import OWN_LENGTH_M
 from stucksolver_perception.lidar.detector import LidarDetector
 from stucksolver_perception.lidar.sweeps import SweepBuffer
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import CameraFrame, Detections, Floats, Singles
-from stucksolver_perception.network_files import WeightsError
-from stucksolver_perception.pipeline import Perceiver, why_not_installed
+from stucksolver_perception.network_files import NetworkFileError
+from stucksolver_perception.pipeline import PerceptionPipeline, missing_libraries
 from stucksolver_perception.recording import KINDS, Recorded, Recording, RecordingError
 from stucksolver_perception.tracking import Track, boxes_of
 from stucksolver_perception.vehicle_frame import into_vehicle
@@ -67,12 +67,12 @@ OF_LABEL = dict(
 """A colour for each label of the detector."""
 
 
-class FrameError(RuntimeError):
+class DrawFrameError(RuntimeError):
     """A moment cannot be drawn. The message says why, and what to do."""
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class FrameData:
     """What was recorded at one look, and what perception made of it."""
 
     tick: Recorded
@@ -80,7 +80,7 @@ class Moment:
     """Since the recording's beginning."""
     points: Singles
     """(n, 5): the detector's input: x, y, z (m) in the vehicle frame, intensity, age (s)."""
-    percept: Percept
+    percept: PerceptionResult
     picture: CameraFrame | None
     """The last one until then."""
 
@@ -106,10 +106,10 @@ def draw_frame(folder: Path, at_s: float, out: Path) -> Path:
         OSError: The file cannot be written.
     """
     if not can_plot():
-        raise FrameError("matplotlib is not installed; add the extra [report] (README, Install)")
-    why = why_not_installed()
+        raise DrawFrameError("matplotlib is not installed; add the extra [report] (README, Install)")
+    why = missing_libraries()
     if why:
-        raise FrameError(why)
+        raise DrawFrameError(why)
     moment = _moment(Recording(folder), at_s)
     found = detected(moment)
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -117,13 +117,13 @@ def draw_frame(folder: Path, at_s: float, out: Path) -> Path:
     return out
 
 
-def moments(recording: Recording) -> Iterator[Moment]:
+def moments(recording: Recording) -> Iterator[FrameData]:
     """Run the whole of perception on a recording, ten looks per second with true poses, as the scores are made.
 
     Raises:
         WeightsError: A network cannot be used.
     """
-    perceiver, buffer = Perceiver(recording.rig), SweepBuffer()
+    perceiver, buffer = PerceptionPipeline(recording.rig), SweepBuffer()
     picture, begin_s = None, None
     for ticks in looks_of(recording):
         tick, new = ticks[-1], None
@@ -138,31 +138,31 @@ def moments(recording: Recording) -> Iterator[Moment]:
         picture = picture if new is None else new[0]
         pose = true_pose(tick)
         frame, frame_pose = (None, None) if new is None else new
-        look = Look(pose, sweeps, frame, frame_pose, heads={})
-        yield Moment(tick, tick.time_s - begin_s, buffer.gather(pose), perceiver.perceive(look), picture)
+        look = PerceptionInput(pose, sweeps, frame, frame_pose, heads={})
+        yield FrameData(tick, tick.time_s - begin_s, buffer.gather(pose), perceiver.perceive(look), picture)
 
 
-def _moment(recording: Recording, at_s: float) -> Moment:
+def _moment(recording: Recording, at_s: float) -> FrameData:
     if not recording.files:
-        raise FrameError(f"{recording.folder}: nothing was recorded in it; record it again")
+        raise DrawFrameError(f"{recording.folder}: nothing was recorded in it; record it again")
     if not is_continuous(recording):
-        raise FrameError(f"{recording.folder}: this recording has gaps; collect one with --every 0")
+        raise DrawFrameError(f"{recording.folder}: this recording has gaps; collect one with --every 0")
     first = next(recording.stretch(recording.files[0])).time_s
     *_, last = (tick.time_s for tick in recording.stretch(recording.files[-1]))
     if not 0.0 <= at_s <= last - first:
-        raise FrameError(
+        raise DrawFrameError(
             f"{recording.folder}: nothing was recorded at {at_s:g} s; choose from 0 to {last - first:.1f} s"
         )
     return next(moment for moment in moments(recording) if moment.after_s >= at_s - HALF_LOOK_S)
 
 
-def detected(moment: Moment) -> Detections:
-    """Return the detector's boxes that are drawn. Raises `WeightsError`."""
+def detected(moment: FrameData) -> Detections:
+    """Return the detector's boxes that are drawn. Raises `NetworkFileError`."""
     found = LidarDetector().detect(moment.points, moment.tick.time_s)
     return found.part(found.score >= LEAST_SCORE)
 
 
-def _save(moment: Moment, found: Detections, out: Path) -> None:
+def _save(moment: FrameData, found: Detections, out: Path) -> None:
     from matplotlib.figure import Figure
     from PIL import Image
 
@@ -181,7 +181,7 @@ def _save(moment: Moment, found: Detections, out: Path) -> None:
     Image.open(drawn).convert("RGB").quantize(256, Image.Quantize.FASTOCTREE).save(out, "PNG", optimize=True)
 
 
-def _draw_picture(axes: Axes, moment: Moment) -> None:
+def _draw_picture(axes: Axes, moment: FrameData) -> None:
     axes.set_axis_off()
     said = f"{moment.after_s:.1f} s, {abs(3.6 * float(moment.tick.pose[6])):.0f} km/h"
     if moment.picture is None:
@@ -255,14 +255,14 @@ def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> li
     return placed
 
 
-def _real(moment: Moment) -> list[_Drawn]:
+def _real(moment: FrameData) -> list[_Drawn]:
     truth = moment.tick.truth
     boxes = into_vehicle(truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]], true_pose(moment.tick))
     kinds = [KINDS[kind].value for kind in truth.kind.tolist()]
     return _in_view([_Drawn(_flat(box), kind, TRUTH, 1.0, dashed=True) for box, kind in zip(boxes, kinds, strict=True)])
 
 
-def _said(moment: Moment, found: Detections) -> list[_Drawn]:
+def _said(moment: FrameData, found: Detections) -> list[_Drawn]:
     rows = np.column_stack([found.center, found.size, found.yaw])
     labels = [LABELS[label] for label in found.label.tolist()]
     thin = [
@@ -272,7 +272,7 @@ def _said(moment: Moment, found: Detections) -> list[_Drawn]:
     return _in_view([*thin, *(_track(track, moment) for track in moment.percept.tracks)])
 
 
-def _track(track: Track, moment: Moment) -> _Drawn:
+def _track(track: Track, moment: FrameData) -> _Drawn:
     told = moment.percept.attributes.get(track.id)
     label = LABELS[track.label]
     kind = f" ({told.kind.value})" if told is not None and told.kind is not None and told.kind.value != label else ""
@@ -308,7 +308,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     args = parser.parse_args(arguments)
     try:
         print(draw_frame(args.data, args.at, args.out))
-    except (RecordingError, FrameError, WeightsError, OSError) as error:
+    except (RecordingError, DrawFrameError, NetworkFileError, OSError) as error:
         print(f"frame: {error}", file=sys.stderr)
         return 2
     return 0

@@ -19,10 +19,10 @@ import numpy as np
 from lab.perception.evaluation.scoring.samples import is_continuous, looks_of, true_pose
 from stucksolver_perception.camera.camera_miscalibration import CameraAlignment
 from stucksolver_perception.carla.sensor_faults import TURNED_RAD, SensorFault
-from stucksolver_perception.carla.sensor_suite import Measured
+from stucksolver_perception.carla.sensor_suite import TickMeasurements
 from stucksolver_perception.free_space import footprints
 from stucksolver_perception.lidar.lidar_miscalibration import LidarAlignment
-from stucksolver_perception.localization import Localiser
+from stucksolver_perception.localization import EkfLocalizer
 from stucksolver_perception.measurements import CameraFrame, Floats, GnssFix, ImuSample, PoseEstimate, WheelSpeed
 from stucksolver_perception.recording import Recorded, Recording, RecordingError, recordings
 from stucksolver_perception.vehicle_frame import into_vehicle
@@ -53,7 +53,7 @@ def played(recording: Recording, case: str, errors: Errors) -> None:
     # Both faults turn what is seen to the left: the sensor is turned to the right.
     turned = {name: -math.degrees(TURNED_RAD) * (case == name) for name in CASES}
     accused_lidar = accused_camera = False
-    driven_m, localiser = 0.0, Localiser(recording.rig)
+    driven_m, localiser = 0.0, EkfLocalizer(recording.rig)
     for ticks in looks_of(recording):
         looks = [(_measured(tick, fault), _localised(localiser, tick)) for tick in ticks]
         driven_m += sum(abs(pose.speed_mps) for _, pose in looks) * _tick_s(ticks)
@@ -94,14 +94,14 @@ def as_table(found: dict[str, Errors]) -> str:
     return "\n".join(lines)
 
 
-def _measured(tick: Recorded, fault: SensorFault | None) -> Measured:
+def _measured(tick: Recorded, fault: SensorFault | None) -> TickMeasurements:
     picture = tick.picture()
     frame = None if picture is None else CameraFrame(tick.time_s, picture)
-    now = Measured(tick.sweep, frame, None, None, WheelSpeed(tick.time_s, tick.wheel_mps))
+    now = TickMeasurements(tick.sweep, frame, None, None, WheelSpeed(tick.time_s, tick.wheel_mps))
     return now if fault is None else fault.after(now, tick.time_s)
 
 
-def _localised(localiser: Localiser, tick: Recorded) -> PoseEstimate:
+def _localised(localiser: EkfLocalizer, tick: Recorded) -> PoseEstimate:
     a, w = tick.imu[:3].tolist(), tick.imu[3:6].tolist()
     localiser.imu(ImuSample(tick.time_s, (a[0], a[1], a[2]), (w[0], w[1], w[2]), float(tick.imu[6])))
     localiser.wheel(WheelSpeed(tick.time_s, tick.wheel_mps))

@@ -17,14 +17,14 @@ from typing import TextIO
 
 from stucksolver.atomic_files import OutputError, require_writable
 from stucksolver_eval.results.outcome import RouteOutcome
-from stucksolver_eval.results.store import Store
+from stucksolver_eval.results.store import ResultStore
 from stucksolver_eval.routes import Route, RouteFileError
 from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.runner.pool import run_tasks
-from stucksolver_eval.runner.route_process import Task
+from stucksolver_eval.runner.route_process import RouteTask
 from stucksolver_eval.suites import SuiteError, load_routes
-from stucksolver_eval.systems.factory import ArmError, check_arm
-from stucksolver_eval.systems.spec import SENSORS, ArmSpec
+from stucksolver_eval.systems.factory import SystemSpecError, check_arm
+from stucksolver_eval.systems.spec import SENSORS, SystemSpec
 from stucksolver_perception.carla import FAULTS
 
 HEALTHY = "none"
@@ -35,12 +35,12 @@ COLLISION = "collisions_"
 """Prefix of the kinds of collisions; contacts of a standing ego are not among them."""
 
 
-class CampaignError(ValueError):
+class FaultCampaignError(ValueError):
     """A campaign cannot be driven as requested; the message says why and what to do."""
 
 
 @dataclass(frozen=True)
-class CampaignSpec:
+class FaultCampaignSpec:
     """A campaign. `faults` are names in `FAULTS`, or `none`; a drive ends after `limit_s` of simulated time."""
 
     out: Path
@@ -73,7 +73,7 @@ class FaultRow:
     driven_m: float
 
 
-def campaign(spec: CampaignSpec, out: TextIO = sys.stderr) -> list[FaultRow]:
+def campaign(spec: FaultCampaignSpec, out: TextIO = sys.stderr) -> list[FaultRow]:
     """Drive the missing routes and return a row for each fault. Progress goes to `out`.
 
     Raises:
@@ -85,15 +85,15 @@ def campaign(spec: CampaignSpec, out: TextIO = sys.stderr) -> list[FaultRow]:
     """
     unknown = [fault for fault in spec.faults if fault not in (HEALTHY, *FAULTS)]
     if unknown:
-        raise CampaignError(f"unknown sensor fault {unknown[0]!r}; choose from {', '.join((HEALTHY, *FAULTS))}")
+        raise FaultCampaignError(f"unknown sensor fault {unknown[0]!r}; choose from {', '.join((HEALTHY, *FAULTS))}")
     routes = load_routes(spec.suite, spec.only)
     check_arm(_arm(spec, HEALTHY))
     require_writable(spec.out)
     tasks = [
-        Task(_job(spec, route, fault), spec.out / fault)
+        RouteTask(_job(spec, route, fault), spec.out / fault)
         for fault in spec.faults
         for route in routes
-        if not Store(spec.out / fault).is_done(route, spec.seed)
+        if not ResultStore(spec.out / fault).is_done(route, spec.seed)
     ]
     for news in run_tasks(tasks, spec.jobs):
         if news.outcome is not None:
@@ -150,19 +150,19 @@ def _stood_s(track: Sequence[tuple[float, float]]) -> float:
     return sum(later[0] - sooner[0] for sooner, later in pairwise(track) if later[1] - sooner[1] < STANDS_M)
 
 
-def _row(spec: CampaignSpec, fault: str, routes: Sequence[Route]) -> FaultRow:
-    found = (Store(spec.out / fault).outcome(route, spec.seed) for route in routes)
+def _row(spec: FaultCampaignSpec, fault: str, routes: Sequence[Route]) -> FaultRow:
+    found = (ResultStore(spec.out / fault).outcome(route, spec.seed) for route in routes)
     return counted(fault, [outcome for outcome in found if outcome is not None])
 
 
-def _job(spec: CampaignSpec, route: Route, fault: str) -> RouteJob:
+def _job(spec: FaultCampaignSpec, route: Route, fault: str) -> RouteJob:
     arm = _arm(spec, fault)
     return RouteJob(route=route, seed=spec.seed, arm=arm, maps=spec.maps, replays="failed", limit_s=spec.limit_s)
 
 
-def _arm(spec: CampaignSpec, fault: str) -> ArmSpec:
+def _arm(spec: FaultCampaignSpec, fault: str) -> SystemSpec:
     failing = "" if fault == HEALTHY else fault
-    return ArmSpec(driver=spec.driver, recovery=spec.recovery, perception=SENSORS, sensor_fault=failing)
+    return SystemSpec(driver=spec.driver, recovery=spec.recovery, perception=SENSORS, sensor_fault=failing)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -180,7 +180,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=1, help="number of drives in parallel")
     parser.add_argument("--maps", default=os.environ.get("STUCKSOLVER_MAPS"), help="folders with towns")
     args = parser.parse_args(arguments)
-    spec = CampaignSpec(
+    spec = FaultCampaignSpec(
         out=args.out,
         suite=args.suite,
         only=tuple(filter(None, args.routes.split(","))),
@@ -193,7 +193,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     try:
         rows = campaign(spec)
-    except (CampaignError, ArmError, SuiteError, RouteFileError, OutputError) as error:
+    except (FaultCampaignError, SystemSpecError, SuiteError, RouteFileError, OutputError) as error:
         print(f"fault_campaign: {error}", file=sys.stderr)
         return 2
     print(as_table(rows))

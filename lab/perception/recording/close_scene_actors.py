@@ -10,7 +10,7 @@ from typing import Any
 import carla
 import numpy as np
 
-from lab.perception.recording.far_scene_poses import Posed, lane_places
+from lab.perception.recording.far_scene_poses import ActorPose, lane_places
 from lab.perception.recording.scattered_kinds import blueprints_by_kind
 from lab.perception.recording.staged_scenes import drawn, spawn_away
 from stucksolver.scene import ObjectKind
@@ -121,7 +121,7 @@ class CloseCast:
         actor = spawn_away(self._world, blueprint, len(self._extras) + 1)
         self._extras.append(Extra(actor, kind, 0.0, 0.0))
 
-    def draw_ego_pose(self, lights: Sequence[Any]) -> Posed:
+    def draw_ego_pose(self, lights: Sequence[Any]) -> ActorPose:
         """Draw the ego's pose: in a lane, often before one of these traffic lights."""
         random = self._random
         place = None
@@ -137,9 +137,9 @@ class CloseCast:
             x, y, z, pitch, yaw, roll = at.x, at.y, at.z, math.remainder(turn.pitch, 360.0), turn.yaw, turn.roll
         side, right_m = math.radians(yaw + 90.0), random.normal(0.0, 0.5)
         turned = yaw + random.normal(0.0, 3.0)
-        return Posed(x + right_m * math.cos(side), y + right_m * math.sin(side), z, pitch, turned, roll)
+        return ActorPose(x + right_m * math.cos(side), y + right_m * math.sin(side), z, pitch, turned, roll)
 
-    def placed(self, ego: Posed) -> list[tuple[Extra, Posed | None]]:
+    def placed(self, ego: ActorPose) -> list[tuple[Extra, ActorPose | None]]:
         """Draw who is in the scene and where, with lamps and doors; the others have no pose."""
         random = self._random
         chosen: list[Extra] = []
@@ -149,7 +149,7 @@ class CloseCast:
             most = _POOL[kind][1] if kind in _POOL else _MOST_SIGNALLING if self._gestures else 1
             chosen += [some[i] for i in random.permutation(len(some))[: random.binomial(most, share)]]
         taken: list[tuple[float, float, float]] = []
-        poses: dict[int, Posed] = {}
+        poses: dict[int, ActorPose] = {}
         for extra in sorted(chosen, key=lambda one: -one.reach_m):
             pose = self._spot(ego, extra, taken)
             if pose is not None:
@@ -159,7 +159,7 @@ class CloseCast:
                     self._draw_lamps_and_doors(extra)
         return [(extra, poses.get(extra.actor.id)) for extra in self._extras]
 
-    def _spot(self, ego: Posed, extra: Extra, taken: Sequence[tuple[float, float, float]]) -> Posed | None:
+    def _spot(self, ego: ActorPose, extra: Extra, taken: Sequence[tuple[float, float, float]]) -> ActorPose | None:
         random = self._random
         for _ in range(_TRIES):
             away = NEAREST_M + extra.reach_m
@@ -179,7 +179,7 @@ class CloseCast:
                 turned = ego.yaw_deg + 180.0 + random.normal(0.0, 25.0)
             else:
                 turned, pitch, roll = random.uniform(-180.0, 180.0), 0.0, 0.0
-            return Posed(x, y, self._ground(x, y, z) + extra.lift_m, pitch, turned, roll)
+            return ActorPose(x, y, self._ground(x, y, z) + extra.lift_m, pitch, turned, roll)
         return None
 
     def _ground(self, x: float, y: float, z: float) -> float:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from lab.perception.evaluation.scoring.samples import mask_id
 from lab.perception.recording.close_scene_actors import CloseCast
-from lab.perception.recording.far_scene_poses import AWAY_M, Posed
+from lab.perception.recording.far_scene_poses import AWAY_M, ActorPose
 from lab.perception.recording.ground_truth import LightsReader, TruthReader, ego_pose
 from lab.perception.recording.recording_sensors import INSTANCE_CAMERA, MountedSensor, encoded, instance_ids
 from lab.perception.recording.scattered_objects import SIGNALS
@@ -69,7 +69,7 @@ class CloseDrive:
 
 
 @dataclass(frozen=True, eq=False)
-class _Look:
+class _SceneImage:
     """One image of a scene."""
 
     pose: Floats
@@ -108,7 +108,7 @@ def record(drive: CloseDrive) -> int:
         world.apply_settings(settings)
         set_synchronous(world, STEP_S)
         sort, weather = drawn_weather(random)
-        stage = _Stage(client, world, random, weather, dark="night" in sort, gestures=drive.gestures)
+        stage = _CloseSceneActors(client, world, random, weather, dark="night" in sort, gestures=drive.gestures)
         about = {"town": drive.town, "weather": sort, "seed": drive.seed, "scenario": "close_scenes"}
         writer = RecordingWriter(drive.folder, stage.rig, about, ticks_in_file=10)
         taken = 0
@@ -121,7 +121,7 @@ def record(drive: CloseDrive) -> int:
     return taken
 
 
-class _Stage:
+class _CloseSceneActors:
     """The actors of a drive, of which some are placed anew for each scene."""
 
     def __init__(
@@ -160,7 +160,7 @@ class _Stage:
         there = []
         for number, (extra, pose) in enumerate(self._cast.placed(ego)):
             if pose is None:
-                pose = Posed(AWAY_M + 20.0 * number, -AWAY_M - 40.0, 0.0, 0.0, 0.0, 0.0)
+                pose = ActorPose(AWAY_M + 20.0 * number, -AWAY_M - 40.0, 0.0, 0.0, 0.0, 0.0)
             elif extra.kind in VEHICLES:
                 there.append(extra)
             moves.append(carla.command.ApplyTransform(extra.actor, pose.transform()))
@@ -193,15 +193,17 @@ class _Stage:
         self._images += 1
         return self._images * STEP_S
 
-    def _look(self) -> _Look:
+    def _look(self) -> _SceneImage:
         frame = self._world.tick()
         snapshot = self._world.get_snapshot()
         pose = ego_pose(snapshot.find(self._cast.ego.id))
         image, masks = self._camera.of(frame), self._masks.of(frame)
         lights = self._light_truth.read(float(pose[0]), float(pose[1]))
-        return _Look(pose, self._truth.read(snapshot), lights, encoded(image), camera_rgb(image), instance_ids(masks))
+        return _SceneImage(
+            pose, self._truth.read(snapshot), lights, encoded(image), camera_rgb(image), instance_ids(masks)
+        )
 
-    def _changed(self, one: _Look, other: _Look, *, doors: bool) -> set[int]:
+    def _changed(self, one: _SceneImage, other: _SceneImage, *, doors: bool) -> set[int]:
         """Return the ids of the objects of which enough pixels differ between two images of a scene."""
         boxes = boxes_in_body(one.pose, one.truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]])
         windows = windows_of(self.rig.camera, boxes)

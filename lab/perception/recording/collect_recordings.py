@@ -13,16 +13,16 @@ from typing import TextIO
 from lab.perception.recording.town_routes import town_routes
 from stucksolver.atomic_files import require_writable
 from stucksolver_eval.drivers.factory import USUAL
-from stucksolver_eval.results.store import Store
+from stucksolver_eval.results.store import ResultStore
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.job import RouteJob
-from stucksolver_eval.runner.pool import News, run_tasks
+from stucksolver_eval.runner.pool import RouteProgress, run_tasks
 from stucksolver_eval.runner.recording_spec import RecordingSpec
-from stucksolver_eval.runner.route_process import Task
+from stucksolver_eval.runner.route_process import RouteTask
 from stucksolver_eval.suites import load_routes
 from stucksolver_eval.suites.weather_presets import PRESETS, weather, weather_name
 from stucksolver_eval.systems.factory import check_arm
-from stucksolver_eval.systems.spec import ArmSpec
+from stucksolver_eval.systems.spec import SystemSpec
 
 PROFILES = ("cautious", "normal", "aggressive")
 LOG = ".drives"
@@ -50,14 +50,14 @@ class CollectSpec:
 
 
 @dataclass(frozen=True)
-class Collected:
+class CollectResult:
     """The number of drives in the folder now, and a line for each that failed, with the reason."""
 
     done: int
     failed: tuple[str, ...]
 
 
-def collect(spec: CollectSpec, out: TextIO = sys.stderr) -> Collected:
+def collect(spec: CollectSpec, out: TextIO = sys.stderr) -> CollectResult:
     """Drive the routes that have not been recorded yet. Progress goes to `out`.
 
     Raises:
@@ -68,11 +68,11 @@ def collect(spec: CollectSpec, out: TextIO = sys.stderr) -> Collected:
         OutputError: The folder cannot be written to.
         ServerError: The given server does not respond.
     """
-    check_arm(ArmSpec(driver=spec.driver))
+    check_arm(SystemSpec(driver=spec.driver))
     routes = _routes(spec)
     require_writable(spec.out)
-    store = Store(spec.out / LOG)
-    tasks = [Task(_job(spec, route), store.folder) for route in routes if not _is_done(spec, store, route)]
+    store = ResultStore(spec.out / LOG)
+    tasks = [RouteTask(_job(spec, route), store.folder) for route in routes if not _is_done(spec, store, route)]
     before, began_s, failed = len(routes) - len(tasks), time.monotonic(), []
     done = before
     if before:
@@ -84,7 +84,7 @@ def collect(spec: CollectSpec, out: TextIO = sys.stderr) -> Collected:
         if news.outcome.state != "driven":
             failed.append(f"{news.task.job.route.id}: {(news.outcome.reason.splitlines() or ['?'])[-1]}")
         print(_line(news, done + len(failed), len(routes), began_s), file=out, flush=True)
-    return Collected(done, tuple(failed))
+    return CollectResult(done, tuple(failed))
 
 
 def recording_folder(spec: CollectSpec, route: Route) -> Path:
@@ -117,7 +117,7 @@ def _job(spec: CollectSpec, route: Route) -> RouteJob:
     return RouteJob(
         route=route,
         seed=spec.seed,
-        arm=ArmSpec(driver=_driver(spec, route)),
+        arm=SystemSpec(driver=_driver(spec, route)),
         maps=spec.maps,
         # A crowd has its own traffic, of all kinds.
         background=bool(spec.suite),
@@ -136,12 +136,12 @@ def _driver(spec: CollectSpec, route: Route) -> str:
     return f"{name}:{Random(f'{spec.seed}:{route.id}:temper').choice(PROFILES)}"
 
 
-def _is_done(spec: CollectSpec, store: Store, route: Route) -> bool:
+def _is_done(spec: CollectSpec, store: ResultStore, route: Route) -> bool:
     found = store.outcome(route, spec.seed)
     return found is not None and found.state == "driven" and (recording_folder(spec, route) / "drive.json").is_file()
 
 
-def _line(news: News, done: int, total: int, began_s: float) -> str:
+def _line(news: RouteProgress, done: int, total: int, began_s: float) -> str:
     outcome = news.outcome
     assert outcome is not None
     name = f"[{done}/{total}] {news.task.job.route.id} {news.task.job.scenario} ({news.task.job.route.town})"

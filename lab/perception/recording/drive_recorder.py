@@ -9,7 +9,7 @@ import numpy as np
 from lab.perception.recording.ground_truth import LightsReader, TruthReader, ego_pose, in_snapshot
 from lab.perception.recording.recording_sensors import RecordingSensors
 from stucksolver_eval.runner.recording_spec import RecordingSpec
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_perception.carla.sensor_conversion import wheel_speed_mps
 from stucksolver_perception.measurements import LidarSweep
 from stucksolver_perception.recording import Recorded, RecordingWriter
@@ -27,7 +27,7 @@ class DriveRecorder:
     The constructor and `tick` raise `SensorError` if a sensor cannot be mounted or sends no data.
     """
 
-    def __init__(self, spec: RecordingSpec, setting: Setting, seed: int, about: dict[str, object]) -> None:
+    def __init__(self, spec: RecordingSpec, setting: ScenarioContext, seed: int, about: dict[str, object]) -> None:
         shutil.rmtree(spec.folder, ignore_errors=True)
         self._spec, self._setting = spec, setting
         self._rig = load_rig(spec.rig_file)

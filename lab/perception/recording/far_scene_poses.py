@@ -31,7 +31,7 @@ AWAY_M = 8000.0
 
 
 @dataclass(frozen=True)
-class Posed:
+class ActorPose:
     """A pose in CARLA's world frame (left-handed, metres, degrees), and a speed along the heading."""
 
     x: float
@@ -47,11 +47,11 @@ class Posed:
         rotation = carla.Rotation(pitch=self.pitch_deg, yaw=self.yaw_deg, roll=self.roll_deg)
         return carla.Transform(carla.Location(self.x, self.y, self.z), rotation)
 
-    def moved(self, seconds: float) -> Posed:
+    def moved(self, seconds: float) -> ActorPose:
         """Return the pose after driving straight ahead for this time (s)."""
         return self.moved_by(self.speed_mps * seconds)
 
-    def moved_by(self, way: float) -> Posed:
+    def moved_by(self, way: float) -> ActorPose:
         """Return the pose this far straight ahead (m)."""
         yaw, pitch = math.radians(self.yaw_deg), math.radians(self.pitch_deg)
         return replace(
@@ -79,7 +79,7 @@ class Places:
         self._rows = lane_places(carla_map)
         self._chances = self._long_views()
 
-    def ego(self) -> Posed:
+    def ego(self) -> ActorPose:
         """Draw the ego's pose: on a lane, mostly with a long view, with a small lateral offset and heading error."""
         random = self._random
         long = random.random() < LONG_VIEW_SHARE
@@ -87,7 +87,7 @@ class Places:
         shifted = self._shifted(place, random.normal(0.0, 0.6), random.normal(0.0, 1.5))
         return replace(shifted, pitch_deg=shifted.pitch_deg + random.normal(0.0, PITCH_SIGMA_DEG))
 
-    def ahead_of(self, ego: Posed, ahead_m: float) -> Posed:
+    def ahead_of(self, ego: ActorPose, ahead_m: float) -> ActorPose:
         """Draw the pose of a car that stands in the ego's lane, its centre `ahead_m` ahead, with a small offset."""
         side_m, yaw = self._random.normal(0.0, 0.3), math.radians(ego.yaw_deg)
         turned_deg = ego.yaw_deg + self._random.normal(0.0, 1.5)
@@ -95,7 +95,7 @@ class Places:
         x, y = there.x - side_m * math.sin(yaw), there.y + side_m * math.cos(yaw)
         return replace(there, x=x, y=y, yaw_deg=turned_deg)
 
-    def vehicles(self, ego: Posed, total: int, most: int) -> list[Posed]:
+    def vehicles(self, ego: ActorPose, total: int, most: int) -> list[ActorPose]:
         """Draw poses for `total` vehicles, of which at most `most` are in view; the others are far away."""
         seen, bearing, distance = self._seen(ego)
         random = self._random
@@ -113,7 +113,7 @@ class Places:
                 taken.append(place)
         return self._filled([self._vehicle(one) for one in taken], total)
 
-    def walkers(self, ego: Posed, total: int, most: int) -> list[Posed]:
+    def walkers(self, ego: ActorPose, total: int, most: int) -> list[ActorPose]:
         """Draw poses for `total` people, of which at most `most` are within 120 m, on lanes or beside them."""
         seen, _, distance = self._seen(ego)
         near = seen[distance[seen] < 120.0]
@@ -123,7 +123,7 @@ class Places:
         posed = [self._shifted(one, self._random.normal(0.0, 4.0), self._random.uniform(0.0, 360.0)) for one in places]
         return self._filled([replace(one, z=one.z + 1.0, speed_mps=1.2, pitch_deg=0.0) for one in posed], total)
 
-    def _vehicle(self, place: int) -> Posed:
+    def _vehicle(self, place: int) -> ActorPose:
         random = self._random
         turned = random.normal(0.0, 2.0)
         if random.random() < 0.10:
@@ -131,12 +131,12 @@ class Places:
         sideways = random.normal(0.0, 0.35) + (2.0 if random.random() < 0.10 else 0.0)
         return replace(self._shifted(place, sideways, turned), speed_mps=float(random.choice(SPEEDS_MPS)))
 
-    def _shifted(self, place: int, right_m: float, turned_deg: float) -> Posed:
+    def _shifted(self, place: int, right_m: float, turned_deg: float) -> ActorPose:
         x, y, z, pitch, yaw, roll = (float(one) for one in self._rows[place])
         side = math.radians(yaw + 90.0)
-        return Posed(x + right_m * math.cos(side), y + right_m * math.sin(side), z, pitch, yaw + turned_deg, roll)
+        return ActorPose(x + right_m * math.cos(side), y + right_m * math.sin(side), z, pitch, yaw + turned_deg, roll)
 
-    def _seen(self, ego: Posed) -> tuple[NDArray[np.int64], Floats, Floats]:
+    def _seen(self, ego: ActorPose) -> tuple[NDArray[np.int64], Floats, Floats]:
         """Return the indices of places in the camera's cone, and bearing (rad) and distance (m) of all places."""
         offset = self._rows[:, :2] - np.array([ego.x, ego.y])
         distance = np.hypot(offset[:, 0], offset[:, 1])
@@ -149,12 +149,12 @@ class Places:
         """Return each place's probability for the ego, by the amount of road far ahead and near the axis."""
         chances = np.zeros(len(self._rows))
         for k, (x, y, z, _, yaw, _) in enumerate(self._rows.tolist()):
-            _, bearing, distance = self._seen(Posed(x, y, z, 0.0, yaw, 0.0))
+            _, bearing, distance = self._seen(ActorPose(x, y, z, 0.0, yaw, 0.0))
             chances[k] = np.sum((distance > 90.0) & (distance < FARTHEST_M) & (np.abs(bearing) < AXIS_RAD / 2.0))
         chances = np.minimum(chances, 60.0) ** 2 + 1e-3
         return np.asarray(chances / chances.sum())
 
-    def _filled(self, placed: list[Posed], total: int) -> list[Posed]:
+    def _filled(self, placed: list[ActorPose], total: int) -> list[ActorPose]:
         """Fill the list up to `total` poses with places far away and apart from each other."""
-        away = [Posed(AWAY_M + 20.0 * k, AWAY_M, 0.0, 0.0, 0.0, 0.0) for k in range(len(placed), total)]
+        away = [ActorPose(AWAY_M + 20.0 * k, AWAY_M, 0.0, 0.0, 0.0, 0.0) for k in range(len(placed), total)]
         return [*placed, *away]

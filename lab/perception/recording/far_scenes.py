@@ -21,7 +21,7 @@ from typing import Any
 import carla
 import numpy as np
 
-from lab.perception.recording.far_scene_poses import AWAY_M, Places, Posed
+from lab.perception.recording.far_scene_poses import AWAY_M, ActorPose, Places
 from lab.perception.recording.ground_truth import TruthReader, ego_pose
 from lab.perception.recording.recording_sensors import INSTANCE_CAMERA, MountedSensor, encoded, instance_ids
 from lab.perception.recording.staged_scenes import CLIENT_LIMIT_S, drawn, drawn_weather, options, record_all, spawn_away
@@ -82,7 +82,7 @@ def record(drive: FarDrive) -> int:
         set_synchronous(world, STEP_S)
         sort, weather = drawn_weather(random)
         world.set_weather(weather)
-        stage = _Stage(client, world, random, dark="night" in sort, queued=drive.queued)
+        stage = _FarSceneActors(client, world, random, dark="night" in sort, queued=drive.queued)
         about = {"town": drive.town, "weather": sort, "seed": drive.seed, "scenario": "far_scenes"}
         writer = RecordingWriter(drive.folder, stage.rig, about, ticks_in_file=40)
         for scene in range(drive.scenes):
@@ -103,7 +103,7 @@ def strip_rig(rig: Rig) -> Rig:
     return rig.model_copy(update={"camera": rig.camera.model_copy(update={"height_px": rows})})
 
 
-class _Stage:
+class _FarSceneActors:
     """The actors of a drive, which are placed anew for each scene."""
 
     def __init__(self, client: Any, world: Any, random: np.random.Generator, *, dark: bool, queued: bool) -> None:
@@ -124,7 +124,7 @@ class _Stage:
         for one in leads:
             if one not in self._leads:
                 one.destroy()
-        self._lead: tuple[Any, Posed] | None = None
+        self._lead: tuple[Any, ActorPose] | None = None
         self._truth = TruthReader(world, self._ego.id)
         self._camera = MountedSensor(self._ego, camera_setup(self.rig.camera, EVERY_TICK))
         self._masks = MountedSensor(self._ego, camera_setup(self.rig.camera, EVERY_TICK, INSTANCE_CAMERA))
@@ -148,7 +148,7 @@ class _Stage:
         self._camera.close()
         self._masks.close()
 
-    def _new_scene(self) -> tuple[Posed, list[Posed]]:
+    def _new_scene(self) -> tuple[ActorPose, list[ActorPose]]:
         random = self._random
         ego = self._places.ego()
         most = 0 if random.random() < EMPTY_SHARE else int(random.choice(CROWDS))
@@ -160,13 +160,13 @@ class _Stage:
                 actor.set_light_state(LIGHTS(_lamps(random, dark=self._dark)))
         return ego, placed
 
-    def _queue(self, ego: Posed) -> None:
+    def _queue(self, ego: ActorPose) -> None:
         """Choose the car that stands ahead in this scene, and send the one of the last scene away."""
         if not self._leads:
             return
         if self._lead is not None:
             number = self._leads.index(self._lead[0])
-            away = Posed(AWAY_M + 20.0 * number, -AWAY_M - 40.0, 0.0, 0.0, 0.0, 0.0)
+            away = ActorPose(AWAY_M + 20.0 * number, -AWAY_M - 40.0, 0.0, 0.0, 0.0, 0.0)
             self._client.apply_batch_sync([carla.command.ApplyTransform(self._lead[0], away.transform())], False)
         lead = self._leads[int(self._random.integers(len(self._leads)))]
         gap_m = self._random.uniform(*QUEUED_M)

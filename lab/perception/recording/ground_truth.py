@@ -12,7 +12,7 @@ import numpy as np
 
 from stucksolver.scene import ObjectKind
 from stucksolver.scene.objects import Gesture
-from stucksolver_carla.drivers.behavior.nearby_objects import BODILESS, Body, body_of
+from stucksolver_carla.drivers.behavior.nearby_objects import BODILESS, ActorBox, body_of
 from stucksolver_carla.stack.carla_frames import to_local, yaw_to_local
 from stucksolver_carla.stack.object_kinds import attributes_of, kind_of
 from stucksolver_perception.measurements import Floats
@@ -37,10 +37,10 @@ DoorsOpen = Callable[[int], int]
 
 
 @dataclass(frozen=True)
-class _Known:
+class _ActorConstants:
     """The constant properties of an actor."""
 
-    body: Body
+    body: ActorBox
     kind: int
     type_id: str
     has_lamps: bool
@@ -52,7 +52,7 @@ class TruthReader:
 
     def __init__(self, world: carla.World, ego_id: int, doors_open: DoorsOpen | None = None) -> None:
         self._world, self._ego_id, self._doors_open = world, ego_id, doors_open
-        self._known: dict[int, _Known | None] = {}
+        self._known: dict[int, _ActorConstants | None] = {}
 
     def read(self, snapshot: carla.WorldSnapshot) -> Truth:
         """Return all objects within `RANGE_M` of the ego at the current tick's snapshot. Raises `RuntimeError`."""
@@ -79,7 +79,7 @@ class TruthReader:
             tuple(known.type_id for _, known in kept),
         )
 
-    def _doors(self, actor_id: int, known: _Known) -> int:
+    def _doors(self, actor_id: int, known: _ActorConstants) -> int:
         if self._doors_open is None or not known.type_id.startswith("vehicle."):
             return _UNKNOWN
         return self._doors_open(actor_id)
@@ -93,14 +93,14 @@ class TruthReader:
             # An id that the server does not list yet is queried again on the next tick.
             self._known.update({actor.id: self._measure(actor) for actor in self._world.get_actors(list(new))})
 
-    def _measure(self, actor: carla.Actor) -> _Known | None:
+    def _measure(self, actor: carla.Actor) -> _ActorConstants | None:
         if actor.id == self._ego_id or actor.type_id.startswith(BODILESS):
             return None
         body = body_of(actor)
         if body is None:
             return None
         kind, has_lamps = KINDS.index(_kind(actor)), actor.attributes.get("has_lights") == "true"
-        return _Known(body, kind, str(actor.type_id), has_lamps, _gesture(actor))
+        return _ActorConstants(body, kind, str(actor.type_id), has_lamps, _gesture(actor))
 
 
 class LightsReader:
@@ -158,7 +158,7 @@ def _gesture(actor: carla.Actor) -> int:
     return _UNKNOWN if told is None else GESTURES.index(Gesture(told))
 
 
-def _row(body: Body, actor: carla.ActorSnapshot) -> tuple[float, ...]:
+def _row(body: ActorBox, actor: carla.ActorSnapshot) -> tuple[float, ...]:
     """Return an object's row with the columns `BOX_COLUMNS`."""
     transform, velocity = actor.get_transform(), actor.get_velocity()
     # The client's stub declares vectors; in fact a location is transformed to a location.

@@ -33,7 +33,7 @@ from stucksolver.scene import ObjectKind
 from stucksolver.scene.objects import Gesture
 from stucksolver_eval.actors.actor_pool import LIFT_M, ScenarioActor, lamps
 from stucksolver_eval.actors.cars import Car
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.crossing_actors import WALKER_LIFT_M
 
 FIRST_M = 12.0
@@ -118,10 +118,10 @@ class _Signal:
     next_s: float = 0.0
 
 
-class Crowd:
+class ScatteredObjects:
     """Create it once the hero stands at the start; call `tick` on every tick. The same seed gives the same crowd."""
 
-    def __init__(self, setting: Setting, seed: int) -> None:
+    def __init__(self, setting: ScenarioContext, seed: int) -> None:
         self._setting, self._cast = setting, setting.cast
         self._random = Random(f"{seed}:crowd")
         self._flows = Random(f"{seed}:{setting.route.length_m:.1f}:flows").random() < 0.5

@@ -18,7 +18,7 @@ class TrainingError(RuntimeError):
 
 
 @dataclass(frozen=True)
-class Network:
+class NetworkTraining:
     """How to train a network.
 
     Attributes:
@@ -35,9 +35,11 @@ class Network:
 
 
 NETWORKS = {
-    "lidar": Network("lab.perception.training.lidar.train", (), "lidar", "lab.perception.training.lidar.export"),
-    "crops": Network("lab.perception.training.camera.crops_train", ("crops.onnx", "crops.json"), "camera"),
-    "far": Network("lab.perception.training.camera.far_train", ("far.onnx", "far.json"), "camera"),
+    "lidar": NetworkTraining(
+        "lab.perception.training.lidar.train", (), "lidar", "lab.perception.training.lidar.export"
+    ),
+    "crops": NetworkTraining("lab.perception.training.camera.crops_train", ("crops.onnx", "crops.json"), "camera"),
+    "far": NetworkTraining("lab.perception.training.camera.far_train", ("far.onnx", "far.json"), "camera"),
 }
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lab.language.plan_search.decision_samples import Moment, gone_after, read_moments, write_moments
+from lab.language.plan_search.decision_samples import DecisionSample, gone_after, read_moments, write_moments
 from lab.language.student.data import ends_of, held_out
 
 TRACK = np.array([(0, 0), (1, 10), (2, 10), (3, 10), (4, 10), (5, 11), (6, 14), (7, 20), (8, 20)], np.float64)
 
 
-def moment(**changes: object) -> Moment:
+def moment(**changes: object) -> DecisionSample:
     usual = {
         "suite": "s",
         "route_id": "1",
@@ -24,7 +24,7 @@ def moment(**changes: object) -> Moment:
         "gone_after_s": None,
         "watched_s": 3.0,
     }
-    return Moment.model_validate({**usual, **changes})
+    return DecisionSample.model_validate({**usual, **changes})
 
 
 @pytest.mark.parametrize(("at_s", "after_s"), [(1.0, 3.5), (4.0, 0.5), (2.5, 2.0), (7.0, None)])

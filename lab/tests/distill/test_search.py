@@ -10,8 +10,8 @@ import pytest
 from tests.worlds import LANE_M, World, bent_road, straight_road, thing
 
 from lab.language.plan_search.beam_search import Search, SearchSettings, kinds, varied
-from lab.language.plan_search.ego_trajectory import Trail, begin
-from lab.language.plan_search.quick_value import MOST_PROGRESS_M, Glance
+from lab.language.plan_search.ego_trajectory import EgoTrajectory, begin
+from lab.language.plan_search.quick_value import MOST_PROGRESS_M, QuickValue
 from stucksolver.guard import Guard
 from stucksolver.scene import LineKind
 from stucksolver.scene.frenet_scene import FrenetScene
@@ -22,12 +22,12 @@ TWO_LANES = straight_road(left=LineKind.BROKEN, oncoming=None)
 QUICK = SearchSettings(depth=2, beam=2, steps=2, later_steps=2)
 
 
-def ahead(metres: float, across: float = 0.0, speed_mps: float = 6.0) -> Trail:
+def ahead(metres: float, across: float = 0.0, speed_mps: float = 6.0) -> EgoTrajectory:
     """A trail from (50, 0) that shifts sideways at once and then drives on."""
     t = np.linspace(0.0, metres / speed_mps, 30)
     x = 50.0 + speed_mps * t
     y = np.clip(x - 50.0, 0.0, 8.0) / 8.0 * across
-    return Trail(t, np.column_stack([x, y, np.zeros(30)]), speed_mps)
+    return EgoTrajectory(t, np.column_stack([x, y, np.zeros(30)]), speed_mps)
 
 
 def blocked(*more, **world):
@@ -35,7 +35,7 @@ def blocked(*more, **world):
 
 
 def test_a_way_past_is_worth_more_than_standing_and_standing_more_than_a_contact() -> None:
-    glance = Glance(blocked().surroundings())
+    glance = QuickValue(blocked().surroundings())
     past, stays, through = ahead(40.0, LANE_M), begin(blocked().surroundings()), ahead(40.0)
     assert glance.value(past) == pytest.approx(MOST_PROGRESS_M)
     assert 0.0 < glance.value(stays) < 10.0
@@ -43,20 +43,20 @@ def test_a_way_past_is_worth_more_than_standing_and_standing_more_than_a_contact
 
 
 def test_who_drives_away_ahead_is_no_contact_for_one_of_two_futures() -> None:
-    leaving = Glance(blocked().surroundings()).value(ahead(10.0))
+    leaving = QuickValue(blocked().surroundings()).value(ahead(10.0))
     moving = World(TWO_LANES, [thing("lead", 62.0, 0.0, kind=ObjectKind.CAR, speed=8.0)])
-    assert Glance(moving.surroundings()).value(ahead(10.0)) > leaving + 50.0
+    assert QuickValue(moving.surroundings()).value(ahead(10.0)) > leaving + 50.0
 
 
 def test_who_stood_beside_already_is_no_near_miss() -> None:
     beside = thing("parked", 50.0, -2.1, kind=ObjectKind.CAR)
-    assert Glance(World(TWO_LANES, [beside]).surroundings()).value(ahead(40.0)) == pytest.approx(MOST_PROGRESS_M)
+    assert QuickValue(World(TWO_LANES, [beside]).surroundings()).value(ahead(40.0)) == pytest.approx(MOST_PROGRESS_M)
 
 
 def test_an_empty_road_and_a_bend_have_values() -> None:
     for road in (TWO_LANES, bent_road(60.0)):
         seen = World(road, x=0.0).surroundings()
-        assert math.isfinite(Glance(seen).value(begin(seen)))
+        assert math.isfinite(QuickValue(seen).value(begin(seen)))
 
 
 @pytest.mark.integration
@@ -64,7 +64,7 @@ def test_an_empty_road_and_a_bend_have_values() -> None:
 def test_every_plan_found_is_accepted_by_the_guard(speed_mps: float) -> None:
     world = blocked(thing("other", 40.0, LANE_M, kind=ObjectKind.CAR, speed=speed_mps))
     guard, seen = Guard(), world.surroundings()
-    found = Search(guard, world.scene(seen), seen, Glance(seen).value, QUICK).run()
+    found = Search(guard, world.scene(seen), seen, QuickValue(seen).value, QUICK).run()
     assert found
     assert [one.value for one in found] == sorted((one.value for one in found), reverse=True)
     for one in found:
@@ -76,7 +76,7 @@ def test_every_plan_found_is_accepted_by_the_guard(speed_mps: float) -> None:
 def test_a_search_finds_the_same_plans_again_and_a_way_past_among_the_first() -> None:
     world = blocked()
     seen = world.surroundings()
-    runs = [Search(Guard(), world.scene(seen), seen, Glance(seen).value, QUICK).run() for _ in range(2)]
+    runs = [Search(Guard(), world.scene(seen), seen, QuickValue(seen).value, QUICK).run() for _ in range(2)]
     assert [one.plan for one in runs[0]] == [one.plan for one in runs[1]]
     first = varied(runs[0], lambda one: (kinds(one.plan.behaviors), one.value), 3)
     assert max(one.value for one in first) == pytest.approx(MOST_PROGRESS_M)
@@ -87,12 +87,12 @@ def test_a_search_finds_the_same_plans_again_and_a_way_past_among_the_first() ->
 @pytest.mark.integration
 def test_a_campaign_ends_with_complete_standstills_and_goes_on_where_it_was(tmp_path: Path) -> None:
     pytest.importorskip("carla")
-    from lab.language.plan_search.campaign import CampaignSpec, collect
+    from lab.language.plan_search.campaign import PlanSearchSpec, collect
     from lab.language.plan_search.counterfactual_run import DriveSpec
     from stucksolver_eval.suites import load_routes, suite
 
     said: list[str] = []
-    spec = CampaignSpec(
+    spec = PlanSearchSpec(
         suite="immobilized",
         suite_digest=suite("immobilized").digest,
         routes=load_routes("immobilized", ("3023",)),

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from lab.language.plan_search.step_scheduler import Stage, Step, run_steps
+from lab.language.plan_search.step_scheduler import Step, StepStage, run_steps
 
 
-def step(name: str, stage: Stage, done: list[str], *following: Step) -> Step:
+def step(name: str, stage: StepStage, done: list[str], *following: Step) -> Step:
     def then(result: str) -> Iterable[Step]:
         done.append(result)
         return following
@@ -25,9 +25,9 @@ def test_what_was_begun_is_finished_before_more_is_begun() -> None:
     routes = [
         step(
             f"reference {k}",
-            Stage.REFERENCE,
+            StepStage.REFERENCE,
             done,
-            step(f"search {k}", Stage.SEARCH, done, step(f"drive {k}a", Stage.EXACT, done)),
+            step(f"search {k}", StepStage.SEARCH, done, step(f"drive {k}a", StepStage.EXACT, done)),
         )
         for k in range(3)
     ]
@@ -51,9 +51,9 @@ def test_all_steps_run_and_never_more_than_allowed(at_once: int) -> None:
 
     def then(result: Any) -> Iterable[Step]:
         done.append(result)
-        return [Step(Stage.EXACT, work, lambda _: done.append("last") or ())]  # type: ignore[func-returns-value]
+        return [Step(StepStage.EXACT, work, lambda _: done.append("last") or ())]  # type: ignore[func-returns-value]
 
-    run_steps([Step(Stage.REFERENCE, work, then) for _ in range(7)], at_once)
+    run_steps([Step(StepStage.REFERENCE, work, then) for _ in range(7)], at_once)
     assert len(done) == 14
     assert most <= at_once
 
@@ -70,7 +70,7 @@ def test_the_first_error_ends_the_others_and_is_raised() -> None:
         raise RuntimeError("disk full")
 
     with pytest.raises(RuntimeError, match="disk full"):
-        run_steps([Step(Stage.EXACT, one, lambda _: ()) for one in (patient, broken)], 2)
+        run_steps([Step(StepStage.EXACT, one, lambda _: ()) for one in (patient, broken)], 2)
     assert told.is_set()
 
 

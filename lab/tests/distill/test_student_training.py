@@ -8,9 +8,9 @@ import pytest
 pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
-from lab.language.plan_search.decision_samples import JudgedPlan, Moment, write_moments
-from lab.language.student.commands import SCORES, Asked, train
-from stucksolver.reasoners import Request
+from lab.language.plan_search.decision_samples import DecisionSample, JudgedPlan, write_moments
+from lab.language.student.commands import SCORES, StudentJob, train
+from stucksolver.reasoners import ReasonerRequest
 from stucksolver_language.student import DistilledReasoner
 from stucksolver_language.student.candidates import candidates
 from stucksolver_language.student.scene_codec import write_scene
@@ -24,7 +24,7 @@ def moments(count):
         lead = thing("lead", 60.0 + number % 7, moved_s_ago=1.0 if ends else 200.0, stationary_s=1.0 if ends else 200.0)
         scene = World(straight_road(), [lead], ()).scene()
         plans = candidates(scene)
-        yield Moment(
+        yield DecisionSample(
             suite="s",
             route_id=str(number),
             seed=1,
@@ -47,7 +47,7 @@ def trained(tmp_path_factory):
     folder = tmp_path_factory.mktemp("student")
     write_moments(folder / "data" / "a.jsonl.gz", moments(40))
     for out in ("one", "two"):
-        train(Asked((folder / "data",), folder / out, steps=60), lambda line: None)
+        train(StudentJob((folder / "data",), folder / out, steps=60), lambda line: None)
     return folder
 
 
@@ -55,7 +55,7 @@ def test_the_trained_student_answers_what_it_was_taught(trained):
     student = DistilledReasoner(trained / "one")
     for moved_s_ago, stays in ((1.0, True), (200.0, False)):
         lead = thing("lead", 62.0, moved_s_ago=moved_s_ago, stationary_s=moved_s_ago)
-        decision = student.decide(Request(World(straight_road(), [lead], ()).scene())).decision
+        decision = student.decide(ReasonerRequest(World(straight_road(), [lead], ()).scene())).decision
         assert (decision.plan is None) == stays
 
 

@@ -9,8 +9,8 @@ from lab.language.plan_search.grade import Grade
 from lab.language.plan_search.labels import Label, LabelFile, best
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import REGISTRY, Wait, describe
-from stucksolver.reasoners import Request, RuleReasoner
-from stucksolver.reasoners.playback import BOOK, PlanBook, PlayedReasoner, read_book, scene_digest
+from stucksolver.reasoners import ReasonerRequest, RuleReasoner
+from stucksolver.reasoners.playback import BOOK, PlanTable, PlaybackReasoner, read_book, scene_digest
 from stucksolver.reasoners.registry import ReasonerNameError
 from stucksolver.scene import Scene, SceneEgo
 from stucksolver_language.student.candidates import offered
@@ -106,15 +106,15 @@ def test_the_chosen_plans_take_turns_by_kind():
 
 def test_the_book_is_played_back_for_its_scene_alone(tmp_path):
     here, elsewhere = scene(), scene(time_s=1.0)
-    (tmp_path / BOOK).write_text(PlanBook(plans={scene_digest(here): PLAN}).model_dump_json(), encoding="utf-8")
+    (tmp_path / BOOK).write_text(PlanTable(plans={scene_digest(here): PLAN}).model_dump_json(), encoding="utf-8")
     book = read_book(tmp_path)
-    rules = RuleReasoner().decide(Request(elsewhere)).decision
-    then_rules = PlayedReasoner(book, "rules")
-    assert then_rules.decide(Request(here)).decision.plan == PLAN
-    assert then_rules.decide(Request(elsewhere)).decision == rules
-    teacher = PlayedReasoner(book)
-    assert teacher.decide(Request(here)).decision.plan == PLAN
-    after = teacher.decide(Request(elsewhere)).decision
+    rules = RuleReasoner().decide(ReasonerRequest(elsewhere)).decision
+    then_rules = PlaybackReasoner(book, "rules")
+    assert then_rules.decide(ReasonerRequest(here)).decision.plan == PLAN
+    assert then_rules.decide(ReasonerRequest(elsewhere)).decision == rules
+    teacher = PlaybackReasoner(book)
+    assert teacher.decide(ReasonerRequest(here)).decision.plan == PLAN
+    after = teacher.decide(ReasonerRequest(elsewhere)).decision
     assert after.plan is None and after.analysis.wait is not None
 
 

@@ -6,11 +6,17 @@ import json
 
 import pytest
 
-from lab.language.student.guidance_following import Place, does, sentences_in, wording_scores, wording_table
-from stucksolver.interpreter import NoReader, ScriptedReader
+from lab.language.student.guidance_following import (
+    PlanSample,
+    matches_request,
+    sentences_in,
+    wording_scores,
+    wording_table,
+)
+from stucksolver.interpreter import NoInterpreter, ScriptedInterpreter
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import BackUp, BorrowOncomingLane, PullOver
-from stucksolver.scene import GuidanceIntent, Reading
+from stucksolver.scene import GuidanceIntent, Interpretation
 from stucksolver_language.student import DistilledReasoner
 from worlds import World, straight_road, thing
 
@@ -19,7 +25,7 @@ BACK = RecoveryPlan(behaviors=(BackUp(distance_m=3.0),))
 
 
 def meant(intent):
-    return Reading(intent=GuidanceIntent(intent), likely=GuidanceIntent(intent), confidence=1.0, reader="author")
+    return Interpretation(intent=GuidanceIntent(intent), likely=GuidanceIntent(intent), confidence=1.0, reader="author")
 
 
 @pytest.fixture
@@ -32,11 +38,11 @@ def said(tmp_path):
 
 @pytest.fixture(scope="module")
 def place():
-    return Place(World(straight_road(), [thing("lead", 75.0)], x=66.0).scene(), (AROUND, BACK))
+    return PlanSample(World(straight_road(), [thing("lead", 75.0)], x=66.0).scene(), (AROUND, BACK))
 
 
 def ends(said, place, readings):
-    return wording_scores(said, [place], DistilledReasoner(), ScriptedReader(readings))
+    return wording_scores(said, [place], DistilledReasoner(), ScriptedInterpreter(readings))
 
 
 def test_what_is_understood_leads_to_a_plan_of_that_kind(said, place):
@@ -52,8 +58,8 @@ def test_what_is_misread_leads_to_another_plan_and_is_the_readers_fault(said, pl
 
 
 def test_what_is_not_understood_is_asked_back(said, place):
-    found = wording_scores(said, [place], DistilledReasoner(), NoReader())
-    assert {count["asked_back"] for count in found.values()} == {1}
+    found = wording_scores(said, [place], DistilledReasoner(), NoInterpreter())
+    assert {count["clarification_asked"] for count in found.values()} == {1}
 
 
 def test_a_kind_that_the_guard_accepts_nowhere_is_not_tried(said, place):
@@ -61,9 +67,9 @@ def test_a_kind_that_the_guard_accepts_nowhere_is_not_tried(said, place):
 
 
 def test_going_on_may_be_going_round_but_not_backing_up():
-    assert does(meant("go"), AROUND)
-    assert not does(meant("go"), BACK)
-    assert not does(meant("overtake"), RecoveryPlan(behaviors=(PullOver(),)))
+    assert matches_request(meant("go"), AROUND)
+    assert not matches_request(meant("go"), BACK)
+    assert not matches_request(meant("overtake"), RecoveryPlan(behaviors=(PullOver(),)))
 
 
 def test_the_table_has_a_row_for_each_kind_and_one_for_all(said, place):

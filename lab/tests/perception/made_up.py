@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lab.perception.evaluation.metrics.clear_mot import TrackedFrame
-from lab.perception.evaluation.metrics.matching import Reals
+from lab.perception.evaluation.metrics.matching import TruthObjects
 from stucksolver_perception.measurements import Detections
 
 CAR, PEDESTRIAN = 0, 3
@@ -22,13 +22,13 @@ def detections(*places: tuple[float, float, float], label: int = CAR, yaw: float
     return Detections(0.0, np.full(n, label), rows[:, 2], center, size, np.full(n, yaw), np.zeros((n, 2)))
 
 
-def reals(*places: tuple[float, float], label: int = CAR, counted: Sequence[bool] | None = None) -> Reals:
+def reals(*places: tuple[float, float], label: int = CAR, counted: Sequence[bool] | None = None) -> TruthObjects:
     """Boxes of the same size at (x, y)."""
     n = len(places)
     center = np.column_stack([np.array(places, float).reshape(n, 2), np.zeros(n)])
     seen = np.ones(n, np.bool_) if counted is None else np.array(counted, np.bool_)
     size = np.tile([4.0, 2.0, 1.5], (n, 1))
-    return Reals(np.full(n, label), center, size, np.zeros(n), np.zeros((n, 2)), seen, np.arange(n))
+    return TruthObjects(np.full(n, label), center, size, np.zeros(n), np.zeros((n, 2)), seen, np.arange(n))
 
 
 def frame(

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lab.perception.evaluation.scoring.samples import body_boxes, is_continuous, mask_id, points_in, seen_rectangles
+from lab.perception.evaluation.scoring.samples import body_boxes, is_continuous, mask_id, points_in, visible_rectangles
 from lab.perception.recording.collect_recordings import CollectSpec, collect
 from stucksolver.scene import ObjectKind
 from stucksolver_perception.recording import GESTURES, KINDS, Recorded, recordings
@@ -52,7 +52,7 @@ def test_near_bodies_have_points_in_their_boxes(ticks: list[Recorded]) -> None:
 
 def test_what_the_mask_shows_lies_in_the_boxes_rectangle(ticks: list[Recorded]) -> None:
     (recorded, *_) = [tick for tick in ticks if tick.instances is not None]
-    seen, boxes = seen_rectangles(recorded), body_boxes(recorded)
+    seen, boxes = visible_rectangles(recorded), body_boxes(recorded)
     from stucksolver_perception.camera.crops import corners_of
     from stucksolver_perception.rig import load_rig
 

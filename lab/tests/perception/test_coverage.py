@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from lab.perception.evaluation.metrics.matching import Reals
-from lab.perception.evaluation.metrics.pedestrian_recall import Coverage, coverage
+from lab.perception.evaluation.metrics.matching import TruthObjects
+from lab.perception.evaluation.metrics.pedestrian_recall import PedestrianRecall, coverage
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections
 
@@ -14,7 +14,7 @@ PERSON, CAR = LABELS.index("pedestrian"), LABELS.index("car")
 
 def people(*places, label=PERSON, counted=True):
     n = len(places)
-    return Reals(
+    return TruthObjects(
         label=np.full(n, label),
         center=np.array([(x, y, 0.9) for x, y in places]).reshape(-1, 3),
         size=np.tile((0.5, 0.5, 1.8), (n, 1)),
@@ -34,18 +34,18 @@ def boxes(*ones):
 
 def test_a_group_taken_for_a_car_is_noticed():
     group = people((10.0, 1.0), (10.0, 1.5), (10.6, 1.2))
-    assert coverage(boxes((10.2, 1.2, 2.0, 1.5, 0.0, CAR, 0.8)), group) == Coverage(3, 3, 3, 3)
+    assert coverage(boxes((10.2, 1.2, 2.0, 1.5, 0.0, CAR, 0.8)), group) == PedestrianRecall(3, 3, 3, 3)
 
 
 def test_one_box_does_not_cover_who_stands_beside_it_and_a_weak_one_covers_nobody():
     group = people((10.0, 0.0), (10.0, 0.6), (10.0, 1.2))
-    assert coverage(boxes((10.0, 0.0, 0.5, 0.5, 0.3, PERSON, 0.9)), group) == Coverage(3, 2, 3, 2)
-    assert coverage(boxes((10.0, 0.0, 0.5, 0.5, 0.3, PERSON, 0.3)), group) == Coverage(3, 0, 3, 0)
+    assert coverage(boxes((10.0, 0.0, 0.5, 0.5, 0.3, PERSON, 0.9)), group) == PedestrianRecall(3, 2, 3, 2)
+    assert coverage(boxes((10.0, 0.0, 0.5, 0.5, 0.3, PERSON, 0.3)), group) == PedestrianRecall(3, 0, 3, 0)
 
 
 def test_only_people_nearby_with_returns_count_and_only_those_in_front_are_ahead():
     found = boxes((10.0, 8.0, 0.5, 0.5, 0.0, PERSON, 0.9))
-    assert coverage(found, people((10.0, 8.0), (-5.0, 0.0), (25.0, 0.0))) == Coverage(2, 1, 0, 0)
-    assert coverage(found, people((10.0, 8.0), counted=False)) == Coverage()
-    assert coverage(found, people((10.0, 8.0), label=CAR)) == Coverage()
-    assert coverage(boxes(), people()) == Coverage()
+    assert coverage(found, people((10.0, 8.0), (-5.0, 0.0), (25.0, 0.0))) == PedestrianRecall(2, 1, 0, 0)
+    assert coverage(found, people((10.0, 8.0), counted=False)) == PedestrianRecall()
+    assert coverage(found, people((10.0, 8.0), label=CAR)) == PedestrianRecall()
+    assert coverage(boxes(), people()) == PedestrianRecall()

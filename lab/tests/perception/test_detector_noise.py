@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lab.perception.evaluation.metrics.detector_noise import RINGS_M, LabelNoise, detector_noise
-from lab.perception.evaluation.metrics.matching import Reals
+from lab.perception.evaluation.metrics.matching import TruthObjects
 from stucksolver_perception.measurements import Detections
 
 LOOKS = 400
@@ -18,7 +18,7 @@ def measured(shift_m: float, jitter_m: float, missed: int = 0) -> LabelNoise:
     found, reals = [], []
     middle, size, yaw = np.array([[10.0, 0.0, 0.75]]), np.array([[4.5, 1.9, 1.5]]), np.array([np.pi / 2])
     for look in range(LOOKS):
-        reals.append(Reals(np.array([0]), middle, size, yaw, np.zeros((1, 2)), np.array([True]), np.array([7])))
+        reals.append(TruthObjects(np.array([0]), middle, size, yaw, np.zeros((1, 2)), np.array([True]), np.array([7])))
         place = middle + np.array([[0.0, shift_m + random.normal(0.0, jitter_m), 0.0]])
         one = Detections(0.1 * look, np.array([0]), np.array([0.9]), place, size, yaw + np.pi, np.array([[0.0, 1.0]]))
         found.append(one if look >= missed else one.part(np.zeros(1, np.bool_)))

@@ -6,14 +6,14 @@ import pytest
 
 from lab.perception.evaluation.sensor_fault_campaign import (
     HEALTHY,
-    CampaignError,
-    CampaignSpec,
+    FaultCampaignError,
+    FaultCampaignSpec,
     as_table,
     campaign,
     counted,
     main,
 )
-from stucksolver_eval.results.outcome import InterventionRecord, Noted, RouteOutcome
+from stucksolver_eval.results.outcome import InterventionRecord, RouteOutcome, TimedInfraction
 from stucksolver_perception.carla import FAULTS
 
 
@@ -29,8 +29,8 @@ def plan(moves):
 
 
 def test_collisions_waits_requests_and_plans_are_counted_over_all_routes():
-    hit = Noted(kind="collisions_vehicle", time_s=12.3, text="Agent collided against a car")
-    red = Noted(kind="red_light", time_s=20.0, text="ran a red light")
+    hit = TimedInfraction(kind="collisions_vehicle", time_s=12.3, text="Agent collided against a car")
+    red = TimedInfraction(kind="red_light", time_s=20.0, text="ran a red light")
     first = outcome(
         infractions=(hit, red), track=((0.0, 0.0), (1.0, 5.0), (2.0, 5.1), (3.0, 5.2), (4.0, 9.0)), asked_s=3.0
     )
@@ -48,11 +48,13 @@ def test_a_drive_that_crashed_is_no_drive_without_collisions():
 
 
 def test_all_faults_that_there_are_are_driven_and_the_healthy_sensors_too(tmp_path):
-    assert CampaignSpec(tmp_path).faults == (HEALTHY, *FAULTS)
+    assert FaultCampaignSpec(tmp_path).faults == (HEALTHY, *FAULTS)
 
 
 def test_what_cannot_be_driven_is_one_line_and_exit_code_2(tmp_path, capsys):
-    with pytest.raises(CampaignError, match="unknown sensor fault 'lidar-melted'; choose from none, lidar-missing"):
-        campaign(CampaignSpec(tmp_path, faults=("lidar-melted",)))
+    with pytest.raises(
+        FaultCampaignError, match="unknown sensor fault 'lidar-melted'; choose from none, lidar-missing"
+    ):
+        campaign(FaultCampaignSpec(tmp_path, faults=("lidar-melted",)))
     assert main(["--out", str(tmp_path), "--suite", "no_such_suite"]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from made_up import CAR, PEDESTRIAN, detections, reals
 
-from lab.perception.evaluation.metrics.matching import ANY_LABEL, Reals, match
+from lab.perception.evaluation.metrics.matching import ANY_LABEL, TruthObjects, match
 
 
 def test_the_surer_of_two_detections_has_the_object() -> None:
@@ -39,7 +39,7 @@ def test_an_object_with_too_few_points_is_neither_wanted_nor_wrong_to_find() -> 
 def test_a_thing_without_a_label_may_be_taken_for_anything_over_its_whole_length() -> None:
     told = detections((12.5, 0.0, 0.9))
     long = reals((10.0, 0.0), label=ANY_LABEL)
-    wide = Reals(long.label, long.center, np.array([[6.0, 2.0, 1.0]]), *_rest(long))
+    wide = TruthObjects(long.label, long.center, np.array([[6.0, 2.0, 1.0]]), *_rest(long))
     assert len(match([told], [wide], CAR, 2.0).score) == 0
 
 
@@ -61,5 +61,5 @@ def test_a_right_detection_belongs_to_the_ring_of_its_object(
     assert inside.right.all()
 
 
-def _rest(one: Reals) -> tuple[np.ndarray, ...]:  # type: ignore[type-arg]
+def _rest(one: TruthObjects) -> tuple[np.ndarray, ...]:  # type: ignore[type-arg]
     return one.yaw, one.velocity, one.counted, one.identity

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from lab.perception.evaluation.scoring.samples import label_of, points_in, reals_of, seen_rectangles
+from lab.perception.evaluation.scoring.samples import label_of, points_in, reals_of, visible_rectangles
 from stucksolver.scene import ObjectKind
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import LidarSweep
@@ -63,4 +63,4 @@ def test_a_long_emergency_vehicle_is_a_truck_and_a_prop_is_nothing() -> None:
 
 
 def test_who_shows_too_few_pixels_is_not_seen() -> None:
-    assert seen_rectangles(tick(10.0, 0.0)) == {70000 % 65536: (2, 5, 9, 10)}
+    assert visible_rectangles(tick(10.0, 0.0)) == {70000 % 65536: (2, 5, 9, 10)}

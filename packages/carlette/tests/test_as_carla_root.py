@@ -12,7 +12,7 @@ import pytest
 
 from carlette.carla_root import write_carla_root
 from carlette.cli import main
-from carlette.errors import UsageError
+from carlette.errors import StartupError
 from carlette.maps import DEMO_TOWN
 from serving import free_port
 
@@ -34,10 +34,10 @@ def test_the_same_folder_can_be_written_again(tmp_path):
 
 
 def test_without_a_town_or_a_place_to_write_it_says_what_to_do(tmp_path):
-    with pytest.raises(UsageError, match="STUCKSOLVER_MAPS"):
+    with pytest.raises(StartupError, match="STUCKSOLVER_MAPS"):
         write_carla_root(tmp_path, [tmp_path], "0.9.16")
     (tmp_path / "file").touch()
-    with pytest.raises(UsageError, match="file/carla"):
+    with pytest.raises(StartupError, match="file/carla"):
         write_carla_root(tmp_path / "file/carla", [DEMO_TOWN.parent], "0.9.16")
 
 

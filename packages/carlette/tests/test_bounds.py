@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from carlette.client_versions import DEFAULT_VERSION, VERSIONS
-from carlette.errors import RequestError
-from carlette.recorder import Recorder, Replay, read_tape
-from carlette.recorder.log_file import MAGIC, pack
+from carlette.errors import CompletionRequestError
+from carlette.recorder import LogRecorder, Replay, read_tape
+from carlette.recorder.log_file import MAGIC, encode_entry
 from carlette.rpc.handlers.actors import MOST_TEXT
 from carlette.rpc.handlers.batch import MOST_COMMANDS
 from carlette.simulator import Simulator
@@ -85,7 +85,7 @@ def test_a_world_takes_no_more_than_a_bounded_number_of_actors() -> None:
     for number in range(MOST_ACTORS - len(world.actors)):
         world.enter("other", world.spectator.kind, world.pose(world.spectator), world.spectator.box)
         del number
-    with pytest.raises(RequestError, match=f"{MOST_ACTORS:,}.*destroy"):
+    with pytest.raises(CompletionRequestError, match=f"{MOST_ACTORS:,}.*destroy"):
         spawn(world, "static.prop.constructioncone", {}, world.pose(world.spectator))
 
 
@@ -134,9 +134,9 @@ def test_a_traffic_managers_address_is_no_place_to_keep_data(raw: Raw) -> None:
 
 
 def test_streams_that_are_asked_for_and_not_there_are_not_waited_for() -> None:
-    from carlette.streaming import MOST_AWAITED, Hub
+    from carlette.streaming import MOST_AWAITED, StreamHub
 
-    hub = Hub()
+    hub = StreamHub()
     for number in range(2 * MOST_AWAITED):
         hub.expect(number)
     assert len(hub.awaited) == MOST_AWAITED
@@ -164,10 +164,14 @@ FRAME: dict[str, Any] = {
 
 def tape(path, change: dict[str, Any], spawned: int = 1):
     """A log of two frames of which the second is changed."""
-    parts = [MAGIC, pack("start", "straight", ""), pack("spawn", spawned, "vehicle.tesla.model3", {}, 0)]
+    parts = [
+        MAGIC,
+        encode_entry("start", "straight", ""),
+        encode_entry("spawn", spawned, "vehicle.tesla.model3", {}, 0),
+    ]
     for number, frame in enumerate((FRAME, FRAME | change)):
         values = [frame[one].tobytes() for one in ("ids", "motion", "lights", "colors")]
-        parts.append(pack("frame", number, frame.get("time_s", 0.05 * number), *values))
+        parts.append(encode_entry("frame", number, frame.get("time_s", 0.05 * number), *values))
     path.write_bytes(b"".join(parts))
     return path
 
@@ -192,7 +196,7 @@ def test_a_damaged_log_is_refused_or_ends_its_replay_and_never_the_server(tmp_pa
     simulator.world.settings = simulator.world.settings.__class__(True, False, 0.05)
     try:
         simulator.replay = Replay(read_tape(path), simulator.world)
-    except RequestError as error:
+    except CompletionRequestError as error:
         assert str(path) in str(error)
     for _ in range(5):
         simulator.tick()
@@ -203,7 +207,7 @@ def test_a_damaged_log_is_refused_or_ends_its_replay_and_never_the_server(tmp_pa
 def test_a_sound_log_is_played_as_before(tmp_path) -> None:
     world = straight_world()
     car = add(world)
-    recorder = Recorder(tmp_path / "good.log", world)
+    recorder = LogRecorder(tmp_path / "good.log", world)
     for _ in range(3):
         world.bodies.position[car.row, 0] += 1.0
         world.tick()

@@ -6,7 +6,7 @@ import pickle
 
 import pytest
 
-from carlette.errors import SpawnCollision
+from carlette.errors import SpawnCollisionError
 from carlette.geometry import Pose, Vector
 from carlette.physics.doors import ALL, REACH_M, STOP_ARM
 from carlette.world.spawn import spawn
@@ -99,5 +99,5 @@ def test_nothing_is_spawned_into_an_open_door() -> None:
         world, _ = parked(door)
         free, taken = (Pose(Vector(*beside[side], 1.0)) for side in (not is_right, is_right))
         spawn(world, WALKER, {}, free)
-        with pytest.raises(SpawnCollision):
+        with pytest.raises(SpawnCollisionError):
             spawn(world, WALKER, {}, taken)

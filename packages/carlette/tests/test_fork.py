@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from carlette.errors import SpawnCollision
+from carlette.errors import SpawnCollisionError
 from carlette.opendrive.map_file import find_map, map_folders
 from carlette.opendrive.road_network import RoadNetwork
-from carlette.world.actor import Kind
+from carlette.world.actor import ActorKind
 from carlette.world.spawn import spawn
 from carlette.world.world import World
 from straight import CAR, add, drive, straight_world
@@ -37,10 +37,10 @@ def obey(world: World, command) -> None:
     elif name == "spawn":
         try:
             add(world, TYPES[number], detail, z=0.3)
-        except SpawnCollision:
+        except SpawnCollisionError:
             return
     else:
-        kinds = {"destroy": tuple(Kind), "drive": (Kind.VEHICLE,), "walk": (Kind.WALKER,)}[name]
+        kinds = {"destroy": tuple(ActorKind), "drive": (ActorKind.VEHICLE,), "walk": (ActorKind.WALKER,)}[name]
         able = [one for one in world.actors.values() if one.kind in kinds and one is not world.spectator]
         actor = able[number % len(able)] if able else None
         if actor is not None and name == "destroy":
@@ -81,7 +81,7 @@ def town(cars: int, name: str = "demo_town") -> World:
         if len(world.fleet) < cars:
             try:
                 car = spawn(world, CAR, {}, spot)
-            except SpawnCollision:
+            except SpawnCollisionError:
                 continue
             drive(world, car, throttle=0.4, steer=0.01)
     return world

@@ -9,9 +9,9 @@ import pytest
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.opendrive.map_file import load_map
 from carlette.opendrive.road_network import RoadNetwork
-from carlette.opendrive.signals import Turn
-from carlette.physics.bodies import Bodies
-from carlette.world.actor import Kind
+from carlette.opendrive.signals import SignalPhase
+from carlette.physics.bodies import BodyTable
+from carlette.world.actor import ActorKind
 from carlette.world.spawn import spawn
 from carlette.world.traffic_lights import GREEN_S, RED_S, YELLOW_S, Color, Signals
 from carlette.world.world import World
@@ -19,15 +19,15 @@ from carlette.world.world import World
 DT = 0.05
 
 
-def junction_of(phases: int) -> tuple[Signals, Bodies]:
-    signals, bodies = Signals(), Bodies()
+def junction_of(phases: int) -> tuple[Signals, BodyTable]:
+    signals, bodies = Signals(), BodyTable()
     for _ in range(phases):
         signals.lights.append(row=bodies.append())
-    signals.form_groups([Turn("1", place) for place in range(phases)], Random(0))
+    signals.form_groups([SignalPhase("1", place) for place in range(phases)], Random(0))
     return signals, bodies
 
 
-def run(signals: Signals, bodies: Bodies, seconds: float) -> list[list[int]]:
+def run(signals: Signals, bodies: BodyTable, seconds: float) -> list[list[int]]:
     seen = []
     for _ in range(round(seconds / DT)):
         signals.step(bodies, DT)
@@ -82,7 +82,7 @@ def test_a_reset_starts_with_the_first_phase() -> None:
 
 def test_a_car_before_a_light_is_told_its_state(town01) -> None:
     world = World(RoadNetwork(load_map(town01)))
-    light = next(one for one in world.actors.values() if one.kind is Kind.LIGHT)
+    light = next(one for one in world.actors.values() if one.kind is ActorKind.LIGHT)
     pose = world.pose(light)
     before_line = pose.apply(light.box.center)
     yaw = world.roads.waypoint(before_line).transform.rotation.yaw
@@ -108,10 +108,10 @@ def test_a_phase_lasts_as_long_as_at_20_hz_in_carla() -> None:
 
 
 def test_a_light_that_no_controller_names_changes_for_itself_and_stays_red_longer() -> None:
-    signals, bodies = Signals(), Bodies()
+    signals, bodies = Signals(), BodyTable()
     for _ in range(2):
         signals.lights.append(row=bodies.append())
-    signals.form_groups([Turn("signal 7", alone=True), Turn("1")], Random(0))
+    signals.form_groups([SignalPhase("signal 7", alone=True), SignalPhase("1")], Random(0))
     seen = run(signals, bodies, 46.0)
     assert signals.members(0) == [0]
     red_s = [sum(one[light] == Color.RED for one in seen) * DT for light in range(2)]

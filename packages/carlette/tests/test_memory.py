@@ -9,7 +9,7 @@ import numpy as np
 import psutil
 import pytest
 
-from carlette.allocator import hand_back
+from carlette.allocator import release_memory
 from carlette.cli import _parser, _simulator
 from carlette.geometry import Pose
 from carlette.world.spawn import spawn
@@ -65,5 +65,5 @@ def test_free_pages_between_used_ones_are_handed_back() -> None:
     blocks = [np.ones(4096) for _ in range(3000)]
     del blocks[:-1]
     before = psutil.Process().memory_info().rss
-    hand_back()
+    release_memory()
     assert before - psutil.Process().memory_info().rss > 50e6

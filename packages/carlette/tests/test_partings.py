@@ -10,8 +10,8 @@ import msgpack
 import pytest
 
 from carlette.rpc.connection import RpcConnection
-from carlette.rpc.deferred_replies import HeldAnswers
-from carlette.streaming import Hub, Subscriber
+from carlette.rpc.deferred_replies import DeferredReplies
+from carlette.streaming import StreamHub, Subscriber
 from raw_client import IMU, NOWHERE, SYNCHRONOUS, Raw, open_stream
 from serving import running_server
 
@@ -33,7 +33,7 @@ def subscriber(sock: socket.socket, stream_id: int) -> Subscriber:
 
 
 def test_a_stream_is_left_when_its_last_reader_is_gone(ends: tuple[socket.socket, socket.socket]) -> None:
-    hub = Hub()
+    hub = StreamHub()
     readers = [subscriber(one, 7) for one in ends]
     hub.subscribers.update(readers)
     parting = hub.parting(7)
@@ -44,14 +44,14 @@ def test_a_stream_is_left_when_its_last_reader_is_gone(ends: tuple[socket.socket
 
 
 def test_a_stream_that_nobody_reads_is_left_already() -> None:
-    assert Hub().parting(7).done()
+    assert StreamHub().parting(7).done()
 
 
 def test_an_answer_rests_after_what_it_waited_for_and_waits_no_longer_than_its_limit(
     ends: tuple[socket.socket, socket.socket],
 ) -> None:
     ours, theirs = ends
-    answers, connection = HeldAnswers(), RpcConnection(ours, lambda *_: None)
+    answers, connection = DeferredReplies(), RpcConnection(ours, lambda *_: None)
     left: Future[None] = Future()
     answers.hold(connection, 1, "left", [left], longest_s=1e9, rest_s=5.0)
     answers.hold(connection, 2, "stays", [Future()], longest_s=1e6)
@@ -71,7 +71,7 @@ def test_an_answer_rests_after_what_it_waited_for_and_waits_no_longer_than_its_l
 def test_an_answer_waits_for_all_and_each_of_them_wakes(ends: tuple[socket.socket, socket.socket]) -> None:
     ours, theirs = ends
     theirs.setblocking(False)
-    answers, connection = HeldAnswers(), RpcConnection(ours, lambda *_: None)
+    answers, connection = DeferredReplies(), RpcConnection(ours, lambda *_: None)
     built: list[Future[None]] = [Future(), Future()]
     answers.hold(connection, 1, "built", built, longest_s=1e9)
     for one in built:

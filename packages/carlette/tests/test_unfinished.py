@@ -13,9 +13,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from carlette.opendrive.map_file import LARGEST_MAP_BYTES
-from carlette.rpc.client_timeouts import MOST_HELD_BYTES, UNFINISHED_S, UNNAMED_S, overstayed, unnamed
+from carlette.rpc.client_timeouts import MOST_HELD_BYTES, UNFINISHED_S, UNNAMED_S, timed_out_clients, unnamed_listeners
 from carlette.rpc.connection import LONGEST_TURN_S, MOST_UNREAD_BYTES, READ_BYTES, RpcConnection
-from carlette.rpc.request_framing import BAD_BYTES, LARGEST_REQUEST_BYTES, Frames, TooLarge, allowance
+from carlette.rpc.request_framing import (
+    BAD_BYTES,
+    LARGEST_REQUEST_BYTES,
+    RequestBuffer,
+    RequestTooLargeError,
+    allowance,
+)
 from raw_client import Raw
 from serving import running_server
 
@@ -53,13 +59,13 @@ class Line:
         connection.reply(number, self._answer)
 
     def overstays(self) -> bool:
-        return bool(list(overstayed([self.near], self.clock.now)))
+        return bool(list(timed_out_clients([self.near], self.clock.now)))
 
 
 @pytest.mark.integration
 @given(seed=st.integers(0, 2**32))
 def test_requests_are_the_same_however_their_bytes_are_cut(seed: int) -> None:
-    chance, frames, found = random.Random(seed), Frames(), []
+    chance, frames, found = random.Random(seed), RequestBuffer(), []
     data = b"".join(map(msgpack.packb, REQUESTS))
     while data:
         size = chance.choice((1, 2, 7, 100, 5000, 100_000))
@@ -71,13 +77,13 @@ def test_requests_are_the_same_however_their_bytes_are_cut(seed: int) -> None:
     assert frames.held_bytes == 0
 
 
-def fed(frames: Frames, head: bytes, more: bytes, most: int) -> int:
+def fed(frames: RequestBuffer, head: bytes, more: bytes, most: int) -> int:
     """Feeds bytes until there are too many; how many were held then."""
     frames.feed(head)
     while frames.held_bytes <= most:
         assert frames.next() is None
         frames.feed(more)
-    with pytest.raises(TooLarge):
+    with pytest.raises(RequestTooLargeError):
         frames.next()
     return frames.held_bytes
 
@@ -94,7 +100,7 @@ def fed(frames: Frames, head: bytes, more: bytes, most: int) -> int:
     ids=["commands", "lists for a map", "a map of 4 GB", "a name of 4 GB", "a list"],
 )
 def test_an_endless_request_is_given_up_at_a_bound_and_makes_no_objects_before(head: bytes) -> None:
-    held = fed(Frames(), head, b"\x90" * READ_BYTES, LARGEST_REQUEST_BYTES)
+    held = fed(RequestBuffer(), head, b"\x90" * READ_BYTES, LARGEST_REQUEST_BYTES)
     assert held <= LARGEST_REQUEST_BYTES + READ_BYTES + len(head)
 
 
@@ -105,7 +111,7 @@ def test_the_text_of_a_map_may_be_as_long_as_a_maps_file() -> None:
     assert allowance(head(LARGEST_MAP_BYTES)) == LARGEST_MAP_BYTES + LARGEST_REQUEST_BYTES
     assert allowance(head(LARGEST_MAP_BYTES + 1)) == LARGEST_REQUEST_BYTES
     request = [0, 1, MAP_CALL, [[False], "x" * (20 << 20), [2.0]]]
-    frames, data = Frames(), msgpack.packb(request)
+    frames, data = RequestBuffer(), msgpack.packb(request)
     for at in range(0, len(data), READ_BYTES):
         frames.feed(data[at : at + READ_BYTES])
         frame = frames.next()
@@ -114,7 +120,7 @@ def test_the_text_of_a_map_may_be_as_long_as_a_maps_file() -> None:
 
 @given(st.binary(max_size=300))
 def test_noise_is_cut_or_refused_and_never_kept_beyond_what_came(noise: bytes) -> None:
-    frames = Frames()
+    frames = RequestBuffer()
     frames.feed(noise)
     try:
         while frames.next() is not None:
@@ -197,13 +203,13 @@ class Peer:
 def test_all_together_hold_no_more_than_a_bound_and_the_heaviest_goes_first() -> None:
     third = MOST_HELD_BYTES // 3
     light, middle, heavy = Peer(1000), Peer(third), Peer(2 * third + 5000)
-    assert [one for one, _ in overstayed([light, middle, heavy], 0.0)] == [heavy]
-    assert not list(overstayed([light, middle], 0.0))
+    assert [one for one, _ in timed_out_clients([light, middle, heavy], 0.0)] == [heavy]
+    assert not list(timed_out_clients([light, middle], 0.0))
 
 
 def test_who_subscribes_to_nothing_is_dropped_and_who_listens_stays() -> None:
     late, listening, new = Peer(), Peer(stream_id=7), Peer(came=UNNAMED_S)
-    assert unnamed([late, listening, new], UNNAMED_S + 1.0) == [late]
+    assert unnamed_listeners([late, listening, new], UNNAMED_S + 1.0) == [late]
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pickle
 
 import pytest
 
-from carlette.errors import MapError, UnknownActor
+from carlette.errors import MapError, UnknownActorError
 from carlette.opendrive.map_file import MapFile
 from carlette.opendrive.road_network import RoadNetwork
 from carlette.world.world import World
@@ -75,7 +75,7 @@ def test_actors_keep_their_motion_when_others_go() -> None:
     assert speed_of(world, first) == pytest.approx(first.id, abs=0.2)
     assert speed_of(world, third) == pytest.approx(third.id, abs=0.2)
     assert world.pose(third).location.x > 110.0
-    with pytest.raises(UnknownActor, match=str(second.id)):
+    with pytest.raises(UnknownActorError, match=str(second.id)):
         world.actor(second.id, "test")
 
 

@@ -22,7 +22,7 @@ from stucksolver_eval.run_table import recovered_text
 from stucksolver_eval.runner.isolated_process import RunError
 from stucksolver_eval.simulator_server import carlette_server
 from stucksolver_eval.streets.finder import StreetError
-from stucksolver_eval.systems.factory import ArmError
+from stucksolver_eval.systems.factory import SystemSpecError
 
 pytestmark = pytest.mark.integration
 
@@ -218,7 +218,7 @@ def test_what_cannot_be_shown_is_told_before_anything_is_driven(tmp_path: Path):
 
 
 def test_a_driver_that_is_none_is_told_before_anything_is_driven(tmp_path: Path):
-    with pytest.raises(ArmError, match=r"examples\.own_driver"):
+    with pytest.raises(SystemSpecError, match=r"examples\.own_driver"):
         demo(DemoSpec(driver="examples.own_driver:Missing", out=tmp_path), lambda _: None)
 
 

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from stucksolver.guard import Reject, RejectCode, Verdict
+from stucksolver.guard import RejectCode, RejectReason, Verdict
 from stucksolver_eval.result_pages.refused_passes import main
 
 
@@ -18,11 +18,11 @@ def written(folder, *rejects):
 
 def sight(needed_m, seen_m):
     facts = {"needed_m": needed_m, "seen_m": seen_m, "time_s": 7.3, "gap_m": seen_m - needed_m}
-    return Reject(code=RejectCode.ONCOMING_SIGHT, detail="any words", **facts)
+    return RejectReason(code=RejectCode.ONCOMING_SIGHT, detail="any words", **facts)
 
 
 def test_each_route_shows_the_refusal_that_lacked_the_least(tmp_path, capsys):
-    other = Reject(code=RejectCode.ONCOMING_GAP, detail="oncoming_sight")
+    other = RejectReason(code=RejectCode.ONCOMING_GAP, detail="oncoming_sight")
     written(tmp_path / "route b", sight(200.0, 100.0), other, sight(150.0, 120.0), sight(160.0, 90.0))
     written(tmp_path / "route a", sight(99.0, 10.0))
     written(tmp_path / "route c", other)

@@ -25,12 +25,12 @@ from stucksolver_eval.results.checkpoint import COMPLETED, PERFECT
 from stucksolver_eval.results.run_log import (
     ActorInfo,
     DecisionMoment,
-    Frame,
     LaneArea,
     LogEvent,
     MapView,
     Marking,
     RunLog,
+    RunLogFrame,
     RunResult,
 )
 
@@ -258,7 +258,7 @@ pose = st.tuples(metres, metres, st.floats(-720, 720))
 @given(st.lists(st.dictionaries(st.integers(0, 3), pose), min_size=1, max_size=12))
 def test_poses_read_back_to_the_centimetre(poses):
     frames = [
-        Frame(time_s=n / 10, speed_mps=n, poses=tuple((actor, *where) for actor, where in present.items()))
+        RunLogFrame(time_s=n / 10, speed_mps=n, poses=tuple((actor, *where) for actor, where in present.items()))
         for n, present in enumerate(poses)
     ]
     run = json.loads(embedded_json(pack([run_log(frames=frames, actors=4)], "", [])))["runs"][0]
@@ -288,10 +288,10 @@ def expand(packed, count):
 def test_lights_and_paths_are_kept_as_changes():
     path = ((0, 0), (1, 0), (2, 0), (2, 5))
     frames = [
-        Frame(time_s=0, speed_mps=0, poses=(), lights=((1, 2, "red"),)),
-        Frame(time_s=1, speed_mps=0, poses=(), lights=((1, 2, "red"),), path=path),
-        Frame(time_s=2, speed_mps=0, poses=(), path=path),
-        Frame(time_s=3, speed_mps=0, poses=(), lights=((1, 2, "green"),)),
+        RunLogFrame(time_s=0, speed_mps=0, poses=(), lights=((1, 2, "red"),)),
+        RunLogFrame(time_s=1, speed_mps=0, poses=(), lights=((1, 2, "red"),), path=path),
+        RunLogFrame(time_s=2, speed_mps=0, poses=(), path=path),
+        RunLogFrame(time_s=3, speed_mps=0, poses=(), lights=((1, 2, "green"),)),
     ]
     run = pack([run_log(frames=frames)], "", [])["runs"][0]
     assert run["lights"] == [[100, 200, [[0, "red"], [2, None], [3, "green"]]]]
@@ -302,7 +302,7 @@ def test_lights_and_paths_are_kept_as_changes():
 def test_four_long_busy_runs_stay_small(tmp_path):
     def busy_frame(n):
         poses = ((a, n * 0.83 + a, 3.5 * math.sin(n / 9 + a), n * 0.3 + a) for a in range(60))
-        return Frame(time_s=n / 10, speed_mps=8 + math.sin(n), poses=tuple(poses))
+        return RunLogFrame(time_s=n / 10, speed_mps=8 + math.sin(n), poses=tuple(poses))
 
     run = run_log(frames=[busy_frame(n) for n in range(1200)], actors=60)
     write_report([run] * 4, tmp_path / "report.html", "Runs", [])

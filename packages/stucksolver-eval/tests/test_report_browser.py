@@ -15,7 +15,7 @@ from stucksolver_eval.metrics.summary import summarize
 from stucksolver_eval.report import write_report
 from stucksolver_eval.report.comparison import write_comparison
 from stucksolver_eval.report.evaluation import write_evaluation
-from stucksolver_eval.results.run_log import DecisionMoment, Frame, LogEvent
+from stucksolver_eval.results.run_log import DecisionMoment, LogEvent, RunLogFrame
 from test_report import DECISION, run_log
 
 pytestmark = pytest.mark.integration
@@ -50,7 +50,7 @@ def pages(tmp_path_factory):
     """One of each kind of page."""
     folder = tmp_path_factory.mktemp("pages")
     frames = [
-        Frame(time_s=k / 10, speed_mps=max(0.0, 8.0 - k / 5), poses=((0, min(k * 0.6, 60.0), 1.75, 0.0),))
+        RunLogFrame(time_s=k / 10, speed_mps=max(0.0, 8.0 - k / 5), poses=((0, min(k * 0.6, 60.0), 1.75, 0.0),))
         for k in range(300)
     ]
     taken = DecisionMoment(

@@ -19,7 +19,7 @@ from stucksolver_perception.far_tracking import (
     FarTracker,
     is_refuted,
 )
-from stucksolver_perception.free_space import AZIMUTHS, CELL_M, SeenSpace
+from stucksolver_perception.free_space import AZIMUTHS, CELL_M, FreeSpace
 from stucksolver_perception.measurements import PoseEstimate
 from stucksolver_perception.rig import load_rig
 from stucksolver_perception.tracking import Track
@@ -250,12 +250,12 @@ def test_two_vehicles_side_by_side_keep_their_numbers() -> None:
     assert [round(one.rate_mps / 5.0) for one in told] == [-3, 1]
 
 
-def free(reach_m: float, but: tuple[float, float] = (0.0, 0.0)) -> SeenSpace:
+def free(reach_m: float, but: tuple[float, float] = (0.0, 0.0)) -> FreeSpace:
     """Ground seen all around up to this distance, except for a ring."""
     cells = np.zeros((AZIMUTHS, 170), bool)
     cells[:, : round(reach_m / CELL_M)] = True
     cells[:, round(but[0] / CELL_M) : round(but[1] / CELL_M)] = False
-    return SeenSpace(cells, np.full(AZIMUTHS, np.inf), np.zeros(AZIMUTHS), (0.0, 0.0))
+    return FreeSpace(cells, np.full(AZIMUTHS, np.inf), np.zeros(AZIMUTHS), (0.0, 0.0))
 
 
 def far(range_m: float, sd_m: float = 2.0) -> FarTrack:

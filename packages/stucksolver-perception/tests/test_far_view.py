@@ -8,7 +8,7 @@ import pytest
 from stucksolver_perception.camera.camera_sight_distance import CameraSight, SightModel
 from stucksolver_perception.camera.far_detector import FarDetections
 from stucksolver_perception.camera.far_range import FarPlaces
-from stucksolver_perception.far_view import FRESH_S, FarLook, FarView, blockers_of
+from stucksolver_perception.far_view import FRESH_S, FarImage, FarView, blockers_of
 from stucksolver_perception.measurements import Floats, PoseEstimate
 from stucksolver_perception.rig import load_rig
 from stucksolver_perception.tracking import Track
@@ -58,56 +58,56 @@ def view(*times: float, recall: SightModel | None = None, blockers: Floats = NOT
     recall = recall or model()
     empty = FarView((), CameraSight(CAMERA, recall), recall)
     for time_s in times:
-        empty = empty.with_look(FarLook(nobody(time_s), pose(time_s), blockers))
+        empty = empty.with_look(FarImage(nobody(time_s), pose(time_s), blockers))
     return empty
 
 
 def test_the_camera_goes_on_to_where_it_finds_vehicles() -> None:
-    assert view(1.0).seen_m(LINE, 50.0, 20.0, 1.0) == pytest.approx(175.0, abs=4.0)
+    assert view(1.0).clear_length_m(LINE, 50.0, 20.0, 1.0) == pytest.approx(175.0, abs=4.0)
 
 
 def test_what_came_nearer_since_the_picture_is_taken_off() -> None:
-    fresh, older = (view(1.0).seen_m(LINE, 50.0, 20.0, 1.0 + age) for age in (0.0, 0.3))
+    fresh, older = (view(1.0).clear_length_m(LINE, 50.0, 20.0, 1.0 + age) for age in (0.0, 0.3))
     assert fresh - older == pytest.approx(6.0)
 
 
 def test_an_old_picture_says_nothing() -> None:
-    assert view(1.0).seen_m(LINE, 50.0, 20.0, 1.01 + FRESH_S) == 50.0
+    assert view(1.0).clear_length_m(LINE, 50.0, 20.0, 1.01 + FRESH_S) == 50.0
 
 
 def test_without_a_picture_sight_is_the_lidars() -> None:
-    assert view().seen_m(LINE, 50.0, 20.0, 1.0) == 50.0
+    assert view().clear_length_m(LINE, 50.0, 20.0, 1.0) == 50.0
 
 
 def test_a_lane_of_which_the_lidar_sees_little_is_not_seen_on() -> None:
-    assert view(1.0).seen_m(LINE, 15.0, 20.0, 1.0) == 15.0
+    assert view(1.0).clear_length_m(LINE, 15.0, 20.0, 1.0) == 15.0
 
 
 def test_a_detector_that_misses_too_many_adds_nothing() -> None:
-    assert view(1.0, recall=model(found=300)).seen_m(LINE, 50.0, 20.0, 1.0) == 50.0
+    assert view(1.0, recall=model(found=300)).clear_length_m(LINE, 50.0, 20.0, 1.0) == 50.0
 
 
 def test_three_looks_show_what_one_does_not() -> None:
     weak = model(found=370, again=20)
-    assert view(2.0, recall=weak).seen_m(LINE, 50.0, 20.0, 2.0) == 50.0
-    assert view(1.0, 1.5, 2.0, recall=weak).seen_m(LINE, 50.0, 20.0, 2.0) > 120.0
+    assert view(2.0, recall=weak).clear_length_m(LINE, 50.0, 20.0, 2.0) == 50.0
+    assert view(1.0, 1.5, 2.0, recall=weak).clear_length_m(LINE, 50.0, 20.0, 2.0) > 120.0
 
 
 def test_looks_in_quick_succession_are_one_look() -> None:
     weak = model(found=370, again=20)
-    assert view(1.8, 1.9, 2.0, recall=weak).seen_m(LINE, 50.0, 20.0, 2.0) == 50.0
+    assert view(1.8, 1.9, 2.0, recall=weak).clear_length_m(LINE, 50.0, 20.0, 2.0) == 50.0
 
 
 def test_an_earlier_look_shows_less_of_a_lane_whose_traffic_is_quick() -> None:
     weak = model(found=370, again=20)
-    slow, quick = (view(1.5, 2.0, recall=weak).seen_m(LINE[:120], 50.0, v, 2.0) for v in (5.0, 30.0))
+    slow, quick = (view(1.5, 2.0, recall=weak).clear_length_m(LINE[:120], 50.0, v, 2.0) for v in (5.0, 30.0))
     # Half a second earlier: 12.5 m between the two.
     assert slow - quick == pytest.approx(12.5, abs=2.5)
 
 
 def test_behind_a_vehicle_nothing_is_seen() -> None:
     bus = np.array([[40.0, 2.5, 1.6, 12.0, 2.5, 3.2, 0.0]])
-    assert view(1.0, blockers=bus).seen_m(LINE, 30.0, 20.0, 1.0) < 50.0
+    assert view(1.0, blockers=bus).clear_length_m(LINE, 30.0, 20.0, 1.0) < 50.0
 
 
 def test_a_vehicle_that_was_found_hides_from_the_nearest_place_where_it_can_be() -> None:
@@ -128,7 +128,7 @@ def test_a_vehicle_that_was_found_hides_from_the_nearest_place_where_it_can_be()
     (box,) = blockers_of((), found, places, CAMERA, pose(1.0))
     assert box[0] == pytest.approx(80.8)
     assert box[1] == pytest.approx(2.8)
-    seen = view(1.0, blockers=box[None]).seen_m(LINE, 50.0, 20.0, 1.0)
+    seen = view(1.0, blockers=box[None]).clear_length_m(LINE, 50.0, 20.0, 1.0)
     assert 70.0 < seen < 90.0
 
 
@@ -155,18 +155,18 @@ def test_over_the_roof_of_a_low_car_the_camera_sees_the_upper_part_of_who_comes(
 ) -> None:
     """The LiDAR, a metre higher, saw the first 70 m. Of these the car hides all from 27 m on from the camera."""
     blockers = NOTHING if height_m is None else ahead(height_m)
-    seen = view(1.0, recall=model(part=part), blockers=blockers).seen_m(LINE, 70.0, 20.0, 1.0)
+    seen = view(1.0, recall=model(part=part), blockers=blockers).clear_length_m(LINE, 70.0, 20.0, 1.0)
     assert seen == pytest.approx(seen_m, abs=4.0)
 
 
 def test_what_the_lidar_did_not_see_behind_the_roof_is_not_skipped() -> None:
-    assert view(1.0, recall=model(part=400), blockers=ahead(1.49)).seen_m(LINE, 35.0, 20.0, 1.0) < 38.0
+    assert view(1.0, recall=model(part=400), blockers=ahead(1.49)).clear_length_m(LINE, 35.0, 20.0, 1.0) < 38.0
 
 
 def test_further_looks_over_the_roof_count_with_the_misses_that_they_repeat() -> None:
     """With nine in ten found in part, one look is too few."""
     once, three, repeated = (
-        view(*times, recall=model(part=360, again=again), blockers=ahead(1.49)).seen_m(LINE, 70.0, 0.0, 2.0)
+        view(*times, recall=model(part=360, again=again), blockers=ahead(1.49)).clear_length_m(LINE, 70.0, 0.0, 2.0)
         for times, again in (((2.0,), 20), ((1.0, 1.5, 2.0), 20), ((1.0, 1.5, 2.0), 95))
     )
     assert once == repeated == 70.0

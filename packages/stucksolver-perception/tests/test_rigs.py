@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stucksolver_perception.rig import SHIPPED, CameraRig, Mount, RigError, load_rig
+from stucksolver_perception.rig import SHIPPED, CameraRig, RigError, SensorMount, load_rig
 
 RIG = load_rig()
 
@@ -71,11 +71,11 @@ def test_a_rig_of_another_version_is_named_before_its_fields_are(written):
 
 def test_yaw_turns_to_the_left_and_pitch_down_and_roll_lifts_the_left_side():
     def ahead(**turn):
-        return Mount(x_m=0.0, y_m=0.0, z_m=0.0, **turn).to_vehicle()[:3, :3] @ [1.0, 0.0, 0.0]
+        return SensorMount(x_m=0.0, y_m=0.0, z_m=0.0, **turn).to_vehicle()[:3, :3] @ [1.0, 0.0, 0.0]
 
     np.testing.assert_allclose(ahead(yaw_deg=90.0), [0.0, 1.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(ahead(pitch_deg=90.0), [0.0, 0.0, -1.0], atol=1e-12)
-    left = Mount(x_m=0.0, y_m=0.0, z_m=0.0, roll_deg=90.0).to_vehicle()[:3, :3] @ [0.0, 1.0, 0.0]
+    left = SensorMount(x_m=0.0, y_m=0.0, z_m=0.0, roll_deg=90.0).to_vehicle()[:3, :3] @ [0.0, 1.0, 0.0]
     np.testing.assert_allclose(left, [0.0, 0.0, 1.0], atol=1e-12)
 
 
@@ -84,7 +84,7 @@ ANGLES = st.floats(-180.0, 180.0)
 
 @given(ANGLES, ANGLES, ANGLES)
 def test_a_mount_turns_and_shifts_and_does_no_more(yaw, pitch, roll):
-    matrix = Mount(x_m=1.0, y_m=2.0, z_m=3.0, yaw_deg=yaw, pitch_deg=pitch, roll_deg=roll).to_vehicle()
+    matrix = SensorMount(x_m=1.0, y_m=2.0, z_m=3.0, yaw_deg=yaw, pitch_deg=pitch, roll_deg=roll).to_vehicle()
     np.testing.assert_allclose(matrix[:3, :3] @ matrix[:3, :3].T, np.eye(3), atol=1e-12)
     assert np.linalg.det(matrix[:3, :3]) == pytest.approx(1.0)
     assert matrix[:, 3].tolist() == [1.0, 2.0, 3.0, 1.0]
@@ -108,7 +108,7 @@ def test_what_is_higher_is_further_up_in_the_picture():
 
 @given(st.floats(-5.0, 0.0))
 def test_what_is_behind_the_lens_is_told_apart(back_m):
-    mount = Mount(x_m=0.0, y_m=0.0, z_m=1.5)
+    mount = SensorMount(x_m=0.0, y_m=0.0, z_m=1.5)
     camera = CameraRig(mount=mount, width_px=160, height_px=90, fov_deg=90.0)
     column, row, ahead = camera.project(np.array([[back_m, 1.0, 1.0]]))
     assert ahead[0] <= 0.0

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stucksolver_perception.free_space import OWN_M, SeenSpace
+from stucksolver_perception.free_space import OWN_M, FreeSpace
 from stucksolver_perception.rig import load_rig
 
 LIDAR = load_rig().lidar
@@ -42,28 +42,28 @@ def cast(boxes=(), *, slope=0.0, dropped=0.0, seed=0, road=None):
 
 
 def space(*boxes, **more):
-    return SeenSpace.from_points(cast(boxes, **more), LIDAR)
+    return FreeSpace.from_points(cast(boxes, **more), LIDAR)
 
 
 def seen(where, x, y):
-    return bool(where.seen(np.array([x]), np.array([y]))[0])
+    return bool(where.is_proven_free(np.array([x]), np.array([y]))[0])
 
 
 def test_an_empty_plain_is_seen_in_all_directions_as_far_as_the_ground_sends_rays_back():
     free = space(dropped=0.45)
     angle = np.linspace(-3.1, 3.1, 100)
     for distance in (5.0, 10.0, 20.0, 40.0):
-        assert free.seen(distance * np.cos(angle), distance * np.sin(angle)).mean() > 0.98
-    assert 45.0 < free.seen_along(AHEAD) <= LIDAR.range_m
+        assert free.is_proven_free(distance * np.cos(angle), distance * np.sin(angle)).mean() > 0.98
+    assert 45.0 < free.free_length_along_m(AHEAD) <= LIDAR.range_m
     assert not seen(free, 200.0, 0.0)
 
 
 def test_no_return_is_no_evidence():
-    nothing = SeenSpace.from_points(np.zeros((0, 4), np.float32), LIDAR)
-    assert not nothing.seen(np.linspace(-80, 80, 50), np.linspace(-80, 80, 50)).any()
-    assert nothing.seen_along(AHEAD) <= OWN_M
+    nothing = FreeSpace.from_points(np.zeros((0, 4), np.float32), LIDAR)
+    assert not nothing.is_proven_free(np.linspace(-80, 80, 50), np.linspace(-80, 80, 50)).any()
+    assert nothing.free_length_along_m(AHEAD) <= OWN_M
     half = cast()
-    half = SeenSpace.from_points(half[half[:, 0] > 0.0], LIDAR)
+    half = FreeSpace.from_points(half[half[:, 0] > 0.0], LIDAR)
     assert seen(half, 20.0, 3.0)
     assert not seen(half, -20.0, 3.0)
 
@@ -74,7 +74,7 @@ def test_a_van_hides_what_stands_behind_it_and_nothing_beside():
     assert not seen(hidden, 45.0, 0.0)
     assert seen(hidden, 10.0, 0.0)
     assert seen(hidden, 25.0, 6.0)
-    assert hidden.seen_along(AHEAD) == pytest.approx(12.5, abs=1.0)
+    assert hidden.free_length_along_m(AHEAD) == pytest.approx(12.5, abs=1.0)
 
 
 @pytest.mark.parametrize("lower", [0.4, 0.5, 1.0, 3.0])
@@ -87,23 +87,23 @@ def test_a_road_that_is_higher_than_the_land_beside_it_is_seen_along_both_ways(l
     right, left = sorted((-1.8 * side, 5.0 * side))
     free = space(road=(right, left, lower), slope=slope, dropped=0.45)
     for way in (1.0, -1.0):
-        assert free.seen_along(way * AHEAD) > 30.0
-        assert free.seen_along(way * AHEAD + (0.0, 3.0 * side)) > 30.0
+        assert free.free_length_along_m(way * AHEAD) > 30.0
+        assert free.free_length_along_m(way * AHEAD + (0.0, 3.0 * side)) > 30.0
     taken = space((way * 20.0, 0.0, 1.0, 0.9, 1.6), road=(right, left, lower), slope=slope, dropped=0.45)
-    assert taken.seen_along(way * AHEAD) < 20.0
+    assert taken.free_length_along_m(way * AHEAD) < 20.0
     assert not seen(taken, way * 24.0, 0.0)
 
 
 def test_over_a_low_thing_one_sees_and_under_a_bridge_too():
-    assert space((15.0, 0.0, 0.2, 0.2, 0.6)).seen_along(AHEAD, bridge_m=4.0) > 40.0
+    assert space((15.0, 0.0, 0.2, 0.2, 0.6)).free_length_along_m(AHEAD, bridge_m=4.0) > 40.0
     points = cast()
     bridge = np.array([[30.0, y, z] for y in np.arange(-8, 8, 0.2) for z in (4.5, 5.0)])
-    assert SeenSpace.from_points(np.concatenate([points, bridge]), LIDAR).seen_along(AHEAD) > 45.0
+    assert FreeSpace.from_points(np.concatenate([points, bridge]), LIDAR).free_length_along_m(AHEAD) > 45.0
 
 
 @pytest.mark.parametrize("slope", [-0.06, -0.03, 0.03, 0.06])
 def test_a_slope_is_ground_and_not_a_wall(slope):
-    assert space(slope=slope).seen_along(AHEAD) > 25.0
+    assert space(slope=slope).free_length_along_m(AHEAD) > 25.0
     assert not seen(space((15.0, 0.0, 2.0, 1.0, 2.0), slope=slope), 20.0, 0.0)
 
 
@@ -120,8 +120,8 @@ def test_the_middle_of_a_vehicle_is_never_called_free(distance, angle, height, s
 @given(st.floats(6.0, 40.0), st.floats(-20.0, 20.0), st.floats(0.3, 2.5), st.integers(0, 9))
 def test_one_more_thing_never_shows_more_of_the_space_behind_it(x, y, height, seed):
     beyond = np.linspace(1.05, 1.6, 12)
-    with_it = space((x, y, 0.8, 0.8, height), dropped=0.3, seed=seed).seen(x * beyond, y * beyond)
-    without = space(dropped=0.0, seed=seed).seen(x * beyond, y * beyond)
+    with_it = space((x, y, 0.8, 0.8, height), dropped=0.3, seed=seed).is_proven_free(x * beyond, y * beyond)
+    without = space(dropped=0.0, seed=seed).is_proven_free(x * beyond, y * beyond)
     assert not (with_it & ~without).any()
 
 
@@ -130,16 +130,16 @@ def test_one_more_thing_never_shows_more_of_the_space_behind_it(x, y, height, se
 def test_a_line_is_never_seen_for_longer_than_it_is(corners):
     line = np.array(corners)
     length = float(np.hypot(*np.diff(line, axis=0).T).sum())
-    assert 0.0 <= FREE.seen_along(line) <= length + 1e-9
+    assert 0.0 <= FREE.free_length_along_m(line) <= length + 1e-9
 
 
 def test_the_camera_lengthens_sight_ahead_but_not_through_what_the_lidar_found():
     cone = np.radians([-30.0, 0.0, 30.0])
-    assert space().extended(cone, np.full(3, 160.0)).seen_along(np.array([[0.0, 0.0], [200.0, 0.0]])) == pytest.approx(
-        160.0, abs=0.5
-    )
+    assert space().extended(cone, np.full(3, 160.0)).free_length_along_m(
+        np.array([[0.0, 0.0], [200.0, 0.0]])
+    ) == pytest.approx(160.0, abs=0.5)
     hidden = space((15.0, 0.0, 2.5, 1.0, 2.4)).extended(cone, np.full(3, 160.0))
-    assert hidden.seen_along(AHEAD) < 14.0
+    assert hidden.free_length_along_m(AHEAD) < 14.0
     assert seen(hidden, 100.0, 30.0)
     assert not seen(hidden, -100.0, 0.0)
     assert not seen(hidden, 100.0, 70.0)

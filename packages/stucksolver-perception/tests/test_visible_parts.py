@@ -11,7 +11,7 @@ from stucksolver_perception.camera.crops import windows_of
 from stucksolver_perception.measurements import LidarSweep
 from stucksolver_perception.recording import GESTURES, KINDS, PARTS, Recorded, Truth
 from stucksolver_perception.rig import load_rig
-from stucksolver_perception.visible_parts import BRAKE, LEFT, RIGHT, SPECIAL, Seen, VisibleParts
+from stucksolver_perception.visible_parts import BRAKE, LEFT, RIGHT, SPECIAL, VisibleAttributes, VisibleParts
 
 RIG = load_rig().camera
 CAR, OTHER = 300, 301
@@ -30,7 +30,7 @@ def seen(
     wide_px: int = 0,
     sign: tuple[float, float] | None = None,
     before: tuple[float, float] | None = None,
-) -> Seen:
+) -> VisibleAttributes:
     """A car or a flagger 15 m ahead, which fills its rectangle in the mask and `wide_px` more to either side.
 
     In `hide`, rows and columns as shares of the rectangle, something else is in front of it. A `sign` of 0.6 m that

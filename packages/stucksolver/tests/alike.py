@@ -14,7 +14,7 @@ from dataclasses import replace
 import pytest
 
 from stucksolver.guard import NOBODY, Guard, RejectCode, Verdict
-from stucksolver.guard.proven_plan import Proven
+from stucksolver.guard.proven_plan import ProvenPlan
 from stucksolver.scene import ObjectKind, RoadGeometry, Surroundings, TrackedObject
 from stucksolver.scene.frenet_scene import FrenetScene
 from worlds import thing
@@ -72,12 +72,12 @@ def shuffled(seen: Surroundings) -> Surroundings:
     return seen.model_copy(update={"objects": objects, "controls": tuple(reversed(seen.controls)), "road": road})
 
 
-NOT_LAID_OUT = {RejectCode.NO_PATH, RejectCode.STALE, RejectCode.UNSOUND, RejectCode.APPROVAL}
+NOT_LAID_OUT = {RejectCode.NO_PATH, RejectCode.STALE, RejectCode.IMPLAUSIBLE, RejectCode.APPROVAL}
 """Refusals before there is a path."""
 VARIANTS = {"mirrored": mirrored, "turned": turned, "shuffled": shuffled}
 
 
-def same_plan(proven: Proven, view: FrenetScene, flipped: bool) -> Proven:
+def same_plan(proven: ProvenPlan, view: FrenetScene, flipped: bool) -> ProvenPlan:
     """What was proven, in the variant's own frame."""
     path = proven.path
     enters = tuple(next(lane for lane in view.frame.lanes if lane.strip.id == own.strip.id) for own in path.enters)
@@ -89,9 +89,9 @@ def same_plan(proven: Proven, view: FrenetScene, flipped: bool) -> Proven:
 class Judge(Guard):
     """Lays out what it is given, since behaviours know left from right: on which side oncoming traffic is, say."""
 
-    given: Proven | None = None
+    given: ProvenPlan | None = None
 
-    def lay_out(self, *_args: object, **_more: object) -> Proven:
+    def lay_out(self, *_args: object, **_more: object) -> ProvenPlan:
         assert self.given is not None
         return self.given
 

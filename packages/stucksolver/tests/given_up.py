@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from stucksolver.guard import Guard, Reject, RejectCode, Verdict
-from stucksolver.plan.behaviors import Abort
+from stucksolver.guard import Guard, RejectCode, RejectReason, Verdict
+from stucksolver.plan.behaviors import AbortAction
 
-PRESSED = Verdict(rejects=(Reject(code=RejectCode.LANE_ENTRY, detail="a car comes"),), abort=Abort.STOP)
+PRESSED = Verdict(rejects=(RejectReason(code=RejectCode.LANE_ENTRY, detail="a car comes"),), abort=AbortAction.STOP)
 
 
 class GivesUp(Guard):

@@ -8,9 +8,9 @@ import numpy as np
 
 from stucksolver.guard import NOBODY, Guard, RejectCode
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.path_tracking import tracked
+from stucksolver.guard.path_tracking import tracked_path
 from stucksolver.plan.behaviors import BorrowOncomingLane
-from stucksolver.plan.frenet_path import Manoeuvre
+from stucksolver.plan.frenet_path import FrenetPath
 from stucksolver.scene import (
     LaneDirection,
     LineKind,
@@ -32,7 +32,7 @@ NUMBERS = range(40)
 
 def case_of(world, *behaviors, running=False):
     view = world.view()
-    path = tracked(GUARD.lay_out(behaviors, view, False, NOBODY).path, view, POLICY.tracking, reverse=False)
+    path = tracked_path(GUARD.lay_out(behaviors, view, False, NOBODY).path, view, POLICY.tracking, reverse=False)
     return CheckContext(view, path, POLICY, running=running)
 
 
@@ -40,7 +40,7 @@ def case_on(d, turn, objects=(), *, start_s=50.0, **world):
     """A path of one's own making, half a metre from station to station."""
     view = World(MULTI, list(objects), x=start_s, **world).view()
     s = start_s + 0.5 * np.arange(len(d))
-    path = Manoeuvre(s, np.asarray(d, float), np.full(len(d), 5.0), yaw=np.asarray(turn, float))
+    path = FrenetPath(s, np.asarray(d, float), np.full(len(d), 5.0), yaw=np.asarray(turn, float))
     return CheckContext(view, path, POLICY)
 
 

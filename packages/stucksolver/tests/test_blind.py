@@ -10,7 +10,7 @@ import pytest
 from stucksolver import StuckSolver
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.plan import Execute
-from stucksolver.plan.behaviors import Abort, BorrowOncomingLane, KeepLane
+from stucksolver.plan.behaviors import AbortAction, BorrowOncomingLane, KeepLane
 from stucksolver.scene import Zone, ZoneKind
 from stucksolver.solver import EventKind
 from worlds import LANE_M, World, straight_road, stubborn, thing
@@ -55,14 +55,14 @@ def test_recheck_stale_past_commit_point_leads_to_a_stop():
     world, proven = passing(75.0, LANE_M, 4.0)
     world.age_s = LATE_S
     verdict = GUARD.recheck(proven, world.view())
-    assert verdict.abort is Abort.STOP_SOON and verdict.codes == (RejectCode.STALE,)
+    assert verdict.abort is AbortAction.STOP_SOON and verdict.codes == (RejectCode.STALE,)
 
 
 def test_recheck_stale_while_giving_way_keeps_braking():
     """At any speed: whoever brakes for others does not go on without seeing them."""
     world, proven = passing(75.0, LANE_M, 2.0)
     world.age_s = LATE_S
-    assert GUARD.recheck(proven, world.view(), frozenset({"somebody"})).abort is Abort.GIVE_WAY
+    assert GUARD.recheck(proven, world.view(), frozenset({"somebody"})).abort is AbortAction.YIELD
 
 
 @pytest.mark.parametrize("speed_mps", [0.5, 2.0, 4.0, 5.0])

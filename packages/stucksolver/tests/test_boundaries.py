@@ -11,9 +11,9 @@ from stucksolver.guard import Guard, RejectCode
 from stucksolver.plan.behaviors import BorrowOncomingLane, DriveOver, KeepLane
 from stucksolver.scene import ObjectKind, Surroundings
 from stucksolver.scene.frenet_scene import FrenetScene
-from stucksolver.scene.plausibility import why_unsound
+from stucksolver.scene.plausibility import implausibility
 from stucksolver.solver import EventKind
-from stucksolver.solver.surroundings_monitor import Senses
+from stucksolver.solver.surroundings_monitor import SurroundingsMonitor
 from worlds import LANE_M, World, drive, straight_road, stubborn, thing
 
 GUARD = Guard()
@@ -60,13 +60,13 @@ UNSOUND = {
 
 @pytest.mark.parametrize("what", UNSOUND)
 def test_nothing_is_proven_on_what_cannot_be_true(what):
-    assert why_unsound(UNSOUND[what])
-    assert codes([BORROW], UNSOUND[what]) == {RejectCode.UNSOUND}
+    assert implausibility(UNSOUND[what])
+    assert codes([BORROW], UNSOUND[what]) == {RejectCode.IMPLAUSIBLE}
 
 
 @pytest.mark.parametrize("what", UNSOUND)
 def test_it_counts_as_nothing_seen_and_grows_old(what):
-    senses, good = Senses(), seen()
+    senses, good = SurroundingsMonitor(), seen()
     assert senses.look(lambda: good, 0.0) is good
     later = senses.look(lambda: UNSOUND[what], 1.0)
     assert later is not None and later.age_s == pytest.approx(1.0)
@@ -74,7 +74,7 @@ def test_it_counts_as_nothing_seen_and_grows_old(what):
 
 
 def test_sound_surroundings_are_sound():
-    assert why_unsound(seen()) is None and codes([BORROW], seen()) == set()
+    assert implausibility(seen()) is None and codes([BORROW], seen()) == set()
 
 
 @pytest.mark.parametrize("part", ["scene", "surroundings"])
@@ -93,12 +93,12 @@ def test_what_the_stack_raises_does_not_get_through_step(part):
 
 @pytest.mark.parametrize("given", ["a string", 3, {"frame": 1}])
 def test_what_is_no_surroundings_at_all_is_told(given):
-    senses = Senses()
+    senses = SurroundingsMonitor()
     assert senses.look(lambda: given, 0.0) is None and "returned a" in senses.fault
 
 
 def test_objects_that_stand_still_under_running_frame_numbers_grow_old():
-    senses = Senses()
+    senses = SurroundingsMonitor()
     first = with_object()
     senses.look(lambda: first, 0.0)
     for k in range(1, 20):
@@ -123,7 +123,7 @@ class Blind(KeepLane):
     ids=["subclass", "string", "1e9 m", "nan", "words", "a million"],
 )
 def test_a_plan_that_is_none_is_refused(plan):
-    assert codes(plan, World(straight_road()).surroundings()) == {RejectCode.UNSOUND}
+    assert codes(plan, World(straight_road()).surroundings()) == {RejectCode.IMPLAUSIBLE}
 
 
 @pytest.mark.parametrize("change", [{"length_m": 6.0, "width_m": 4.0}, {"vx_mps": 3.0}, {"vy_mps": -3.0}])

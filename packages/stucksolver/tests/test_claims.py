@@ -9,7 +9,7 @@ import pytest
 
 from grids import sample
 from stucksolver import StuckSolver
-from stucksolver.ladder.ladder import Words
+from stucksolver.ladder.ladder import GuidancePolicy
 from stucksolver.plan import Execute, WaitReason
 from stucksolver.scene import LineKind, ObjectKind
 from stucksolver.solver import EventKind, QuestionError
@@ -165,13 +165,13 @@ def test_hurry_shortens_the_wait_for_others_and_no_duty():
     climb = first_state(ladder(), frozenset({"rules"})).escalation
     hurried = replace(climb, patience=0.5)
     for reason in (WaitReason.LIGHT, WaitReason.PEOPLE, WaitReason.YIELD, WaitReason.STOP_SIGN):
-        assert hurried.waited(reason, 0.0).outlived(100.0) == climb.waited(reason, 0.0).outlived(100.0)
-    assert climb.waited(WaitReason.QUEUE, 0.0).outlived(200.0) == frozenset()
-    assert hurried.waited(WaitReason.QUEUE, 0.0).outlived(200.0) == {WaitReason.QUEUE}
+        assert hurried.note_wait(reason, 0.0).expired_waits(100.0) == climb.note_wait(reason, 0.0).expired_waits(100.0)
+    assert climb.note_wait(WaitReason.QUEUE, 0.0).expired_waits(200.0) == frozenset()
+    assert hurried.note_wait(WaitReason.QUEUE, 0.0).expired_waits(200.0) == {WaitReason.QUEUE}
 
 
 def test_a_claim_is_forgotten_after_its_time():
-    brief = ladder(words=Words(claims_s=3.0))
+    brief = ladder(words=GuidancePolicy(claims_s=3.0))
     world = World(straight_road(oncoming=None), [bag(0.6)], x=64.0, cruise_mps=0.0)
     world.objects = [world.objects[0].model_copy(update={"kind_confidence": 0.3})]
 

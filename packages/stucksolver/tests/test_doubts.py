@@ -8,12 +8,18 @@ from dataclasses import dataclass
 import pytest
 
 from stucksolver.plan import Intent, Observation, ObservedControl, Participant
-from stucksolver.reasoners import Answer
+from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.reasoners.rules import RuleReasoner
 from stucksolver.record import Recorder, replay
 from stucksolver.scene import CameraImage, ControlKind, LaneRelation, LightState, ObjectKind
 from stucksolver.solver import EventKind
-from stucksolver.solver.state_machine.perception_disagreement import DOUBTED_S, LIGHT, disagreements, doubted, noted
+from stucksolver.solver.state_machine.perception_disagreement import (
+    DISPUTE_DURATION_S,
+    LIGHT,
+    find_disagreements,
+    mask_disputed,
+    update_disputes,
+)
 from worlds import World, drive, red_light, straight_road, stubborn, thing
 
 K = ObjectKind
@@ -42,7 +48,7 @@ class SeesAnother:
     def decide(self, request):
         answer = RuleReasoner().decide(request)
         observation = answer.decision.observation.model_copy(update={"participants": (self._seen,)})
-        return Answer(answer.decision.model_copy(update={"observation": observation}), self.name)
+        return ReasonerAnswer(answer.decision.model_copy(update={"observation": observation}), self.name)
 
 
 def street(**more):
@@ -64,7 +70,7 @@ def test_a_bag_that_the_model_takes_for_a_rock_is_not_driven_over_and_the_contra
     agrees = drive(street(), 25.0, ladder=stubborn(), reasoner=SeesAnother("it", K.BAG))
     assert agrees.nearest_m < 0.0, "else this shows nothing"
     contradicts = drive(street(), 25.0, ladder=stubborn(), reasoner=SeesAnother("it", K.DEBRIS))
-    assert contradicts.texts(EventKind.DISAGREED)[0] == (
+    assert contradicts.texts(EventKind.PERCEPTION_DISPUTED)[0] == (
         "perception says that object it is bag, the reasoner sees debris; it counts as unknown"
     )
     assert contradicts.nearest_m > 0.0
@@ -82,36 +88,36 @@ def test_a_record_with_a_contradiction_is_derived_again(tmp_path):
 
 @pytest.mark.parametrize("said", [K.BAG, K.LITTER, K.UNKNOWN])
 def test_what_is_treated_alike_or_not_known_is_no_contradiction(said):
-    assert disagreements(street().scene(), observed(("it", said))) == ()
+    assert find_disagreements(street().scene(), observed(("it", said))) == ()
 
 
 def test_a_model_that_had_no_picture_contradicts_nothing():
     scene = street().scene().model_copy(update={"image": None})
-    assert disagreements(scene, observed(("it", K.DEBRIS), light=LightState.RED)) == ()
+    assert find_disagreements(scene, observed(("it", K.DEBRIS), light=LightState.RED)) == ()
 
 
 @pytest.mark.parametrize("kind", [K.PEDESTRIAN, K.ANIMAL, K.SCHOOL_BUS, K.CAR, K.CROSSING_GATE, K.FLAGGER])
 def test_what_forbids_is_not_changed_by_a_model_that_calls_it_a_bag(kind):
     world = street(kind=kind, height=1.5)
-    found = disagreements(world.scene(), observed(("it", K.BAG)))
+    found = find_disagreements(world.scene(), observed(("it", K.BAG)))
     assert [one.counts for one in found] == [False]
-    doubts = noted({}, found, 10.0)
-    assert doubted(world.surroundings(), doubts, 11.0).objects[0].kind is kind
+    doubts = update_disputes({}, found, 10.0)
+    assert mask_disputed(world.surroundings(), doubts, 11.0).objects[0].kind is kind
 
 
 @pytest.mark.parametrize("shown", [LightState.GREEN, LightState.OFF])
 def test_a_green_or_dark_light_that_the_model_sees_red_counts_as_unknown_for_a_while(shown):
     world = Pictured(straight_road(), controls=(red_light(20.0, shown),))
-    doubts = noted({}, disagreements(world.scene(), observed(light=LightState.RED)), 10.0)
+    doubts = update_disputes({}, find_disagreements(world.scene(), observed(light=LightState.RED)), 10.0)
     assert set(doubts) == {LIGHT}
     seen = world.surroundings()
-    assert doubted(seen, doubts, 10.0 + DOUBTED_S - 0.1).controls[0].state is LightState.UNKNOWN
-    assert doubted(seen, doubts, 10.0 + DOUBTED_S + 0.1) is seen
+    assert mask_disputed(seen, doubts, 10.0 + DISPUTE_DURATION_S - 0.1).controls[0].state is LightState.UNKNOWN
+    assert mask_disputed(seen, doubts, 10.0 + DISPUTE_DURATION_S + 0.1) is seen
 
 
 @pytest.mark.parametrize("shown", [LightState.RED, LightState.YELLOW])
 def test_a_red_or_yellow_light_stays_so_whatever_the_model_sees(shown):
     world = Pictured(straight_road(), controls=(red_light(20.0, shown),))
-    found = disagreements(world.scene(), observed(light=LightState.GREEN))
+    found = find_disagreements(world.scene(), observed(light=LightState.GREEN))
     assert [one.counts for one in found] == [False]
-    assert noted({}, found, 0.0) == {}
+    assert update_disputes({}, found, 0.0) == {}

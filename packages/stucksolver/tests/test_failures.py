@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from stucksolver.guard import Reject, RejectCode, Verdict
+from stucksolver.guard import RejectCode, RejectReason, Verdict
 from stucksolver.solver.state_machine.history import passes
 
 C = RejectCode
 
 
 def refused(*codes):
-    return Verdict(rejects=tuple(Reject(code=code, detail="why", object_id="car") for code in codes))
+    return Verdict(rejects=tuple(RejectReason(code=code, detail="why", object_id="car") for code in codes))
 
 
 @pytest.mark.parametrize(

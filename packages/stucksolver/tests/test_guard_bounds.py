@@ -34,7 +34,7 @@ def waits(*objects, controls=(), guided=False, guard=GUARD, **lead):
     path = replace(guard.lay_out([BORROW], alone, False, Approvals()).path, passes=("lead",))
     first = thing("lead", LEAD_X, **({"stationary_s": 30.0} | lead))
     view = World(ROAD, [first, *objects], controls=tuple(controls)).view()
-    found = passable_obstacles.patience(CheckContext(view, path, guard.policy, guided))
+    found = passable_obstacles.check_wait_elapsed(CheckContext(view, path, guard.policy, guided))
     assert all(r.code is C.WAIT_FIRST and r.object_id == "lead" for r in found)
     return bool(found)
 

@@ -22,9 +22,9 @@ from guard_cases import (
 )
 from stucksolver.guard import path_checks
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.prediction import drifted_to
+from stucksolver.guard.prediction import is_on_drift_side
 from stucksolver.plan.behaviors import KeepLane
-from stucksolver.plan.frenet_path import Manoeuvre
+from stucksolver.plan.frenet_path import FrenetPath
 from stucksolver.scene import (
     ControlKind,
     LightState,
@@ -129,7 +129,7 @@ def test_a_line_is_crept_over_until_the_front_is_past_it(distance_m, until):
     view = World(MULTI).view()
     for fast_from, creeps in ((until + past_m - 0.05, False), (until + past_m + 0.05, True)):
         speed = np.where(s - 50.0 > fast_from, 4.0, 8 / 3.6)
-        case = CheckContext(view, Manoeuvre(s, np.zeros(120), speed), POLICY)
+        case = CheckContext(view, FrenetPath(s, np.zeros(120), speed), POLICY)
         assert path_checks._creeps_over(case, distance_m) is creeps
 
 
@@ -137,7 +137,7 @@ def test_beside_the_road_is_told_by_what_the_body_is_off():
     d = np.zeros(20)
     d[8] = -3.2
     view = World(MULTI).view()
-    case = CheckContext(view, Manoeuvre(50.0 + 0.5 * np.arange(20), d, np.full(20, 2.0), yaw=np.zeros(20)), POLICY)
+    case = CheckContext(view, FrenetPath(50.0 + 0.5 * np.arange(20), d, np.full(20, 2.0), yaw=np.zeros(20)), POLICY)
     for check, code, what in (
         (path_checks.drivable_area, C.OFF_LANES, "the driving lanes"),
         (path_checks.roadside, C.OFF_ROAD, "the road"),
@@ -205,8 +205,8 @@ def test_who_stands_with_the_nose_against_a_car_may_back_off():
 
 def test_the_side_of_an_error_is_that_of_the_ego_and_not_of_the_lane():
     case = replace(case_on([0.0] * 4, [0.0] * 4, [thing("it", 60.0, 1.0)], y=2.0), running=True, error_m=0.2)
-    assert drifted_to(case, np.array([0])).tolist() == [False]
-    assert drifted_to(replace(case, error_m=-0.2), np.array([0])).tolist() == [True]
+    assert is_on_drift_side(case, np.array([0])).tolist() == [False]
+    assert is_on_drift_side(replace(case, error_m=-0.2), np.array([0])).tolist() == [True]
 
 
 @pytest.mark.parametrize(("askew", "share"), [(0.1, math.sin(0.1)), (1.4, math.sin(1.4)), (2.0, 1.0), (-0.1, 0.0)])
@@ -234,7 +234,7 @@ def test_from_beside_a_parked_car_one_may_drive_off():
 
 def off(d, **world):
     view = World(straight_road(oncoming=None), **world).view()
-    path = Manoeuvre(50.0 + 0.5 * np.arange(len(d)), np.asarray(d, float), np.full(len(d), 2.0), yaw=np.zeros(len(d)))
+    path = FrenetPath(50.0 + 0.5 * np.arange(len(d)), np.asarray(d, float), np.full(len(d), 2.0), yaw=np.zeros(len(d)))
     return path_checks.drivable_area(CheckContext(view, path, POLICY))
 
 
@@ -297,7 +297,7 @@ def test_how_far_ahead_the_road_is_left_is_counted_from_here():
 def light(distance_m, state=LightState.RED, *, running, speed):
     world = World(MULTI, controls=(red_light(distance_m, state),), speed=speed)
     s = 50.0 + 0.5 * np.arange(60)
-    case = CheckContext(world.view(), Manoeuvre(s, np.zeros(60), np.full(60, 5.0)), POLICY, running=running)
+    case = CheckContext(world.view(), FrenetPath(s, np.zeros(60), np.full(60, 5.0)), POLICY, running=running)
     return path_checks.stop_line(case)
 
 

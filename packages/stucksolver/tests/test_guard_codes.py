@@ -9,7 +9,7 @@ import pytest
 
 from stucksolver.guard import Approvals, Guard, GuardPolicy, RejectCode
 from stucksolver.plan import RecoveryPlan
-from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane, KeepLane, Release, Wait
+from stucksolver.plan.behaviors import ApprovalLevel, BorrowOncomingLane, ChangeLane, KeepLane, Wait
 from stucksolver.reasoners import RuleReasoner
 from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl, Zone, ZoneKind
 from stucksolver.solver import EventKind
@@ -267,12 +267,12 @@ def test_a_verdict_reads_as_its_reasons():
 
 
 def test_what_needs_a_persons_yes_is_refused_without_it():
-    policy = GuardPolicy(releases={"keep_lane": Release.PASSENGER})
+    policy = GuardPolicy(releases={"keep_lane": ApprovalLevel.PASSENGER})
     assert codes(AHEAD, World(TWO_WAY), policy=policy) == {C.APPROVAL}
     guard, view = Guard(policy), World(TWO_WAY).view()
     assert guard.accept([AHEAD], view, False, Approvals(passenger=frozenset({"keep_lane"})))[0].accepted
     assert guard.accept([AHEAD], view, False, Approvals(operator=frozenset({"keep_lane"})))[0].accepted
-    strict = Guard(GuardPolicy(releases={"keep_lane": Release.OPERATOR}))
+    strict = Guard(GuardPolicy(releases={"keep_lane": ApprovalLevel.OPERATOR}))
     assert not strict.accept([AHEAD], view, False, Approvals(passenger=frozenset({"keep_lane"})))[0].accepted
 
 
@@ -283,4 +283,4 @@ def test_a_solid_line_needs_the_passengers_yes_by_default():
 
 def test_a_policy_for_an_unknown_behaviour_is_refused_by_name():
     with pytest.raises(ValueError, match="'fly'"):
-        GuardPolicy(releases={"fly": Release.AUTONOMOUS})
+        GuardPolicy(releases={"fly": ApprovalLevel.AUTONOMOUS})

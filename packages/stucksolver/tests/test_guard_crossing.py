@@ -9,7 +9,7 @@ import pytest
 
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.plan import Execute, RecoveryPlan
-from stucksolver.plan.behaviors import Abort, BorrowOncomingLane, KeepLane, Wait
+from stucksolver.plan.behaviors import AbortAction, BorrowOncomingLane, KeepLane, Wait
 from stucksolver.scene import LaneDirection, LineKind, ObjectKind, Zone, ZoneKind
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.state_machine.execution import Execution
@@ -119,20 +119,20 @@ def test_in_a_junction_way_is_given_to_who_crosses_ahead():
     world, proven = under_way(61.0, 3.0)
     world.objects.append(crossing(-22.0))
     verdict = GUARD.recheck(proven, world.view())
-    assert verdict.abort is Abort.GIVE_WAY
+    assert verdict.abort is AbortAction.YIELD
     assert RejectCode.COLLISION in {r.code for r in verdict.rejects}
 
 
 def test_where_a_stop_would_be_met_as_well_the_way_is_finished():
     world, proven = under_way(71.0, 1.0)
     world.objects.append(crossing(-9.0))
-    assert GUARD.recheck(proven, world.view()).abort is Abort.FINISH
+    assert GUARD.recheck(proven, world.view()).abort is AbortAction.FINISH
 
 
 def test_who_is_met_only_much_later_is_not_waited_for():
     world, proven = under_way(61.0, 4.0)
     world.objects.append(thing("far", 110.0, -75.0, sideways=9.0, yaw=math.pi / 2))
-    assert GUARD.recheck(proven, world.view()).abort in (None, Abort.FINISH)
+    assert GUARD.recheck(proven, world.view()).abort in (None, AbortAction.FINISH)
 
 
 def giving_way(now_s: float):
@@ -175,7 +175,7 @@ def borrowing(x: float, speed: float, *others):
 def test_who_turns_into_the_lane_that_we_borrow_is_seen_to_come(turned_deg):
     yaw = math.pi + math.radians(turned_deg)
     coming = thing("coming", 100.0, 3.5, speed=8.0 * math.cos(yaw), sideways=8.0 * math.sin(yaw), yaw=yaw)
-    assert borrowing(59.0, 4.0, coming).abort in (Abort.RETURN_TO_LANE, Abort.FINISH)
+    assert borrowing(59.0, 4.0, coming).abort in (AbortAction.RETURN_TO_LANE, AbortAction.FINISH)
 
 
 @pytest.mark.integration
@@ -183,7 +183,7 @@ def test_in_an_oncoming_lane_nobody_stands_to_give_way_but_for_whom_going_on_wou
     crosser = thing("crosser", 66.0, -14.0, sideways=8.0, yaw=math.pi / 2)
     for x in np.arange(52.0, 66.0, 1.0):
         verdict = borrowing(float(x), 2.5, crosser)
-        assert verdict.abort is not Abort.GIVE_WAY or verdict.brake_mps2 is not None
+        assert verdict.abort is not AbortAction.YIELD or verdict.brake_mps2 is not None
 
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 3.0])
@@ -195,18 +195,18 @@ def test_who_is_across_our_lane_may_stop_there(speed):
 def test_nobody_stands_to_let_by_what_does_not_move():
     world, proven = under_way(61.0, 3.0)
     world.objects.append(thing("person", 70.0, -1.6, kind=ObjectKind.PEDESTRIAN))
-    assert GUARD.recheck(proven, world.view()).abort is not Abort.GIVE_WAY
+    assert GUARD.recheck(proven, world.view()).abort is not AbortAction.YIELD
 
 
 def test_a_stop_that_would_end_a_hands_breadth_beside_who_crosses_is_made_only_against_a_contact():
     world, proven = under_way(66.5, 4.0)
     world.objects.append(crossing(-14.0))
     verdict = GUARD.recheck(proven, world.view())
-    assert verdict.abort is Abort.GIVE_WAY and verdict.brake_mps2 is not None
+    assert verdict.abort is AbortAction.YIELD and verdict.brake_mps2 is not None
 
 
 def test_whoever_gives_way_goes_on_only_into_a_longer_gap():
     world, proven = under_way(61.0, 1.0)
     world.objects.append(crossing(-40.0))
-    assert GUARD.recheck(proven, world.view(), giving_way=False).abort in (None, Abort.FINISH)
-    assert GUARD.recheck(proven, world.view(), giving_way=True).abort is Abort.GIVE_WAY
+    assert GUARD.recheck(proven, world.view(), giving_way=False).abort in (None, AbortAction.FINISH)
+    assert GUARD.recheck(proven, world.view(), giving_way=True).abort is AbortAction.YIELD

@@ -9,12 +9,12 @@ import pytest
 
 from guard_cases import CAR_M, GUARD, LENGTH_M, MULTI, POLICY, WIDTH_M, on_way
 from stucksolver.guard import Guard, RejectCode
-from stucksolver.guard.collision_mitigation import least_harm
+from stucksolver.guard.collision_mitigation import least_harmful_option
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.occluded_traffic import who_may_come
+from stucksolver.guard.occluded_traffic import phantom_vehicles
 from stucksolver.guard.through_traffic import goes_straight
 from stucksolver.plan import Execute, RecoveryPlan
-from stucksolver.plan.behaviors import Abort, KeepLane, TurnRound
+from stucksolver.plan.behaviors import AbortAction, KeepLane, TurnAround
 from stucksolver.plan.multi_point_turn import corners
 from stucksolver.scene import LaneDirection, LaneSight, LineKind, ObjectKind, Zone, ZoneKind
 from stucksolver.scene.frenet_scene import FrenetScene
@@ -48,7 +48,7 @@ def wide_road():
 @pytest.mark.parametrize("begun", [False, True])
 def test_turn_needs_free_road_for_all_legs_until_begun(begun: bool, speed: float) -> None:
     """Require the gap for all legs from a vehicle in its lane, and for the next leg once it is across the road."""
-    turn, start = TurnRound(), World(wide_road(), x=200.0)
+    turn, start = TurnAround(), World(wide_road(), x=200.0)
     if begun:
         x, y, yaw = turn.legs(start.view())[0].end
         start = World(wide_road(), x=x, y=y, yaw=yaw)
@@ -76,8 +76,8 @@ def test_least_harm_spares_a_person_before_rails() -> None:
         thing("walker", 76.0, kind=K.PEDESTRIAN),
         thing("crossing", 68.5, -9.0, sideways=3.0, yaw=math.pi / 2),
     ]
-    way = least_harm(running(world), giving_way=False)
-    assert way.abort is Abort.GIVE_WAY
+    way = least_harmful_option(running(world), giving_way=False)
+    assert way.abort is AbortAction.YIELD
 
 
 def test_least_harm_leaves_rails_before_it_lowers_an_impact() -> None:
@@ -87,9 +87,9 @@ def test_least_harm_leaves_rails_before_it_lowers_an_impact() -> None:
         thing("parked", 76.0),
         thing("crossing", 68.5, -9.0, sideways=3.0, yaw=math.pi / 2),
     ]
-    assert least_harm(running(world), giving_way=False).abort is Abort.FINISH
+    assert least_harmful_option(running(world), giving_way=False).abort is AbortAction.FINISH
     world.road = zoned(ZoneKind.JUNCTION)
-    assert least_harm(running(world), giving_way=False).abort is Abort.GIVE_WAY
+    assert least_harmful_option(running(world), giving_way=False).abort is AbortAction.YIELD
 
 
 def running(world: World) -> CheckContext:
@@ -112,7 +112,7 @@ def test_recheck_at_rest_keeps_standing_on_stale_surroundings(x: float, more_s: 
     assert GUARD.recheck(proven, world.view(), True).accepted
     world.age_s = POLICY.max_age_s + more_s
     verdict = GUARD.recheck(proven, world.view(), True)
-    assert verdict.abort is Abort.GIVE_WAY and verdict.codes == (C.STALE,)
+    assert verdict.abort is AbortAction.YIELD and verdict.codes == (C.STALE,)
 
 
 def test_execution_stands_while_surroundings_are_stale_and_then_goes_on() -> None:
@@ -157,11 +157,11 @@ def test_recheck_off_the_proven_path_computes_harm(
     world.x, world.speed = 61.0, 4.0
     world.objects = [thing("crosser", 72.0, crosser[0], sideways=crosser[1], yaw=math.pi / 2)]
     on = GUARD.recheck(proven, world.view(), giving_way)
-    assert (on.abort, on.brake_mps2) == (Abort.GIVE_WAY, None)
+    assert (on.abort, on.brake_mps2) == (AbortAction.YIELD, None)
     world.y = -aside_m
     off = GUARD.recheck(proven, world.view(), giving_way)
     assert C.DEVIATION in off.codes
-    assert (off.abort, off.brake_mps2) == (Abort.GIVE_WAY, world.ego().limits.comfort_braking_mps2)
+    assert (off.abort, off.brake_mps2) == (AbortAction.YIELD, world.ego().limits.comfort_braking_mps2)
 
 
 # ---- doors, on a way so short that only the quicker of two vehicles gets fast
@@ -224,7 +224,7 @@ def test_unseen_traffic_uses_the_far_lane_only_straight_on(turn_rad: float, turn
     )
     near = next(lane for lane in case.view.frame.lanes if lane.strip.id == "near")
     assert (POLICY.prediction.turns_rad < turn_rad) is turns
-    found = who_may_come(case, near)
+    found = phantom_vehicles(case, near)
     assert [one.at_m for one in found] == ([100.0] if turns else [100.0, 220.0])
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from stucksolver.guard import NOBODY, Guard, RejectCode
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.path_tracking import tracked
+from stucksolver.guard.path_tracking import tracked_path
 from stucksolver.plan.behaviors import ChangeLane
 from stucksolver.scene import LineKind, ObjectKind
 from worlds import LANE_M, World, straight_road, thing
@@ -85,7 +85,7 @@ def test_whoever_we_come_in_behind_may_stop_as_hard_as_can_be_just_then(speed):
     """At the entry: we answer half a second later, and brake comfortably."""
     ahead = car(first_ahead(speed), speed)
     view = World(ROAD, [ahead]).view()
-    path = tracked(GUARD.lay_out([LEFT], view, False, NOBODY).path, view, GUARD.policy.tracking, reverse=False)
+    path = tracked_path(GUARD.lay_out([LEFT], view, False, NOBODY).path, view, GUARD.policy.tracking, reverse=False)
     case = CheckContext(view, path, GUARD.policy)
     run, k = case.quick, int(np.flatnonzero(case.inside(path.enters[0]))[0])
     ticks = np.arange(0.0, 6.0, 0.01)

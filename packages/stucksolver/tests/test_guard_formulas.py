@@ -10,10 +10,10 @@ import pytest
 
 from guard_cases import CAR_M, GUARD, LENGTH_M, MULTI, POLICY, WIDTH_M, C, case_of, case_on, on_way
 from stucksolver.guard import NOBODY, adjacent_traffic, collision_mitigation, marking, sight_distance, traffic_rules
-from stucksolver.guard.path_tracking import swung, tracked
+from stucksolver.guard.path_tracking import swing_out_motion, tracked_path
 from stucksolver.guard.policy import RssPolicy
 from stucksolver.guard.rss import rss_distance, rss_lateral
-from stucksolver.plan.behaviors import BackUp, CannotPlan, ChangeLane, Creep, KeepLane, RequestAssistance
+from stucksolver.plan.behaviors import BackUp, ChangeLane, Creep, KeepLane, NoPathError, RequestAssistance
 from stucksolver.scene import LaneKind, LineKind, ObjectKind, Zone, ZoneKind
 from stucksolver.scene.failed_attempts import PlanFailure
 from worlds import LANE_M, World, straight_road, thing
@@ -101,7 +101,7 @@ def test_that_one_is_followed_makes_nobody_else_a_leader():
     case = case_on(d, [0.0] * 80, others, speed=5.0)
     t = np.linspace(0.0, 4.0, 21)
     station = 50.0 + 5.0 * t[None]
-    found = adjacent_traffic.will_be_followed(case, station, np.array([0, 1]), t)
+    found = adjacent_traffic.is_followed_lead(case, station, np.array([0, 1]), t)
     assert found[0, :, 0].all() and not found[0, :, 1].any()
 
 
@@ -112,7 +112,7 @@ def test_in_the_oncoming_lane_nobody_is_followed():
     path = replace(case.path, d=np.where(case.path.s > 60.0, LANE_M, 0.0), enters=(opposite,))
     case = replace(case, path=path)
     station = np.array([[50.0, 55.0, 65.0, 75.0]])
-    found = adjacent_traffic.will_be_followed(case, station, np.array([0]), np.array([0.0, 1.0, 3.0, 5.0]))
+    found = adjacent_traffic.is_followed_lead(case, station, np.array([0]), np.array([0.0, 1.0, 3.0, 5.0]))
     assert found[0, :, 0].tolist() == [True, True, False, False]
 
 
@@ -344,20 +344,22 @@ WITH_SHOULDER = MULTI.model_copy(
 @pytest.mark.parametrize("behind_m", [0.0, 56.0])
 def test_every_lane_entered_is_looked_back_along_and_one_reason_is_told(behind_m):
     for left, shoulder in ((52.0, 1e3), (1e3, 52.0)):
-        found = sight_distance.seen(entering(left, shoulder, behind_m=behind_m))
+        found = sight_distance.check_sight_distance(entering(left, shoulder, behind_m=behind_m))
         assert [r.code for r in found] == ([C.UNSEEN] if behind_m == 0.0 else [])
 
 
 def test_over_the_shoulder_cyclists_are_looked_for_and_in_a_lane_its_quickest():
     """A cyclist needs 14 m behind, a car at the limit 50 m."""
     for behind_m, seen in ((30.0, True), (5.0, False)):
-        assert bool(sight_distance.seen(entering(1e3, 52.0, behind_m=behind_m))) is not seen
-    assert sight_distance.seen(entering(52.0, 1e3, behind_m=30.0))
+        assert bool(sight_distance.check_sight_distance(entering(1e3, 52.0, behind_m=behind_m))) is not seen
+    assert sight_distance.check_sight_distance(entering(52.0, 1e3, behind_m=30.0))
 
 
 def test_a_lane_that_is_entered_late_is_looked_at_when_it_is_due():
     for at_m, due in ((105.0, False), (53.0, True)):
-        assert bool(sight_distance.seen(replace(entering(at_m, 1e3, behind_m=0.0), running=True))) is due
+        assert (
+            bool(sight_distance.check_sight_distance(replace(entering(at_m, 1e3, behind_m=0.0), running=True))) is due
+        )
 
 
 @pytest.mark.parametrize("way", [-1, 1])
@@ -374,10 +376,10 @@ def test_behind_a_long_lorry_nobody_unseen_is_feared(way):
 def test_between_ahead_and_back_the_vehicle_stops_and_no_plan_is_empty():
     view = World(MULTI).view()
     for behaviors, failure in (
-        ((Creep(distance_m=3.0), BackUp(distance_m=3.0)), PlanFailure.MUST_STAND),
+        ((Creep(distance_m=3.0), BackUp(distance_m=3.0)), PlanFailure.MUST_BE_STOPPED),
         ((), PlanFailure.EMPTY),
     ):
-        with pytest.raises(CannotPlan) as raised:
+        with pytest.raises(NoPathError) as raised:
             GUARD.lay_out(behaviors, view, False, NOBODY)
         assert raised.value.failure is failure
 
@@ -442,7 +444,10 @@ def test_who_gives_way_goes_on_giving_it_for_longer(giving_way):
     )
     path = replace(case.path, speed=np.full(80, 2.0))
     assert (
-        bool(collision_mitigation.least_harm(replace(case, path=path), giving_way) != collision_mitigation.FINISH)
+        bool(
+            collision_mitigation.least_harmful_option(replace(case, path=path), giving_way)
+            != collision_mitigation.FINISH
+        )
         is giving_way
     )
 
@@ -461,8 +466,8 @@ def test_of_a_body_that_stands_askew_its_own_motion_counts_across_too():
 def test_backing_up_the_body_straightens_over_about_3_m_and_never_swings_more():
     view = World(MULTI, yaw=0.3).view()
     path = GUARD.lay_out([BackUp(distance_m=6.0)], view, False, NOBODY).path
-    yaw = tracked(path, view.backwards, POLICY.tracking, reverse=True).yaw
+    yaw = tracked_path(path, view.backwards, POLICY.tracking, reverse=True).yaw
     assert yaw[0] == pytest.approx(view.backwards.ego_yaw)
     assert abs(yaw[6]) == pytest.approx(0.3 * math.exp(-1.0), abs=0.01)
-    askew = swung(path, view.backwards, POLICY.tracking, 0.3)
+    askew = swing_out_motion(path, view.backwards, POLICY.tracking, 0.3)
     assert np.allclose(askew.yaw, view.backwards.ego_yaw)

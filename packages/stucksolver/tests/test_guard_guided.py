@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stucksolver.guard import Guard, GuardPolicy, RejectCode
-from stucksolver.plan.behaviors import Abort, BorrowOncomingLane, ChangeLane, KeepLane
+from stucksolver.plan.behaviors import AbortAction, BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.reasoners.rules.pass_options import speed_for
 from stucksolver.reasoners.rules.pass_target import group_of
 from stucksolver.scene import LaneDirection, LineKind, ObjectKind, RoadGeometry
@@ -172,7 +172,7 @@ def test_limit_that_falls_while_a_plan_runs_ends_it(x):
     later = replace(world, x=x, speed=8.0)
     assert GUARD.recheck(proven, later.view()).accepted
     verdict = GUARD.recheck(proven, replace(later, road=limited(TWO_WAY, 20 * KMH)).view())
-    assert set(verdict.codes) == {RejectCode.OVERSPEED} and verdict.abort is Abort.STOP
+    assert set(verdict.codes) == {RejectCode.OVERSPEED} and verdict.abort is AbortAction.STOP
 
 
 def test_person_beside_the_path_of_a_running_quick_plan_ends_it():
@@ -180,7 +180,7 @@ def test_person_beside_the_path_of_a_running_quick_plan_ends_it():
     _, proven = judged(world, KeepLane(distance_m=100.0, speed_mps=11.0))
     walker = thing("walker", 110.0, -3.0, kind=ObjectKind.PEDESTRIAN)
     verdict = GUARD.recheck(proven, replace(world, x=60.0, speed=6.0, objects=[walker]).view())
-    assert RejectCode.OVERSPEED in verdict.codes and verdict.abort is Abort.STOP
+    assert RejectCode.OVERSPEED in verdict.codes and verdict.abort is AbortAction.STOP
 
 
 @pytest.mark.parametrize("limit_mps", [8.26, 8.33, 5.56, 2.78, None])

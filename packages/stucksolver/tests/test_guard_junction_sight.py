@@ -9,7 +9,7 @@ import pytest
 
 from stucksolver.guard import Guard, GuardPolicy
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.occluded_traffic import Unseen, turning_mps, who_may_come
+from stucksolver.guard.occluded_traffic import PhantomVehicle, phantom_vehicles, turning_mps
 from stucksolver.plan.behaviors import BorrowOncomingLane
 from stucksolver.scene import LaneDirection, LaneSight, Zone, ZoneKind
 from stucksolver.scene.frenet_scene import FrenetScene
@@ -50,23 +50,23 @@ def near_lane(case):
 
 def may_come(*objects, **told):
     case = case_of(*objects, **told)
-    return who_may_come(case, near_lane(case))
+    return phantom_vehicles(case, near_lane(case))
 
 
-WORST = (Unseen(100.0, LIMIT_MPS, LIMIT_MPS),)
+WORST = (PhantomVehicle(100.0, LIMIT_MPS, LIMIT_MPS),)
 
 
 def test_seen_through_a_junction_only_turning_traffic_is_near():
     turning, straight = may_come()
     assert turning.at_m == 100.0 and turning.limit_mps == LIMIT_MPS
     assert turning.speed_mps == pytest.approx(math.sqrt(4.0 * (END - START) / math.sin(1.05)))
-    assert straight == Unseen(250.0, LIMIT_MPS, LIMIT_MPS)
+    assert straight == PhantomVehicle(250.0, LIMIT_MPS, LIMIT_MPS)
 
 
 @pytest.mark.parametrize("told", [{"beyond_m": 0.0}, {"beyond_m": 115.0}, {"near_m": 60.0}])
 def test_what_is_not_seen_through_keeps_the_worst_case(told):
     edge = told.get("near_m", 100.0)
-    assert may_come(**told) == (Unseen(edge, LIMIT_MPS, LIMIT_MPS),)
+    assert may_come(**told) == (PhantomVehicle(edge, LIMIT_MPS, LIMIT_MPS),)
 
 
 def test_a_lane_that_ends_without_a_junction_keeps_the_worst_case():
@@ -97,18 +97,18 @@ def test_who_turns_holds_the_lateral_acceleration_on_every_arc_that_fits():
 
 @pytest.mark.parametrize("duration_s", [0.0, 0.7, 3.0, 12.0])
 def test_the_way_is_that_of_one_who_speeds_up_to_the_limit(duration_s):
-    one = Unseen(100.0, 6.0, 13.0, 3.0)
+    one = PhantomVehicle(100.0, 6.0, 13.0, 3.0)
     t = np.linspace(0.0, duration_s, 20001)
     speed = np.minimum(6.0 + 3.0 * t, 13.0)
     assert one.way_m(duration_s) == pytest.approx(float(((speed[1:] + speed[:-1]) / 2 * np.diff(t)).sum()), abs=1e-3)
-    assert one.way_m(duration_s) <= Unseen(100.0, 13.0, 13.0).way_m(duration_s)
+    assert one.way_m(duration_s) <= PhantomVehicle(100.0, 13.0, 13.0).way_m(duration_s)
 
 
 def test_nobody_who_turns_in_at_the_last_look_is_met_when_we_are_back():
     """With just the sight that the model asks for, their front is the margin away, or more."""
     for length in (8.0, 16.0, 24.0):
         v, x, t = turning_mps(length, POLICY.oncoming), 0.0, 0.0
-        turning = Unseen(0.0, v, LIMIT_MPS, POLICY.oncoming.turned_accelerates_mps2)
+        turning = PhantomVehicle(0.0, v, LIMIT_MPS, POLICY.oncoming.turned_accelerates_mps2)
         while t < 7.0:
             x, v, t = x + v * 0.001, min(v + 3.0 * 0.001, LIMIT_MPS), t + 0.001
         assert turning.way_m(7.0) >= x - 0.05

@@ -13,7 +13,7 @@ import stucksolver.guard
 from stucksolver.guard import Guard, GuardPolicy
 from stucksolver.guard.policy import ClearancePolicy, DoorPolicy, RssPolicy
 from stucksolver.plan.behaviors import KeepLane
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from worlds import World, straight_road, thing
 
 ROOM = Path(stucksolver.guard.__file__).parent
@@ -29,7 +29,7 @@ PARTS = {"part_of_length", "confidence", "confirmed_confidence", "sluggish_speed
 SUB_POLICIES = {
     name: field.annotation
     for name, field in GuardPolicy.model_fields.items()
-    if isinstance(field.annotation, type) and issubclass(field.annotation, Model)
+    if isinstance(field.annotation, type) and issubclass(field.annotation, FrozenModel)
 }
 NUMBERS = [(part, name) for part, model in SUB_POLICIES.items() for name in model.model_fields]
 

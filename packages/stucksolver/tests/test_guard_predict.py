@@ -11,7 +11,7 @@ import pytest
 from grids import sample
 from stucksolver.guard import GuardPolicy, prediction
 from stucksolver.guard.context import CheckContext
-from stucksolver.plan.frenet_path import Manoeuvre
+from stucksolver.plan.frenet_path import FrenetPath
 from stucksolver.scene import LineKind, ObjectKind
 from stucksolver.scene.boxes import separation
 from worlds import World, straight_road, thing
@@ -44,7 +44,7 @@ def some_case(draw, count=5, running=False, over=()):
     stations = draw.randrange(8, 70)
     d = draw.choice([0.0, 0.0, 1.2, -1.0]) * np.clip(np.arange(stations) / 20.0, 0.0, 1.0)
     world = World(straight_road(left=LineKind.BROKEN), objects, speed=draw.uniform(0.0, 5.0))
-    path = Manoeuvre(50.0 + 0.5 * np.arange(stations), d, np.full(stations, draw.uniform(1.0, 5.5)), over=over)
+    path = FrenetPath(50.0 + 0.5 * np.arange(stations), d, np.full(stations, draw.uniform(1.0, 5.5)), over=over)
     return CheckContext(world.view(), path, POLICY, running=running)
 
 
@@ -130,7 +130,7 @@ def test_whoever_comes_near_is_looked_at_but_those_who_follow(number):
     stations = prediction.profiles(case, t)
     which = np.arange(len(view.objects))
     near = prediction.moving_gaps(case, stations, which, t).min(axis=(0, 1)) < FAR_M
-    stands = prediction.standing_gaps(case, which).min(axis=0) < FAR_M
+    stands = prediction.stationary_gaps(case, which).min(axis=0) < FAR_M
     rear = view.ego_s - HALF[0]
     follows = (view.s + view.along < rear) & (view.vs > -0.5) & (np.abs(view.vd) < 0.6) & ~view.elsewhere
     found = set(prediction.relevant(case).tolist())
@@ -143,7 +143,7 @@ def test_whoever_comes_near_is_looked_at_but_those_who_follow(number):
 
 def test_who_follows_is_left_out_and_who_backs_up_or_comes_across_is_not():
     def looked_at(**more):
-        path = Manoeuvre(50.0 + 0.5 * np.arange(40), np.zeros(40), np.full(40, 5.0))
+        path = FrenetPath(50.0 + 0.5 * np.arange(40), np.zeros(40), np.full(40, 5.0))
         view = World(straight_road(), [thing("it", **{"x": 40.0, "y": 0.0, "speed": 6.0} | more)]).view()
         return len(prediction.relevant(CheckContext(view, path, POLICY))) == 1
 
@@ -155,7 +155,7 @@ def test_who_follows_is_left_out_and_who_backs_up_or_comes_across_is_not():
 
 @pytest.mark.parametrize(("x", "counts"), [(112.0, True), (300.0, False)])
 def test_who_is_far_off_is_left_out(x, counts):
-    path = Manoeuvre(50.0 + 0.5 * np.arange(20), np.zeros(20), np.full(20, 5.0))
+    path = FrenetPath(50.0 + 0.5 * np.arange(20), np.zeros(20), np.full(20, 5.0))
     view = World(straight_road(), [thing("it", x, 0.0, speed=-11.0)]).view()
     assert (len(prediction.relevant(CheckContext(view, path, POLICY))) == 1) is counts
     aside = World(straight_road(), [thing("it", 55.0, 9.0)]).view()
@@ -167,7 +167,7 @@ def test_who_is_far_off_is_left_out(x, counts):
 
 def test_what_is_driven_over_is_not_looked_at():
     view = World(straight_road(), [thing("bag", 55.0, kind=ObjectKind.BAG), thing("car", 58.0)]).view()
-    path = Manoeuvre(50.0 + 0.5 * np.arange(40), np.zeros(40), np.full(40, 2.0), over=("bag",))
+    path = FrenetPath(50.0 + 0.5 * np.arange(40), np.zeros(40), np.full(40, 2.0), over=("bag",))
     assert prediction.relevant(CheckContext(view, path, POLICY)).tolist() == [1]
 
 
@@ -185,7 +185,7 @@ def test_a_plan_is_examined_until_the_sluggish_ego_is_at_its_end(number):
 
 
 def test_a_very_slow_plan_is_foretold_for_half_a_minute():
-    path = Manoeuvre(50.0 + 0.5 * np.arange(200), np.zeros(200), np.full(200, 0.5))
+    path = FrenetPath(50.0 + 0.5 * np.arange(200), np.zeros(200), np.full(200, 0.5))
     assert prediction.times(CheckContext(World(straight_road()).view(), path, POLICY))[-1] == pytest.approx(
         30.0, abs=0.21
     )
@@ -197,10 +197,10 @@ def test_gaps_to_what_stands_are_those_of_the_boxes_at_each_station(aside_m, par
     objects = [thing(f"o{k}", draw.uniform(50, 70), draw.uniform(-4, 4), yaw=draw.uniform(0, 3)) for k in range(6)]
     d = np.linspace(0.0, 2.0, 40)
     case = CheckContext(
-        World(straight_road(), objects).view(), Manoeuvre(50.0 + 0.5 * np.arange(40), d, np.full(40, 2.0)), POLICY
+        World(straight_road(), objects).view(), FrenetPath(50.0 + 0.5 * np.arange(40), d, np.full(40, 2.0)), POLICY
     )
     which = np.array([4, 1, 2])
-    gaps = prediction.standing_gaps(case, which, aside_m, part)
+    gaps = prediction.stationary_gaps(case, which, aside_m, part)
     for k in range(40):
         for j, i in enumerate(which):
             one = case.view.objects[i]
@@ -214,7 +214,7 @@ def hypotheses(speed, x, ego_mps=3.0, sideways=0.0, y=0.0, over_at_m=None, acros
     it = thing("it", x, y, speed=speed, sideways=sideways).model_copy(update={"across_sd_m": across_sd_m})
     view = World(straight_road(), [it], speed=ego_mps).view()
     d = np.zeros(40) if over_at_m is None else np.where(0.5 * np.arange(40) < over_at_m, 0.0, y)
-    path = Manoeuvre(50.0 + 0.5 * np.arange(40), d, np.full(40, 5.0))
+    path = FrenetPath(50.0 + 0.5 * np.arange(40), d, np.full(40, 5.0))
     t = np.arange(0.0, 4.0, 0.2)
     which = np.array([0])
     return len(list(prediction.predictions(CheckContext(view, path, POLICY), which, t, which)))
@@ -248,7 +248,7 @@ def test_beside_who_is_placed_vaguely_their_room_is_not_kept_besides_the_uncerta
 
 def test_the_room_of_who_passes_is_that_of_the_policy_or_the_uncertainty_whichever_is_more():
     objects = [thing("it", 53.0, 3.5).model_copy(update={"across_sd_m": sd}) for sd in (None, 0.1, 0.2)]
-    path = Manoeuvre(50.0 + 0.5 * np.arange(40), np.zeros(40), np.full(40, 5.0))
+    path = FrenetPath(50.0 + 0.5 * np.arange(40), np.zeros(40), np.full(40, 5.0))
     case = CheckContext(World(straight_road(), objects).view(), path, POLICY)
     assert [case.room_m(i) for i in range(3)] == pytest.approx(
         [POLICY.entry.beside_m, POLICY.entry.beside_m - 0.2, 0.0]

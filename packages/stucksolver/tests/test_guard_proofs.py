@@ -14,7 +14,7 @@ from shapely.geometry import box
 from guard_cases import commit_s
 from stucksolver.guard import Guard
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.path_tracking import tracked
+from stucksolver.guard.path_tracking import tracked_path
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.scene import LaneDirection, LightState, LineKind, ObjectKind
 from stucksolver.scene.boxes import separation
@@ -233,7 +233,7 @@ def test_who_comes_from_behind_stops_short_of_what_is_in_their_lane(behind_m, sp
     _, proven = GUARD.accept([ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)], view, False)
     event(f"accepted: {proven is not None}")
     assume(proven is not None)
-    case = CheckContext(view, tracked(proven.path, view, GUARD.policy.tracking), GUARD.policy)
+    case = CheckContext(view, tracked_path(proven.path, view, GUARD.policy.tracking), GUARD.policy)
     run, path = getattr(case, which), case.path
     entry = float(run.t[np.flatnonzero(case.inside(path.enters[0]))[0]])
     past = 50.0 - behind_m - 2.3 + speed * entry > np.interp(entry, run.t, path.s) + view.ego.length_m / 2

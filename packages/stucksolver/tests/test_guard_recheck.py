@@ -11,13 +11,13 @@ import pytest
 from guard_cases import commit_s
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.guard import guard as guard_module
-from stucksolver.guard.abort_stops import braking_now
+from stucksolver.guard.abort_stops import braking_profile
 from stucksolver.guard.collision_mitigation import FINISH, _drawn_against
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.prediction import drifted_to, gaps_as_it_points
-from stucksolver.guard.verdict import OK, Reject, Verdict
+from stucksolver.guard.prediction import gaps_at_heading, is_on_drift_side
+from stucksolver.guard.verdict import OK, RejectReason, Verdict
 from stucksolver.plan import Execute, RecoveryPlan
-from stucksolver.plan.behaviors import Abort, BorrowOncomingLane, ChangeLane, KeepLane, Wait
+from stucksolver.plan.behaviors import AbortAction, BorrowOncomingLane, ChangeLane, KeepLane, Wait
 from stucksolver.scene import ControlKind, LightState, LineKind, ObjectKind, TrafficControl
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.state_machine.execution import Execution
@@ -70,7 +70,7 @@ def test_an_oncoming_car_before_the_commit_point_means_stop():
     world.objects.append(ONCOMING)
     for s in stations(proven, 0.0, commit_s(proven) - 0.01, 0.2):
         verdict = GUARD.recheck(proven, put(world, proven, s, 1.0).view())
-        assert verdict.abort is Abort.STOP
+        assert verdict.abort is AbortAction.STOP
         assert RejectCode.ONCOMING_GAP in {r.code for r in verdict.rejects}
 
 
@@ -87,8 +87,8 @@ def test_after_the_commit_point_there_is_no_stop_in_the_oncoming_lane(others):
         verdict = GUARD.recheck(proven, view)
         aborts.add(verdict.abort)
         reaches_in = view.ego_d + view.ego.width_m / 2 > lane.at(s)[0] + 0.2
-        assert not (reaches_in and verdict.abort is Abort.STOP)
-    assert aborts - {None, Abort.STOP}
+        assert not (reaches_in and verdict.abort is AbortAction.STOP)
+    assert aborts - {None, AbortAction.STOP}
 
 
 def test_with_room_behind_the_obstacle_the_way_out_is_back_to_the_lane():
@@ -97,7 +97,7 @@ def test_with_room_behind_the_obstacle_the_way_out_is_back_to_the_lane():
     beyond = 72.0 + 2.3 + 2.45 + 3.0
     verdict = GUARD.recheck(proven, put(world, proven, beyond, 4.0).view())
     if not verdict.accepted:
-        assert verdict.abort in (Abort.RETURN_TO_LANE, Abort.FINISH)
+        assert verdict.abort in (AbortAction.RETURN_TO_LANE, AbortAction.FINISH)
     assert GUARD.way_back(world.view()) is not None
 
 
@@ -123,7 +123,7 @@ def test_a_change_there_and_back_commits_only_when_it_leaves_the_lane():
     assert commit_s(proven) > world.x
     world.objects.append(thing("quick", 20.0, LANE_M, speed=13.0))
     verdict = GUARD.recheck(proven, put(world, proven, world.x, 0.5).view())
-    assert verdict.abort is Abort.STOP
+    assert verdict.abort is AbortAction.STOP
     assert {r.code for r in verdict.rejects} == {RejectCode.LANE_ENTRY}
 
 
@@ -141,7 +141,7 @@ def test_a_light_that_turns_red_ahead_is_stopped_for(committed):
     assert GUARD.recheck(proven, world.view()).accepted
     world.controls = (red_light(20.0, LightState.YELLOW),)
     verdict = GUARD.recheck(proven, world.view())
-    assert verdict.abort is Abort.STOP
+    assert verdict.abort is AbortAction.STOP
     assert RejectCode.RED_LIGHT in {r.code for r in verdict.rejects}
 
 
@@ -157,7 +157,7 @@ def test_a_light_that_goes_dark_or_a_sign_that_comes_into_sight_is_stopped_at(co
     put(world, proven, proven.path.s[0] + 1.0 if not committed else commit_s(proven) + 20.0)
     world.controls = (control(20.0),)
     verdict = GUARD.recheck(proven, world.view())
-    assert verdict.abort is Abort.STOP
+    assert verdict.abort is AbortAction.STOP
     assert {r.code for r in verdict.rejects} == {RejectCode.STOP_LINE}
 
 
@@ -177,14 +177,14 @@ def test_a_light_too_near_to_stop_at_is_past_mending():
     world.controls = (red_light(1.0, LightState.YELLOW),)
     assert GUARD.recheck(proven, world.view()).accepted
     world.controls = (red_light(6.0, LightState.YELLOW),)
-    assert GUARD.recheck(proven, world.view()).abort is Abort.STOP
+    assert GUARD.recheck(proven, world.view()).abort is AbortAction.STOP
 
 
 def test_old_news_before_the_commit_point_means_stop():
     world, proven = borrowing()
     world.age_s = 1.0
     verdict = GUARD.recheck(proven, world.view())
-    assert verdict.abort is Abort.STOP
+    assert verdict.abort is AbortAction.STOP
     assert [r.code for r in verdict.rejects] == [RejectCode.STALE]
 
 
@@ -194,7 +194,7 @@ def test_strayed_into_the_oncoming_lane_there_is_no_stop():
     world.x, world.y = 60.0, 2.5
     verdict = GUARD.recheck(proven, world.view())
     assert [r.code for r in verdict.rejects] == [RejectCode.DEVIATION]
-    assert verdict.abort is Abort.RETURN_TO_LANE
+    assert verdict.abort is AbortAction.RETURN_TO_LANE
 
 
 def test_a_walker_who_steps_out_stops_a_way_in_the_own_lane():
@@ -202,7 +202,7 @@ def test_a_walker_who_steps_out_stops_a_way_in_the_own_lane():
     proven = begin([KeepLane(distance_m=40.0, speed_mps=5.0)], world)
     world.objects.append(thing("walker", 75.0, -3.0, kind=ObjectKind.PEDESTRIAN, sideways=1.0))
     verdict = GUARD.recheck(proven, put(world, proven, 60.0).view())
-    assert verdict.abort is Abort.STOP
+    assert verdict.abort is AbortAction.STOP
     assert verdict.rejects[0].object_id == "walker"
 
 
@@ -219,8 +219,8 @@ def nosing_in(gap_m, speed, reaches_m=0.3, giving_way=False, own_mps=1.5, sd_m=N
 
 
 def test_who_does_not_let_us_in_is_let_by_as_long_as_there_is_room_beside_our_nose():
-    assert nosing_in(12.0, 10.0).abort is Abort.GIVE_WAY
-    assert nosing_in(12.0, 10.0, reaches_m=1.2).abort is not Abort.GIVE_WAY, "no room is left: the way is finished"
+    assert nosing_in(12.0, 10.0).abort is AbortAction.YIELD
+    assert nosing_in(12.0, 10.0, reaches_m=1.2).abort is not AbortAction.YIELD, "no room is left: the way is finished"
 
 
 def test_who_can_still_stop_behind_us_is_not_waited_for():
@@ -234,7 +234,7 @@ def test_going_on_takes_a_longer_gap_than_giving_way():
     ends = []
     for giving_way in (False, True):
         verdicts = [nosing_in(gap, 10.0, 0.6, giving_way, own_mps=0.0) for gap in gaps]
-        waits = [verdict.abort is Abort.GIVE_WAY for verdict in verdicts]
+        waits = [verdict.abort is AbortAction.YIELD for verdict in verdicts]
         ends.append(gaps[int(np.argmin(waits))])
         assert not any(waits[int(np.argmin(waits)) :])
     assert 20.0 < ends[0] < ends[1] < 100.0
@@ -242,14 +242,14 @@ def test_going_on_takes_a_longer_gap_than_giving_way():
 
 def test_with_way_left_before_their_way_the_nose_goes_on_up_to_it():
     assert nosing_in(12.0, 10.0, 0.1, giving_way=True, own_mps=0.0).accepted
-    assert nosing_in(12.0, 10.0, 0.6, giving_way=True, own_mps=0.0).abort is Abort.GIVE_WAY
+    assert nosing_in(12.0, 10.0, 0.6, giving_way=True, own_mps=0.0).abort is AbortAction.YIELD
 
 
 def test_by_sensors_the_nose_stays_where_it_is_until_who_was_given_way_to_has_passed():
     """A look at which nothing was wrong let the ego go on, 20 m before a car at 12 m/s that sensors saw waver."""
     named, other = frozenset({"behind"}), frozenset({"other"})
     seen = [nosing_in(20.0, 12.0, 0.1, to, own_mps=0.0, sd_m=0.05) for to in (named, other, False)]
-    assert [verdict.abort is Abort.GIVE_WAY for verdict in seen] == [True, False, False]
+    assert [verdict.abort is AbortAction.YIELD for verdict in seen] == [True, False, False]
     assert nosing_in(90.0, 12.0, 0.1, named, own_mps=0.0, sd_m=0.05).accepted
     assert nosing_in(20.0, 12.0, 0.1, named, own_mps=0.0).accepted, "exact sight decides later"
 
@@ -267,8 +267,8 @@ def test_by_sensors_whoever_was_named_once_stays_named_while_the_ego_gives_way(m
     def names(_, proven, seen, giving_way=False):
         asked.append(giving_way)
         who = ("a", "b", None)[len(asked) - 1]
-        rejects = (Reject(code=RejectCode.LANE_ENTRY, detail="it presses", object_id=who),)
-        return OK if who is None else Verdict(rejects=rejects, abort=Abort.GIVE_WAY)
+        rejects = (RejectReason(code=RejectCode.LANE_ENTRY, detail="it presses", object_id=who),)
+        return OK if who is None else Verdict(rejects=rejects, abort=AbortAction.YIELD)
 
     assert running.start(view(), 0.0).accepted
     monkeypatch.setattr(Guard, "recheck", names)
@@ -326,7 +326,7 @@ def strayed():
     assert execution.start(world.view(), 0.0).accepted
     world.x, world.y, world.speed = 60.0, 2.5, 4.0
     order = execution.tick(world.view(), 1.0)
-    assert execution.last_verdict.abort is Abort.RETURN_TO_LANE
+    assert execution.last_verdict.abort is AbortAction.RETURN_TO_LANE
     assert isinstance(order, Execute) and order.path
     return world, execution, order
 
@@ -422,20 +422,20 @@ def test_the_ego_s_side_of_its_path_is_where_the_error_points_from_5_cm_on():
         World(TWO_WAY, [thing("left", 60.0, 1.0), thing("level", 70.0, 0.0)]).view(), drawn_path(), GUARD.policy
     )
     both = np.array([0, 1])
-    assert drifted_to(replace(case, error_m=0.05), both).tolist() == [True, False]
-    assert drifted_to(replace(case, error_m=0.049), both).tolist() == [False, False]
+    assert is_on_drift_side(replace(case, error_m=0.05), both).tolist() == [True, False]
+    assert is_on_drift_side(replace(case, error_m=0.049), both).tolist() == [False, False]
 
 
 def test_a_way_straight_on_is_looked_at_in_steps_no_longer_than_what_counts_as_contact():
     case = CheckContext(World(TWO_WAY, [thing("lead", 90.0)]).view(), drawn_path(), GUARD.policy)
-    gaps = gaps_as_it_points(case, np.array([0]), 20.0)[:, 0]
+    gaps = gaps_at_heading(case, np.array([0]), 20.0)[:, 0]
     assert -np.diff(gaps).min() <= GUARD.policy.harm.touch_m + 1e-9
     assert gaps[0] - gaps[-1] == pytest.approx(20.0)
 
 
 def test_a_stop_whose_brakes_bite_already_is_shorter_by_the_way_of_the_lag():
     case = CheckContext(World(TWO_WAY, speed=4.0).view(), drawn_path(), GUARD.policy)
-    ends = [braking_now(case, 2.0, lag_s)[0][-1] - case.path.s[0] for lag_s in (None, 0.3, 0.0)]
+    ends = [braking_profile(case, 2.0, lag_s)[0][-1] - case.path.s[0] for lag_s in (None, 0.3, 0.0)]
     assert ends == pytest.approx([4.0 + 1.2, 4.0 + 1.2, 4.0])
 
 
@@ -446,7 +446,7 @@ def test_a_way_back_is_judged_as_a_plan_that_runs_and_says_whom_it_brakes_for():
     walker = thing("walker", 67.0, 1.2, kind=ObjectKind.PEDESTRIAN)
     world.objects.append(walker)
     verdict = GUARD.recheck_way_back(path, world.view())
-    assert verdict.abort is Abort.GIVE_WAY and verdict.brake_mps2 == world.ego().limits.max_braking_mps2
+    assert verdict.abort is AbortAction.YIELD and verdict.brake_mps2 == world.ego().limits.max_braking_mps2
     assert [r.object_id for r in verdict.rejects] == ["walker"]
 
 

@@ -27,8 +27,8 @@ from guard_cases import (
 from stucksolver.guard import lane_entry, oncoming_lane
 from stucksolver.guard.context import CheckContext
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane, KeepLane
-from stucksolver.plan.frenet_path import Manoeuvre
-from stucksolver.plan.speed_profile import Rollout
+from stucksolver.plan.frenet_path import FrenetPath
+from stucksolver.plan.speed_profile import SpeedProfile
 from stucksolver.scene import (
     LaneDirection,
     LineKind,
@@ -60,7 +60,7 @@ def test_the_tail_of_the_body_beyond_a_border_is_that_of_the_polygon(number, fro
     case = case_on(d, turn)
     k = draw.randrange(0, 6)
     border = sign * draw.uniform(-0.5, 1.0)
-    tail = lane_entry.inside_of(case, k, np.full(60 - k, border), from_right)
+    tail = lane_entry.tail_inside_border_s(case, k, np.full(60 - k, border), from_right)
     stations = range(k, k + len(tail))
     expected = [rearmost(case.path.s[j], d[j], turn[j], border, from_right) for j in stations]
     met = [(one, other) for one, other in zip(tail, expected, strict=True) if other is not None]
@@ -76,7 +76,7 @@ def test_the_tail_of_the_body_beyond_a_border_is_that_of_the_polygon(number, fro
 def test_a_body_that_goes_straight_along_a_border_is_beyond_it_as_a_whole_or_not_at_all():
     for d, tail_m in ((0.0, LENGTH_M / 2), (2.0, -LENGTH_M / 2)):
         case = case_on([d] * 10, [0.0] * 10)
-        tail = lane_entry.inside_of(case, 0, np.full(10, 1.5), True)
+        tail = lane_entry.tail_inside_border_s(case, 0, np.full(10, 1.5), True)
         assert tail[0] - case.path.s[0] == pytest.approx(tail_m)
         assert len(tail) == (10 if d == 0.0 else 1)
 
@@ -116,7 +116,7 @@ def test_who_comes_from_behind_speeds_up_reacts_and_brakes_by_4_5(number, reacti
     braking = POLICY.rss.running_braking_mps2
     needed = max(speed * 1.0 + speed**2 / (2 * braking) - ours**2 / (2 * 8.0), 0.0) - (1.0 - reaction_s) * speed
     tail = np.array([160.0, 161.0])
-    run = Rollout(np.array([0.0, when, when + 0.2, when + 0.4]), np.full(4, ours))
+    run = SpeedProfile(np.array([0.0, when, when + 0.2, when + 0.4]), np.full(4, ours))
     for more, refused in ((-0.05, True), (0.05, False)):
         x = 160.0 - needed - way - CAR_M / 2 - more
         case = case_on([0.0] * 4, [0.0] * 4, [thing("behind", x, LANE_M, speed=now)], start_s=160.0)
@@ -132,7 +132,7 @@ def test_whose_rear_is_past_our_front_by_then_is_past_us(beyond_m, past):
     """At the limit already: 13.4 m/s for a second."""
     x = 50.5 + LENGTH_M / 2 + CAR_M / 2 - 13.4 + beyond_m
     case = case_on([0.0] * 4, [0.0] * 4, [thing("by", x, LANE_M, speed=13.4)])
-    run = Rollout(np.array([0.0, 1.0, 1.2, 1.4]), np.full(4, 2.0))
+    run = SpeedProfile(np.array([0.0, 1.0, 1.2, 1.4]), np.full(4, 2.0))
     found = lane_entry._could_not_stop(case, run, 1, 0, np.array([48.0, 48.5]), 1.0)
     assert (found is None) is past
 
@@ -142,7 +142,7 @@ def test_without_a_lane_of_known_limit_they_may_speed_up_to_that_of_towns():
     nowhere = thing("behind", 10.0, 40.0, speed=13.0)
     case = case_on([0.0] * 4, [0.0] * 4, [nowhere])
     assert case.view.lane_of[0] is None
-    run = Rollout(np.array([0.0, 2.0, 2.2, 2.4]), np.full(4, 2.0))
+    run = SpeedProfile(np.array([0.0, 2.0, 2.2, 2.4]), np.full(4, 2.0))
     found = lane_entry._could_not_stop(case, run, 1, 0, np.array([50.0, 51.0]), 1.0)
     assert found is not None
     assert found.gap_m == pytest.approx(50.0 - (10.0 + CAR_M / 2 + reaches(13.0, 2.0, 50 / 3.6)[0]), abs=0.01)
@@ -174,7 +174,7 @@ def test_the_gap_to_one_ahead_or_behind_is_that_at_the_entry_of_the_sluggish_ego
     nose = float(case.path.s[k]) + LENGTH_M / 2
     x = (nose + 1.0 + CAR_M / 2 if where == "ahead" else tail.min() - 2.0 - CAR_M / 2) - 4.0 * when
     case, k, tail, when = entering(float(x))
-    found = lane_entry.too_close(case, k, 0, tail)
+    found = lane_entry.check_entry_gap(case, k, 0, tail)
     assert found is not None and f" {where}: " in found.detail and found.time_s == when
     if where == "ahead":
         assert found.gap_m == pytest.approx(1.0)
@@ -194,7 +194,7 @@ def test_who_is_behind_the_quick_ego_and_ahead_of_the_sluggish_one_is_beside_one
         lane = case.path.enters[0]
         k = int(np.flatnonzero(case.inside(lane))[0])
         tail = lane_entry._tail(case, lane, k)
-        found = lane_entry.too_close(case, k, 0, tail)
+        found = lane_entry.check_entry_gap(case, k, 0, tail)
         sluggish_m = x + 9.0 * (float(case.slow.t[k]) + 0.3) - CAR_M / 2 - case.path.s[k] - LENGTH_M / 2
         quick_m = tail.min() - x - 9.0 * float(case.quick.t[k]) - CAR_M / 2
         if sluggish_m > 8.0 and quick_m > 0.0:
@@ -236,7 +236,7 @@ def test_whom_we_pass_is_no_traffic_in_the_borrowed_lane_but_is_in_one_of_our_di
 def test_from_beside_every_lane_there_is_no_lane_to_come_back_to():
     d = np.linspace(20.0, 0.0, 60)
     view = World(straight_road(), [thing("it", 60.0, speed=2.0)], y=20.0).view()
-    path = Manoeuvre(50.0 + 0.5 * np.arange(60), d, np.full(60, 2.0))
+    path = FrenetPath(50.0 + 0.5 * np.arange(60), d, np.full(60, 2.0))
     case = CheckContext(view, path, POLICY)
     assert case.start_lane is None
     assert lane_entry.lane_entry(case) == []
@@ -312,7 +312,7 @@ def test_a_way_that_ends_in_the_oncoming_lane_is_looked_at_to_its_end():
     ends = int(np.flatnonzero(case.inside(case.path.enters[0]))[-1])
     for k in (ends, ends - 1):
         path = case.path
-        cut = Manoeuvre(path.s[: k + 1], path.d[: k + 1], path.speed[: k + 1], path.enters, path.passes)
+        cut = FrenetPath(path.s[: k + 1], path.d[: k + 1], path.speed[: k + 1], path.enters, path.passes)
         (found,) = (
             r for r in oncoming_lane.oncoming(CheckContext(case.view, cut, POLICY)) if r.code is C.ONCOMING_SIGHT
         )
@@ -328,16 +328,16 @@ def test_lanes_of_our_own_direction_before_it_hide_no_oncoming_lane():
     d = np.concatenate([np.linspace(0.0, 2 * LANE_M, 41), np.full(20, 2 * LANE_M)])
     s = 50.0 + 0.5 * np.arange(len(d))
     for enters in ((lanes["left"], lanes["oncoming"]), (lanes["oncoming"], lanes["left"])):
-        case = CheckContext(view, Manoeuvre(s, d, np.full(len(d), 5.0), enters), POLICY)
+        case = CheckContext(view, FrenetPath(s, d, np.full(len(d), 5.0), enters), POLICY)
         assert {r.code for r in oncoming_lane.oncoming(case)} == {C.ONCOMING_SIGHT}
     second = strip("oncoming 2", 3 * LANE_M, LaneDirection.OPPOSITE, LineKind.BROKEN, 401)
     wide = World(road.model_copy(update={"key": "two", "lanes": (*road.lanes, second)}), sight_m=10.0).view()
     lanes = {lane.strip.id: lane for lane in wide.frame.lanes}
     for enters in ((lanes["oncoming 2"], lanes["oncoming"]), (lanes["oncoming"], lanes["oncoming 2"])):
-        reached = CheckContext(wide, Manoeuvre(s, d, np.full(len(d), 5.0), enters), POLICY)
+        reached = CheckContext(wide, FrenetPath(s, d, np.full(len(d), 5.0), enters), POLICY)
         assert {r.code for r in oncoming_lane.oncoming(reached)} == {C.ONCOMING_SIGHT}
     lanes = {lane.strip.id: lane for lane in view.frame.lanes}
-    never = Manoeuvre(s, np.zeros(len(s)), np.full(len(s), 5.0), (lanes["oncoming"],))
+    never = FrenetPath(s, np.zeros(len(s)), np.full(len(s), 5.0), (lanes["oncoming"],))
     assert oncoming_lane.oncoming(CheckContext(view, never, POLICY)) == []
 
 
@@ -348,10 +348,10 @@ def pressed(x, y, speed, d_end, *, own_mps=1.0, kind=ObjectKind.CAR, giving_way=
     """A body that goes aside by `d_end` within a metre without turning, and one beside it from behind."""
     s = 50.0 + 0.5 * np.arange(41)
     d = d_end * np.clip((s - 50.0) / within_m, 0.0, 1.0)
-    path = Manoeuvre(s, d, np.full(41, own_mps), yaw=np.zeros(41))
+    path = FrenetPath(s, d, np.full(41, own_mps), yaw=np.zeros(41))
     world = World(BOTH, [*first, thing("it", x, y, speed=speed, kind=kind)])
     world.speed = own_mps
-    return lane_entry.unyielding(CheckContext(world.view(), path, POLICY, running=True), giving_way)
+    return lane_entry.check_rear_traffic_can_stop(CheckContext(world.view(), path, POLICY, running=True), giving_way)
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
@@ -404,8 +404,8 @@ def test_a_way_that_meets_theirs_later_than_a_stop_takes_is_a_matter_of_then():
         d = np.clip((s - 50.0 - at_m) / 0.5, 0.0, 1.0)
         world = World(straight_road(left=LineKind.BROKEN), [thing("it", 42.0, 0.925 + 0.95 + 0.31, speed=8.0)])
         world.speed = 1.0
-        path = Manoeuvre(s, d, np.full(401, 1.0), yaw=np.zeros(401))
-        return lane_entry.unyielding(CheckContext(world.view(), path, POLICY, running=True), False)
+        path = FrenetPath(s, d, np.full(401, 1.0), yaw=np.zeros(401))
+        return lane_entry.check_rear_traffic_can_stop(CheckContext(world.view(), path, POLICY, running=True), False)
 
     nose_m = next(at for at in np.arange(0.0, 3.0, 0.05) if not comes_in(float(at)))
     assert nose_m == pytest.approx(0.115 + 1.15**2 / 6 + 0.5 * 1.15 + 0.5, abs=0.06)

@@ -7,6 +7,7 @@ import pytest
 from stucksolver.guard import Approvals, Guard, GuardPolicy, RejectCode
 from stucksolver.guard.policy import SpeedPolicy
 from stucksolver.plan.behaviors import (
+    ApprovalLevel,
     BackUp,
     BorrowOncomingLane,
     ChangeLane,
@@ -17,7 +18,6 @@ from stucksolver.plan.behaviors import (
     Nudge,
     PullOver,
     RejoinRoute,
-    Release,
     RequestAssistance,
     Wait,
 )
@@ -187,7 +187,7 @@ def test_past_an_emergency_scene_one_moves_over_by_a_whole_lane():
 
 
 def test_the_policy_may_release_emergency_scenes_and_nothing_else_with_them():
-    policy = GuardPolicy(emergency_scene=Release.AUTONOMOUS)
+    policy = GuardPolicy(emergency_scene=ApprovalLevel.AUTONOMOUS)
     assert codes(BORROW, lead(kind=K.EMERGENCY, emergency_lights=True), policy=policy) == set()
     assert codes(BORROW, lead(kind=K.SCHOOL_BUS), policy=policy) == {C.AUTHORITY}
 

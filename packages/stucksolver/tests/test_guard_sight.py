@@ -23,7 +23,7 @@ def codes(behavior, world):
     ids=["keep_lane", "change_lane", "pull_over", "creep"],
 )
 def test_without_any_sight_ahead_nothing_is_begun(behavior, road):
-    assert RejectCode.UNSEEN in codes(behavior, World(road, sight_m=0.0))
+    assert RejectCode.PATH_NOT_VISIBLE in codes(behavior, World(road, sight_m=0.0))
     assert codes(behavior, World(road, sight_m=30.0)) == set()
 
 
@@ -33,7 +33,7 @@ def test_without_any_sight_ahead_nothing_is_begun(behavior, road):
     ids=["change_lane", "pull_over", "rejoin_route"],
 )
 def test_without_sight_behind_no_lane_is_entered(behavior, road, y):
-    assert RejectCode.UNSEEN in codes(behavior, World(road, behind_m=0.0, y=y))
+    assert RejectCode.PATH_NOT_VISIBLE in codes(behavior, World(road, behind_m=0.0, y=y))
     assert codes(behavior, World(road, behind_m=56.0, y=y)) == set()
 
 
@@ -43,7 +43,7 @@ def test_who_drives_straight_on_need_not_see_behind():
 
 @pytest.mark.parametrize("sight_m", [4.0, 8.0])
 def test_what_is_seen_ahead_must_do_for_a_stop(sight_m):
-    assert RejectCode.UNSEEN in codes(FAR, World(MULTI, sight_m=sight_m))
+    assert RejectCode.PATH_NOT_VISIBLE in codes(FAR, World(MULTI, sight_m=sight_m))
 
 
 def test_a_sight_that_ends_at_somebody_known_is_as_good_as_theirs():
@@ -59,7 +59,7 @@ def test_a_plan_ends_where_its_sight_does():
     proven = GUARD.accept([FAR], world.view(), False)[1]
     world.x, world.speed, world.sight_m = 60.0, 5.0, 6.0
     verdict = GUARD.recheck(proven, world.view())
-    assert {r.code for r in verdict.rejects} == {RejectCode.UNSEEN}
+    assert {r.code for r in verdict.rejects} == {RejectCode.PATH_NOT_VISIBLE}
 
 
 def test_behind_who_is_known_nobody_unseen_is_feared():
@@ -73,6 +73,6 @@ def test_a_lorry_that_is_passing_beside_us_ends_the_sight_behind_wherever_it_is(
     """Its front is ahead of us already, its rear behind: a sight that ends at our middle ends at the lorry."""
     lorry = thing("lorry", x, LANE_M, speed=9.0, length=9.0, height=3.0)
     change = ChangeLane(side="left", distance_m=40.0, speed_mps=5.0)
-    assert RejectCode.UNSEEN not in codes(change, World(MULTI, [lorry], behind_m=0.0))
+    assert RejectCode.PATH_NOT_VISIBLE not in codes(change, World(MULTI, [lorry], behind_m=0.0))
     gone = thing("lorry", x + 15.0, LANE_M, speed=9.0, length=9.0, height=3.0)
-    assert RejectCode.UNSEEN in codes(change, World(MULTI, [gone], behind_m=0.0))
+    assert RejectCode.PATH_NOT_VISIBLE in codes(change, World(MULTI, [gone], behind_m=0.0))

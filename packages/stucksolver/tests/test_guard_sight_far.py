@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.plan.behaviors import ChangeLane, RejoinRoute
-from stucksolver.plan.speed_profile import rollout, sluggish
+from stucksolver.plan.speed_profile import rollout, slow_launch
 from stucksolver.scene import LineKind, ObjectKind
 from test_guard_turning import TURN, WIDE
 from worlds import LANE_M, World, straight_road, thing
@@ -40,8 +40,8 @@ def turns(limit_mps, behind_m, ahead_m=400.0, objects=()):
 @given(limit_mps=st.floats(20 * KMH, 130 * KMH), share=st.floats(0.5, 0.99))
 def test_turn_with_less_sight_than_a_stop_at_the_limit_is_refused(limit_mps, share):
     seen_m = share * lemma2_m(limit_mps)
-    assert turns(limit_mps, behind_m=seen_m) == {RejectCode.UNSEEN}
-    assert turns(limit_mps, behind_m=400.0, ahead_m=seen_m) == {RejectCode.UNSEEN}
+    assert turns(limit_mps, behind_m=seen_m) == {RejectCode.PATH_NOT_VISIBLE}
+    assert turns(limit_mps, behind_m=400.0, ahead_m=seen_m) == {RejectCode.PATH_NOT_VISIBLE}
 
 
 @pytest.mark.parametrize(("limit_kmh", "behind_m"), [(30, 24.0), (50, 50.0), (70, 75.0), (100, 129.0), (130, 199.0)])
@@ -51,7 +51,7 @@ def test_turn_with_the_sight_of_a_stop_at_the_limit_is_accepted(limit_kmh, behin
 
 
 def test_turn_with_62_m_of_sight_at_100_kmh_is_refused():
-    assert turns(100 * KMH, behind_m=62.0) == {RejectCode.UNSEEN}
+    assert turns(100 * KMH, behind_m=62.0) == {RejectCode.PATH_NOT_VISIBLE}
 
 
 def test_turn_where_a_barrier_ends_the_sight_is_accepted():
@@ -95,7 +95,7 @@ def test_traffic_that_comes_into_sight_too_late_for_an_abort_can_brake(plan, lim
     inside = np.abs(path.d - world.y) > LANE_M / 2 - 1.85 / 2 + 0.05
     k = int(inside.argmax())
     quick = rollout(path, speed, limits.comfort_acceleration_mps2, limits.comfort_braking_mps2)
-    late = sluggish(path, speed, limits)
+    late = slow_launch(path, speed, limits)
     warned_s = min(float(late.t[k]), float(quick.v[k]) / (2 * limits.comfort_braking_mps2))
     there = 200.0 - behind_m + limit_mps * warned_s
     # The ego goes on from its entry, and others brake down to its speed.

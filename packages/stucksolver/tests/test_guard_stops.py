@@ -8,9 +8,9 @@ import random
 import numpy as np
 import pytest
 
-from stucksolver.guard import GuardPolicy, Reject, RejectCode, abort_stops
+from stucksolver.guard import GuardPolicy, RejectCode, RejectReason, abort_stops
 from stucksolver.guard.context import CheckContext
-from stucksolver.plan.frenet_path import Manoeuvre
+from stucksolver.plan.frenet_path import FrenetPath
 from stucksolver.scene import LaneDirection, LineKind, ObjectKind, Zone, ZoneKind
 from worlds import LANE_M, World, straight_road, thing
 
@@ -37,7 +37,7 @@ def case_of(objects=(), *, zones=JUNCTION, speed=0.0, stations=60, path_mps=5.0,
     s = 50.0 + 0.5 * np.arange(stations)
     offsets = np.zeros(stations) if d is None else np.asarray(d, float)
     lanes = tuple(lane for lane in view.frame.lanes if lane.strip.id in enters)
-    path = Manoeuvre(s, offsets, np.full(stations, path_mps), lanes, yaw=np.zeros(stations))
+    path = FrenetPath(s, offsets, np.full(stations, path_mps), lanes, yaw=np.zeros(stations))
     return CheckContext(view, path, POLICY, running=True)
 
 
@@ -54,7 +54,7 @@ def driven(t, v, braking, lag):
 
 @pytest.mark.parametrize(("speed", "braking"), [(0.0, None), (2.0, None), (5.0, None), (5.0, 6.0)])
 def test_braking_now_is_driven_as_the_vehicle_brakes_and_looked_at_until_it_has_stood_3_s(speed, braking):
-    stations, t = abort_stops.braking_now(case_of(speed=speed), braking)
+    stations, t = abort_stops.braking_profile(case_of(speed=speed), braking)
     for at, place in list(zip(t, stations, strict=True))[:: max(len(t) // 8, 1)]:
         assert place - 50.0 == pytest.approx(driven(at, speed, braking or 3.0, 0.3), abs=0.02)
     assert stations[-1] - 50.0 == pytest.approx(driven(8.0, speed, braking or 3.0, 0.3), abs=0.02)
@@ -65,7 +65,7 @@ def test_braking_now_is_driven_as_the_vehicle_brakes_and_looked_at_until_it_has_
 
 
 def test_who_reverses_stands_where_it_is():
-    stations, _ = abort_stops.braking_now(case_of(speed=-1.0))
+    stations, _ = abort_stops.braking_profile(case_of(speed=-1.0))
     assert np.allclose(stations, 50.0)
 
 
@@ -101,7 +101,7 @@ def test_a_stop_that_meets_somebody_before_it_is_over_is_no_safe_way_out(number)
     no_stop = np.zeros(48, bool)
     no_stop[draw.randrange(10, 47) :] = True
     least = met_by_stopping(case, x, y, speed, np.flatnonzero(~no_stop))
-    found = abort_stops.stops_are_safe(case, no_stop)
+    found = abort_stops.are_stops_safe(case, no_stop)
     if abs(least) > 0.5:  # between their instants, a tenth of a second apart, both move on by as much
         assert bool(found) is bool(least < 0.0)
     if found:
@@ -129,7 +129,7 @@ def test_stops_are_tried_every_3_m_and_no_more_than_16_along_a_long_way(monkeypa
     case = case_of([crosses(58.0, -300.0, 60.0)], zones=(), stations=stations, speed=2.0)
     no_stop = np.zeros(stations, bool)
     no_stop[:first] = True
-    abort_stops.stops_are_safe(case, no_stop)
+    abort_stops.are_stops_safe(case, no_stop)
     assert [len(places) for places, _ in looked] == [tried, tried]
     stride = max(6, -(-(stations - first) // 16))
     for run, (places, t) in zip((case.quick, case.slow), looked, strict=True):
@@ -144,38 +144,38 @@ def test_stops_are_tried_every_3_m_and_no_more_than_16_along_a_long_way(monkeypa
 def test_who_is_met_on_the_way_to_a_stop_speaks_against_it_too():
     no_stop = np.ones(48, bool)
     no_stop[44:] = False
-    assert abort_stops.stops_are_safe(case_of([crosses(55.0, -8.0, 3.0)], zones=(), stations=48), no_stop)
+    assert abort_stops.are_stops_safe(case_of([crosses(55.0, -8.0, 3.0)], zones=(), stations=48), no_stop)
 
 
 def test_somebody_who_stands_is_no_matter_nor_is_anybody_where_no_stop_is_left():
     case = case_of([crosses(**MEETS)], zones=(), stations=48)
-    assert abort_stops.stops_are_safe(case, ALL_FREE)
-    assert not abort_stops.stops_are_safe(case, ~ALL_FREE)
+    assert abort_stops.are_stops_safe(case, ALL_FREE)
+    assert not abort_stops.are_stops_safe(case, ~ALL_FREE)
     stands = crosses(62.0, 1.0, 0.0)
-    assert not abort_stops.stops_are_safe(case_of([stands], zones=(), stations=48), ALL_FREE)
+    assert not abort_stops.are_stops_safe(case_of([stands], zones=(), stations=48), ALL_FREE)
     other = crosses(**MEETS, name="other")
-    assert abort_stops.stops_are_safe(case_of([stands, other], zones=(), stations=48), ALL_FREE)[0].object_id == "other"
+    assert abort_stops.are_stops_safe(case_of([stands, other], zones=(), stations=48), ALL_FREE)[0].object_id == "other"
 
 
 def test_who_goes_ahead_of_us_in_our_direction_is_followed_and_not_stopped_for():
     ahead = thing("ahead", 56.0, speed=1.0)
-    assert not abort_stops.stops_are_safe(case_of([ahead], zones=(), stations=48, speed=5.0), ALL_FREE)
-    assert abort_stops.stops_are_safe(case_of([ahead, crosses(**MEETS)], zones=(), stations=48), ALL_FREE)
+    assert not abort_stops.are_stops_safe(case_of([ahead], zones=(), stations=48, speed=5.0), ALL_FREE)
+    assert abort_stops.are_stops_safe(case_of([ahead, crosses(**MEETS)], zones=(), stations=48), ALL_FREE)
     # Who comes towards us in our own lane is not.
     comes = thing("comes", 70.0, speed=-3.0)
-    assert abort_stops.stops_are_safe(case_of([comes], zones=(), stations=48, speed=5.0), ALL_FREE)
+    assert abort_stops.are_stops_safe(case_of([comes], zones=(), stations=48, speed=5.0), ALL_FREE)
 
 
 def test_who_is_in_contact_already_is_met_only_by_coming_nearer():
     beside = thing("beside", 50.0, HALF_WIDTH_M + 0.95 - 0.05, speed=-0.3)
-    assert not abort_stops.stops_are_safe(case_of([beside], zones=(), stations=4, path_mps=0.5), np.zeros(4, bool))
+    assert not abort_stops.are_stops_safe(case_of([beside], zones=(), stations=4, path_mps=0.5), np.zeros(4, bool))
 
 
 # ---- who crosses is let by
 
 
 def against(time_s=1.0, name="it"):
-    return [Reject(code=C.COLLISION, detail="", object_id=name, time_s=time_s)]
+    return [RejectReason(code=C.COLLISION, detail="", object_id=name, time_s=time_s)]
 
 
 FAR_AHEAD = {"x": 75.0, "y": -15.0, "speed": 5.0}
@@ -187,14 +187,15 @@ def test_way_is_given_to_those_who_would_be_met_soon_after_the_stop(giving_way, 
     case = case_of([crosses(**FAR_AHEAD)], speed=speed)
     assert case.view.elsewhere[0]
     latest = 0.3 + speed / 3.0 + within_s
-    assert abort_stops.lets_by(case, against(latest - A_LITTLE), giving_way)
-    assert not abort_stops.lets_by(case, against(latest + A_LITTLE), giving_way)
-    assert not abort_stops.lets_by(case, against(1.0, "somebody else"), giving_way)
-    timeless = [Reject(code=C.COLLISION, detail="", object_id="it")]
-    assert not abort_stops.lets_by(case, timeless, giving_way)
-    assert abort_stops.lets_by(case, [*against(99.0), *against(latest - A_LITTLE)][::-1], giving_way) is False, (
-        "each is named once, the last word counts"
-    )
+    assert abort_stops.is_junction_stop_clear(case, against(latest - A_LITTLE), giving_way)
+    assert not abort_stops.is_junction_stop_clear(case, against(latest + A_LITTLE), giving_way)
+    assert not abort_stops.is_junction_stop_clear(case, against(1.0, "somebody else"), giving_way)
+    timeless = [RejectReason(code=C.COLLISION, detail="", object_id="it")]
+    assert not abort_stops.is_junction_stop_clear(case, timeless, giving_way)
+    assert (
+        abort_stops.is_junction_stop_clear(case, [*against(99.0), *against(latest - A_LITTLE)][::-1], giving_way)
+        is False
+    ), "each is named once, the last word counts"
 
 
 def before_the_nose(gap_m, speed):
@@ -206,33 +207,36 @@ def before_the_nose(gap_m, speed):
 @pytest.mark.parametrize("speed", [0.0, 2.0, 4.0])
 @pytest.mark.parametrize(("gap_m", "lets"), [(0.5 + A_LITTLE, True), (0.5 - A_LITTLE, False)])
 def test_a_stop_that_lets_by_leaves_half_a_metre(speed, gap_m, lets):
-    assert abort_stops.lets_by(case_of([before_the_nose(gap_m, speed)], speed=speed), against(), False) is lets
+    assert (
+        abort_stops.is_junction_stop_clear(case_of([before_the_nose(gap_m, speed)], speed=speed), against(), False)
+        is lets
+    )
 
 
 def test_who_stands_already_and_gives_way_stands_on_as_long_as_nobody_hits_it():
     for gap_m, lets in ((A_LITTLE, True), (-A_LITTLE, False)):
-        assert abort_stops.lets_by(case_of([before_the_nose(gap_m, 0.0)]), against(), True) is lets
-    assert not abort_stops.lets_by(case_of([before_the_nose(0.3, 0.0)]), against(), False)
+        assert abort_stops.is_junction_stop_clear(case_of([before_the_nose(gap_m, 0.0)]), against(), True) is lets
+    assert not abort_stops.is_junction_stop_clear(case_of([before_the_nose(0.3, 0.0)]), against(), False)
     for gap_m, lets in ((0.1 + A_LITTLE, True), (0.1 - A_LITTLE, False)):
         braking = case_of([before_the_nose(gap_m, 1.0)], speed=1.0)
-        assert abort_stops.lets_by(braking, against(), True) is lets
+        assert abort_stops.is_junction_stop_clear(braking, against(), True) is lets
 
 
 def test_everybody_counts_until_the_stop_has_stood_its_time_not_only_who_is_named():
     named = crosses(**FAR_AHEAD)
     case = case_of([named, before_the_nose(0.2, 3.0).model_copy(update={"id": "other"})], speed=3.0)
-    assert not abort_stops.lets_by(case, against(), False)
+    assert not abort_stops.is_junction_stop_clear(case, against(), False)
     late = crosses(50.0 + 0.2 + HALF_LENGTH_M + 0.95, -2.3 - 0.925 - 3.05 * 4.0, 4.0, name="late")
-    assert not abort_stops.lets_by(case_of([named, late]), against(), False), "within 3.3 s"
+    assert not abort_stops.is_junction_stop_clear(case_of([named, late]), against(), False), "within 3.3 s"
     races = crosses(50.0 + 0.2 + HALF_LENGTH_M + 0.95, -2.3 - 0.925 - 3.1 * 20.0, 20.0, name="races")
-    assert not abort_stops.lets_by(case_of([named, races], stations=2), against(), False), (
+    assert not abort_stops.is_junction_stop_clear(case_of([named, races], stations=2), against(), False), (
         "from far away, on a short way"
     )
 
 
 def test_who_leaves_us_is_let_go_however_near():
     gone = crosses(50.0 + HALF_LENGTH_M + 0.95 + 0.3, 0.5, 4.0)
-    assert abort_stops.lets_by(case_of([gone]), against(), False)
+    assert abort_stops.is_junction_stop_clear(case_of([gone]), against(), False)
 
 
 @pytest.mark.parametrize(
@@ -249,7 +253,10 @@ def test_who_leaves_us_is_let_go_however_near():
 )
 def test_way_is_given_in_junctions_and_on_their_crosswalks_and_never_on_rails(zones, lets):
     """From 4 m/s the stop ends 3.9 m on."""
-    assert abort_stops.lets_by(case_of([crosses(**FAR_AHEAD)], zones=zones, speed=4.0), against(), False) is lets
+    assert (
+        abort_stops.is_junction_stop_clear(case_of([crosses(**FAR_AHEAD)], zones=zones, speed=4.0), against(), False)
+        is lets
+    )
 
 
 @pytest.mark.parametrize(("enters_at_m", "lets"), [(0.0, False), (4.0, False), (6.5, True)])
@@ -257,7 +264,7 @@ def test_way_is_not_given_in_an_oncoming_lane(enters_at_m, lets):
     """The stop ends 3.9 m on, and is looked at half a metre further."""
     s = 0.5 * np.arange(60)
     case = case_of([crosses(**FAR_AHEAD)], speed=4.0, d=np.where(s >= enters_at_m, 1.2, 0.0))
-    assert abort_stops.lets_by(case, against(), False) is lets
+    assert abort_stops.is_junction_stop_clear(case, against(), False) is lets
 
 
 # ---- who does not let us in
@@ -303,7 +310,7 @@ def test_nobody_is_let_by_on_rails_or_with_the_body_in_an_oncoming_lane():
 
 
 def no_stop(**more):
-    return abort_stops.committed(case_of(**more))
+    return abort_stops.commit_mask(case_of(**more))
 
 
 @pytest.mark.parametrize("path_mps", [2.0, 5.0])
@@ -348,5 +355,5 @@ def test_the_border_of_a_lane_is_no_place_and_the_middle_of_one_of_ours_is():
 
 def test_people_are_let_by_as_vehicles_are():
     walker = thing("it", 50.0 + HALF_LENGTH_M + 0.25 + 0.6, -5.0, kind=ObjectKind.PEDESTRIAN, sideways=1.4)
-    found = abort_stops.lets_by(case_of([walker]), against(), False)
+    found = abort_stops.is_junction_stop_clear(case_of([walker]), against(), False)
     assert found is bool(case_of([walker]).view.elsewhere[0])

@@ -8,9 +8,9 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from stucksolver.guard import Guard
-from stucksolver.guard.path_tracking import tracked
+from stucksolver.guard.path_tracking import tracked_path
 from stucksolver.plan.behaviors import ChangeLane, FollowVehicle, KeepLane, Nudge, RejoinRoute
-from stucksolver.plan.speed_profile import rollout, sluggish
+from stucksolver.plan.speed_profile import rollout, slow_launch
 from stucksolver.scene import LineKind, ObjectKind
 from stucksolver.scene.boxes import separation
 from worlds import LANE_M, World, straight_road, thing
@@ -23,9 +23,9 @@ BRAKING_MPS2 = 3.5
 
 def driven(view, proven):
     """The ego's body over time, quick and sluggish, every tenth of a second: s, d and yaw."""
-    path, limits = tracked(proven.path, view, GUARD.policy.tracking), view.ego.limits
+    path, limits = tracked_path(proven.path, view, GUARD.policy.tracking), view.ego.limits
     quick = rollout(path, view.ego.speed_mps, limits.comfort_acceleration_mps2, limits.comfort_braking_mps2)
-    for run in (quick, sluggish(path, view.ego.speed_mps, limits)):
+    for run in (quick, slow_launch(path, view.ego.speed_mps, limits)):
         t = np.arange(0.0, run.duration_s, 0.1)
         s = np.interp(t, run.t, path.s)
         yield t, s, np.interp(s, path.s, path.d), np.interp(s, path.s, path.yaw)

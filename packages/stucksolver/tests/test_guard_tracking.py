@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stucksolver.guard import Guard
-from stucksolver.guard.path_tracking import tracked
+from stucksolver.guard.path_tracking import tracked_path
 from stucksolver.plan.behaviors import BackUp, BorrowOncomingLane, ChangeLane, KeepLane
 from stucksolver.plan.frenet_path import body_heading
 from stucksolver.scene import LineKind, ObjectKind
@@ -99,14 +99,14 @@ def test_the_body_is_not_tangent_where_the_path_bends():
 def test_from_a_pose_on_the_path_nothing_changes():
     world = World(MULTI)
     proven = GUARD.accept([ON], world.view(), False)[1]
-    way = tracked(proven.path, world.view(), GUARD.policy.tracking)
+    way = tracked_path(proven.path, world.view(), GUARD.policy.tracking)
     assert np.allclose(way.d, proven.path.d) and np.allclose(way.yaw, 0.0)
 
 
 @pytest.mark.parametrize("yaw", [-0.5, -0.2, 0.2, 0.5])
 def test_an_askew_start_ends_on_the_path(yaw):
     world = World(MULTI, yaw=yaw)
-    way = tracked(GUARD.lay_out([ON], world.view(), False, None).path, world.view(), GUARD.policy.tracking)
+    way = tracked_path(GUARD.lay_out([ON], world.view(), False, None).path, world.view(), GUARD.policy.tracking)
     assert abs(way.d[-1]) < 0.05 and abs(way.yaw[-1]) < 0.02
     poses = np.array(bicycle(world, way, seconds=8.0))
     assert np.abs(np.interp(poses[:, 0], way.s, way.d) - poses[:, 1]).max() < 0.35

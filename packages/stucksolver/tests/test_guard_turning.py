@@ -10,16 +10,16 @@ import pytest
 
 from stucksolver.guard import Approvals, Guard, GuardPolicy, RejectCode
 from stucksolver.plan import RecoveryPlan
-from stucksolver.plan.behaviors import BackUp, CannotPlan, TurnRound
-from stucksolver.plan.multi_point_turn import corners, driven_line, turn_round
+from stucksolver.plan.behaviors import BackUp, NoPathError, TurnAround
+from stucksolver.plan.multi_point_turn import corners, leg_driving_line, multi_point_turn
 from stucksolver.scene import LineKind, ObjectKind, Zone, ZoneKind
-from stucksolver.solver.state_machine.admission import Need, admit
+from stucksolver.solver.state_machine.admission import MissingApproval, admit
 from stucksolver.solver.state_machine.execution import Execution
-from stucksolver.solver.state_machine.history import History
+from stucksolver.solver.state_machine.history import AttemptHistory
 from worlds import World, straight_road, thing
 
 C, K = RejectCode, ObjectKind
-TURN = TurnRound()
+TURN = TurnAround()
 
 
 def road_of(lane_m, *, line=LineKind.BROKEN, zones=()):
@@ -43,7 +43,7 @@ def judged(world, *, policy=None, approvals=None):
 
 @pytest.mark.parametrize(("lane_m", "legs"), [(6.0, 3), (5.0, 3), (4.5, 5)])
 def test_the_wider_the_road_the_fewer_legs(lane_m, legs):
-    found = turn_round(World(road_of(lane_m)).view())
+    found = multi_point_turn(World(road_of(lane_m)).view())
     assert [leg.reverse for leg in found] == [bool(k % 2) for k in range(legs)]
     assert math.degrees(found[-1].end[2]) > 165.0
 
@@ -51,7 +51,7 @@ def test_the_wider_the_road_the_fewer_legs(lane_m, legs):
 def test_no_corner_leaves_the_road_and_the_body_goes_as_a_car_does():
     view = World(WIDE).view()
     radius = view.ego.limits.min_turn_radius_m
-    for leg in turn_round(view):
+    for leg in multi_point_turn(view):
         _, d = corners(view, leg.x_m, leg.y_m, leg.yaw_rad)
         assert d.min() > -2.5 and d.max() < 7.5
         rear_x, rear_y = leg.x_m - 1.45 * np.cos(leg.yaw_rad), leg.y_m - 1.45 * np.sin(leg.yaw_rad)
@@ -62,21 +62,21 @@ def test_no_corner_leaves_the_road_and_the_body_goes_as_a_car_does():
 
 
 def test_each_leg_begins_where_the_last_one_ended():
-    legs = turn_round(World(WIDE).view())
+    legs = multi_point_turn(World(WIDE).view())
     for one, other in itertools.pairwise(legs):
         assert one.end == pytest.approx((other.x_m[0], other.y_m[0], other.yaw_rad[0]))
 
 
 @pytest.mark.parametrize("lane_m", [3.0, 3.5])
 def test_a_road_that_is_too_narrow_is_refused(lane_m):
-    with pytest.raises(CannotPlan, match="turn round"):
-        turn_round(World(road_of(lane_m)).view())
+    with pytest.raises(NoPathError, match="turn round"):
+        multi_point_turn(World(road_of(lane_m)).view())
     assert judged(World(road_of(lane_m))) == {C.NO_PATH}
 
 
 def test_backing_up_the_line_ends_with_the_body_where_the_leg_ends():
-    leg = turn_round(World(WIDE).view())[1]
-    x, y, speed = driven_line(leg, 2.9, 1.4)
+    leg = multi_point_turn(World(WIDE).view())[1]
+    x, y, speed = leg_driving_line(leg, 2.9, 1.4)
     assert (x[0], y[0]) == pytest.approx((leg.x_m[0], leg.y_m[0]))
     rear = (leg.x_m[-1] - 1.45 * math.cos(leg.yaw_rad[-1]), leg.y_m[-1] - 1.45 * math.sin(leg.yaw_rad[-1]))
     assert (x[-1], y[-1]) == pytest.approx(rear) and speed[-1] == 0.0
@@ -113,8 +113,8 @@ def test_who_does_not_come_in_time_is_no_reason(other):
 
 def test_what_stands_shortens_the_legs_or_forbids_them():
     at_kerb = thing("parked", 56.0, 6.5)
-    legs = turn_round(World(WIDE, [at_kerb]).view())
-    assert legs[0].length_m < turn_round(World(WIDE).view())[0].length_m
+    legs = multi_point_turn(World(WIDE, [at_kerb]).view())
+    assert legs[0].length_m < multi_point_turn(World(WIDE).view())[0].length_m
     walls = [thing("a", 55.5), thing("b", 44.5), thing("c", 50.0, 5.0)]
     assert judged(World(WIDE, walls)) == {C.NO_PATH}
 
@@ -204,6 +204,6 @@ def test_only_the_line_where_the_turn_will_be_needs_a_yes(stretch, needed):
 
 def test_the_missing_yes_is_the_passengers_for_the_line():
     solid = World(road_of(5.0, line=LineKind.SOLID))
-    told = {"guard": Guard(), "scene": None, "history": History(3), "guided": False, "approvals": Approvals()}
+    told = {"guard": Guard(), "scene": None, "history": AttemptHistory(3), "guided": False, "approvals": Approvals()}
     found = admit(BACKS_UP_FIRST, solid.view(), 0.0, **told)
-    assert found.need == Need("passenger", ("solid_line",))
+    assert found.need == MissingApproval("passenger", ("solid_line",))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from shapely.geometry import box
 
 from stucksolver.guard import Guard, RejectCode
-from stucksolver.plan.behaviors import Abort, BorrowOncomingLane
+from stucksolver.plan.behaviors import AbortAction, BorrowOncomingLane
 from worlds import LANE_M, World, straight_road, thing
 
 GUARD = Guard()
@@ -55,7 +55,7 @@ def drives(world, behavior, edge_m, appears_s, comes_mps, keen, guard=GUARD):
         world.sight_m = edge_m - world.x
         committed = proven.committed(world.x)
         verdict = guard.recheck(proven, world.view())
-        stopping = stopping or (not committed and verdict.abort is Abort.STOP)
+        stopping = stopping or (not committed and verdict.abort is AbortAction.STOP)
         if other is not None:
             body = box(world.x - LENGTH_M / 2, world.y - WIDTH_M / 2, world.x + LENGTH_M / 2, world.y + WIDTH_M / 2)
             half = CAR_M / 2

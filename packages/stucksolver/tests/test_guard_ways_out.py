@@ -10,9 +10,9 @@ import pytest
 from grids import each_value
 from guard_cases import CAR_M, LENGTH_M, on_way
 from stucksolver.guard import Guard, collision_mitigation
-from stucksolver.guard.collision_mitigation import Contact
+from stucksolver.guard.collision_mitigation import PredictedContact
 from stucksolver.plan import RecoveryPlan
-from stucksolver.plan.behaviors import Abort, BorrowOncomingLane, KeepLane
+from stucksolver.plan.behaviors import AbortAction, BorrowOncomingLane, KeepLane
 from stucksolver.scene import LineKind, ObjectKind, Zone, ZoneKind
 from stucksolver.solver.state_machine.execution import Execution
 from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome
@@ -64,7 +64,7 @@ def test_from_rest_it_never_sets_off_into_a_predicted_collision(ahead_m):
     world.x, world.speed = 65.0, 0.0
     world.objects.append(thing("walker", 65.0 + 2.45 + ahead_m, kind=K.PEDESTRIAN))
     assert proven.committed(65.0)
-    assert GUARD.recheck(proven, world.view()).abort is Abort.GIVE_WAY
+    assert GUARD.recheck(proven, world.view()).abort is AbortAction.YIELD
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.5, 1.0, 2.0])
@@ -82,10 +82,10 @@ def test_an_error_that_has_come_within_touch_of_who_stands_there_is_not_driven_o
         return GUARD.recheck(proven, world.view())
 
     assert proven.committed(65.0)
-    assert told(0.08).abort is Abort.GIVE_WAY
-    assert told(0.2).abort is not Abort.GIVE_WAY
+    assert told(0.08).abort is AbortAction.YIELD
+    assert told(0.2).abort is not AbortAction.YIELD
     world.y = -world.y
-    assert told(0.08 + 0.6).abort is not Abort.GIVE_WAY, "its error is on the other side"
+    assert told(0.08 + 0.6).abort is not AbortAction.YIELD, "its error is on the other side"
 
 
 def test_in_an_oncoming_lane_a_stop_is_better_than_a_wreck():
@@ -106,9 +106,9 @@ def test_on_rails_it_goes_on_where_that_touches_nobody_and_stops_only_where_it_w
     rails = World(zone(ZoneKind.LEVEL_CROSSING), x=70.0, speed=4.0)
     beside = thing("walker", 78.0, -1.9, kind=K.PEDESTRIAN)
     rails.objects = [beside]
-    assert GUARD.recheck(proven, rails.view()).abort is Abort.FINISH
+    assert GUARD.recheck(proven, rails.view()).abort is AbortAction.FINISH
     rails.objects = [thing("walker", 84.0, kind=K.PEDESTRIAN)]
-    assert GUARD.recheck(proven, rails.view()).abort is Abort.GIVE_WAY
+    assert GUARD.recheck(proven, rails.view()).abort is AbortAction.YIELD
 
 
 def test_where_contact_cannot_be_helped_the_brakes_bite_hard():
@@ -117,7 +117,7 @@ def test_where_contact_cannot_be_helped_the_brakes_bite_hard():
     world.x = 65.0
     world.objects.append(thing("walker", 65.0 + 2.45 + 3.2, kind=K.PEDESTRIAN))
     verdict = GUARD.recheck(proven, world.view())
-    assert verdict.abort is Abort.GIVE_WAY
+    assert verdict.abort is AbortAction.YIELD
     assert verdict.brake_mps2 == pytest.approx(world.ego().limits.max_braking_mps2)
 
 
@@ -130,7 +130,7 @@ def test_a_person_is_spared_before_a_thing():
         thing("walker", 76.0, kind=K.PEDESTRIAN),
         thing("crossing", 68.5, -9.0, sideways=3.0, yaw=np.pi / 2),
     ]
-    assert GUARD.recheck(proven, world.view()).abort is Abort.GIVE_WAY
+    assert GUARD.recheck(proven, world.view()).abort is AbortAction.YIELD
 
 
 # ---- harm, beside the same reckoned by hand
@@ -138,11 +138,13 @@ def test_a_person_is_spared_before_a_thing():
 
 @pytest.mark.parametrize(("one", "other", "person"), [(True, False, True), (False, True, True), (False, False, False)])
 def test_of_two_contacts_a_person_and_the_quicker_count(one, other, person):
-    assert collision_mitigation._worse(Contact(one, 2.0), Contact(other, 5.0)) == Contact(person, 5.0)
+    assert collision_mitigation._worse(PredictedContact(one, 2.0), PredictedContact(other, 5.0)) == PredictedContact(
+        person, 5.0
+    )
     assert (
-        collision_mitigation._worse(Contact(one, 2.0), None)
-        == collision_mitigation._worse(None, Contact(one, 2.0))
-        == Contact(one, 2.0)
+        collision_mitigation._worse(PredictedContact(one, 2.0), None)
+        == collision_mitigation._worse(None, PredictedContact(one, 2.0))
+        == PredictedContact(one, 2.0)
     )
     assert collision_mitigation._worse(None, None) is None
 
@@ -180,11 +182,11 @@ def test_who_stands_far_ahead_is_braked_for_later_but_nobody_sets_off_towards_th
 
 def test_from_rest_one_stays_with_gentle_brakes():
     case = on_way(thing("it", 75.0, kind=K.PEDESTRIAN), speed=0.0)
-    way = collision_mitigation.least_harm(case, False)
-    assert (way.abort, way.brake_mps2) == (Abort.GIVE_WAY, case.view.ego.limits.comfort_braking_mps2)
+    way = collision_mitigation.least_harmful_option(case, False)
+    assert (way.abort, way.brake_mps2) == (AbortAction.YIELD, case.view.ego.limits.comfort_braking_mps2)
 
 
 @pytest.mark.parametrize(("ahead_m", "hard"), [(10.0, None), (2.5, 6.0)])
 def test_brakes_bite_hard_only_where_gentle_ones_would_meet_somebody(ahead_m, hard):
     case = on_way(thing("it", 65.0 + FRONT_M + HALF_CAR_M + ahead_m))
-    assert collision_mitigation.brakes_hard(case) == hard
+    assert collision_mitigation.hard_braking_mps2(case) == hard

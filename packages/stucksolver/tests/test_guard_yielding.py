@@ -9,7 +9,7 @@ import pytest
 from grids import each_value
 from stucksolver.guard import Guard
 from stucksolver.plan import RecoveryPlan
-from stucksolver.plan.behaviors import Abort, BorrowOncomingLane, Creep, KeepLane
+from stucksolver.plan.behaviors import AbortAction, BorrowOncomingLane, Creep, KeepLane
 from stucksolver.scene import ObjectKind, Zone, ZoneKind
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.state_machine.execution import Execution
@@ -107,13 +107,13 @@ def in_junction(x_m: float, speed_mps: float, *others):
 def test_recheck_path_begins_far_ahead_does_not_yield_yet():
     """Traffic may turn off before, so an ego inside the junction yields only at the last stop before its path."""
     world, proven = in_junction(62.0, 1.0, crosser(90.0, 6.0, 1, 77.0))
-    assert GUARD.recheck(proven, world.view()).abort in (None, Abort.FINISH)
+    assert GUARD.recheck(proven, world.view()).abort in (None, AbortAction.FINISH)
 
 
 def test_recheck_nose_still_before_the_nearest_lane_yields_at_once():
     """Somebody may come along that lane while it waits further inside for the one whom it sees."""
     world, proven = in_junction(59.0, 1.0, crosser(90.0, 6.0, 1, 75.0))
-    assert GUARD.recheck(proven, world.view()).abort is Abort.GIVE_WAY
+    assert GUARD.recheck(proven, world.view()).abort is AbortAction.YIELD
 
 
 def test_recheck_last_stop_before_path_yields_long_before_contact():
@@ -121,14 +121,14 @@ def test_recheck_last_stop_before_path_yields_long_before_contact():
     nose_m = 65.0 - 1.9 / 2 - 0.6
     world, proven = in_junction(nose_m - HALF_M - 0.45, 1.0, crosser(60.0, 6.0, 1, 65.0))
     verdict = GUARD.recheck(proven, world.view())
-    assert verdict.abort is Abort.GIVE_WAY
+    assert verdict.abort is AbortAction.YIELD
     assert min(r.time_s for r in verdict.rejects) > 8.0
 
 
 def test_recheck_ego_lies_in_path_does_not_stop_there():
     """In the other's path a stop helps nobody: the ego finishes, since that leaves the path soonest."""
     world, proven = in_junction(65.0, 1.0, crosser(60.0, 6.0, 1, 65.0))
-    assert GUARD.recheck(proven, world.view()).abort in (None, Abort.FINISH)
+    assert GUARD.recheck(proven, world.view()).abort in (None, AbortAction.FINISH)
 
 
 @pytest.mark.parametrize("kind", [ZoneKind.CROSSWALK, ZoneKind.LEVEL_CROSSING])
@@ -137,7 +137,7 @@ def test_recheck_place_to_yield_is_on_rails_does_not_stop_there(kind):
     nose_m = 65.0 - 1.9 / 2 - 0.6
     world, proven = in_junction(nose_m - HALF_M - 0.45, 1.0, crosser(60.0, 6.0, 1, 65.0))
     world.road = straight_road(zones=(*JUNCTION.zones, Zone(kind=kind, start_m=62.0, end_m=63.5)))
-    yields = GUARD.recheck(proven, world.view()).abort is Abort.GIVE_WAY
+    yields = GUARD.recheck(proven, world.view()).abort is AbortAction.YIELD
     assert yields is (kind is ZoneKind.CROSSWALK)
 
 
@@ -145,7 +145,7 @@ def test_recheck_stopped_for_far_traffic_stays_until_it_has_passed():
     """While giving way, the ego does not creep on towards a path that it would still lie in."""
     stop_m = 65.0 - 1.9 / 2 - 0.5 - 1.0 - HALF_M
     world, proven = in_junction(stop_m, 0.0, crosser(60.0, 6.0, 1, 65.0))
-    assert GUARD.recheck(proven, world.view(), frozenset({"crosser"})).abort is Abort.GIVE_WAY
+    assert GUARD.recheck(proven, world.view(), frozenset({"crosser"})).abort is AbortAction.YIELD
 
 
 @pytest.mark.integration

@@ -13,7 +13,7 @@ from instances import of
 from stucksolver.plan import Decision, Directive, Execute
 from stucksolver.plan.behaviors import REGISTRY, AnyBehavior, ChangeLane, describe, parse_behavior
 from stucksolver.plan.json_schemas import ADAPTERS, VERSION, schemas
-from stucksolver.reasoners import Request, RuleReasoner
+from stucksolver.reasoners import ReasonerRequest, RuleReasoner
 from stucksolver.scene import RoadGeometry, Scene, Status, Surroundings
 from worlds import World, straight_road, thing
 
@@ -46,7 +46,7 @@ def test_every_behaviour_survives_json_inside_a_directive(behavior, data):
 def examples() -> dict[str, dict[str, object]]:
     world = World(straight_road(), [thing("car", 60.0)])
     scene = world.scene()
-    decision = RuleReasoner().decide(Request(scene)).decision
+    decision = RuleReasoner().decide(ReasonerRequest(scene)).decision
     models = {
         "status": world.status(),
         "surroundings": world.surroundings(),

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stucksolver.plan.frenet_path import straight
-from stucksolver.plan.speed_profile import SLUGGISH_ACCELERATION, sluggish
-from stucksolver.reasoners import Request, RuleReasoner
-from stucksolver.scene import LineKind, PastAttempt, RejectCode, Status, VehicleLimits
+from stucksolver.plan.speed_profile import SLUGGISH_ACCELERATION, slow_launch
+from stucksolver.reasoners import ReasonerRequest, RuleReasoner
+from stucksolver.scene import FailedAttempt, LineKind, RejectCode, Status, VehicleLimits
 from stucksolver.solver import StuckSolver
-from stucksolver.solver.launch_acceleration import Launches
+from stucksolver.solver.launch_acceleration import LaunchAcceleration
 from test_rules_moves import names
 from worlds import LANE_M, World, drive, straight_road, thing
 
@@ -31,7 +31,7 @@ def launch(launches, mps2, begins_s, *, own=True, to_mps=5.0, sags=False):
 
 
 def measured(*rates, **more):
-    launches = Launches()
+    launches = LaunchAcceleration()
     for k, rate in enumerate(rates):
         launch(launches, rate, 100.0 * k, **more)
     return launches.acceleration_mps2
@@ -65,7 +65,7 @@ def test_starts_that_are_bounded_or_held_up_do_not_count(more):
 )
 def test_a_proof_takes_the_measured_value_and_never_more_than_the_configured_one(measured_mps2, used_mps2):
     limits = VehicleLimits(measured_acceleration_mps2=measured_mps2)
-    run = sluggish(straight(0.0, 0.0, 40.0, 50.0), 0.0, limits)
+    run = slow_launch(straight(0.0, 0.0, 40.0, 50.0), 0.0, limits)
     assert run.v[20] ** 2 / (2 * 10.0) == pytest.approx(used_mps2, rel=0.05)
 
 
@@ -99,11 +99,11 @@ def left_no_gap(world, *tries, code=RejectCode.LANE_ENTRY):
     scene = world.scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
     attempts = tuple(
-        PastAttempt(time_s=scene.time_s - ago_s, behaviors=behaviors, codes=(code,), outcome="")
+        FailedAttempt(time_s=scene.time_s - ago_s, behaviors=behaviors, codes=(code,), outcome="")
         for ago_s, *behaviors in tries
     )
     seen = scene.model_copy(update={"ego": ego, "attempts": attempts})
-    return names(RuleReasoner().decide(Request(seen)).decision)
+    return names(RuleReasoner().decide(ReasonerRequest(seen)).decision)
 
 
 def test_after_traffic_left_no_gap_twice_the_rules_turn_the_nose_out_first():

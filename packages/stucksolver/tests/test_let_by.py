@@ -6,7 +6,7 @@ import pytest
 
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.plan.behaviors import RejoinRoute, Wait
-from stucksolver.reasoners import Request, RuleReasoner
+from stucksolver.reasoners import ReasonerRequest, RuleReasoner
 from stucksolver.scene import LineKind, ObjectKind
 from stucksolver.solver import EventKind
 from test_behaviors import run
@@ -23,7 +23,7 @@ def siren(x, speed=12.0, lights=True):
 
 def proposed(*others):
     scene = World(SHOULDER, list(others), speed=6.0).scene().model_copy(update={"guidance": said(WORDS)})
-    plan = RuleReasoner().decide(Request(scene)).decision.plan
+    plan = RuleReasoner().decide(ReasonerRequest(scene)).decision.plan
     return [b.name for b in plan.behaviors]
 
 

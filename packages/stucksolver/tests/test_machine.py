@@ -15,16 +15,16 @@ import pytest
 from given_up import GivesUp, askew
 from grids import WHOLE
 from stucksolver.guard import Guard
-from stucksolver.interpreter import ScriptedReader
+from stucksolver.interpreter import ScriptedInterpreter
 from stucksolver.plan import CONTINUE, Execute, SafeStop
 from stucksolver.reasoners import ReasonerError, RuleReasoner
 from stucksolver.reasoners.faulty import make_faulty
 from stucksolver.record import Recorder, replay
-from stucksolver.record.serialization import told_data
-from stucksolver.scene import GuidanceIntent, LineKind, ObjectKind, Reading, Side, Zone, ZoneKind
-from stucksolver.solver import Judgement, QuestionError, QuestionKind, StepTaken, StuckSolver, Tick
+from stucksolver.record.serialization import step_output_data
+from stucksolver.scene import GuidanceIntent, Interpretation, LineKind, ObjectKind, Side, Zone, ZoneKind
+from stucksolver.solver import ExecutionTick, PlanReview, QuestionError, QuestionKind, StuckSolver, TransitionStep
 from stucksolver.solver.state_machine.execution_steps import STAND
-from stucksolver.solver.state_machine.inputs import Setup
+from stucksolver.solver.state_machine.inputs import SolverSetup
 from stucksolver.solver.state_machine.state import (
     AwaitingApproval,
     AwaitingGap,
@@ -48,7 +48,7 @@ ROADS = (
 
 
 def read_as(intent, **more):
-    return Reading(intent=intent, likely=intent, confidence=0.95, reader="scripted", **more)
+    return Interpretation(intent=intent, likely=intent, confidence=0.95, reader="scripted", **more)
 
 
 READINGS = {
@@ -91,8 +91,8 @@ class Run:
 
     seed: int | str
     recorder: Recorder | None
-    steps: list[StepTaken] = field(default_factory=list)
-    setup: Setup | None = None
+    steps: list[TransitionStep] = field(default_factory=list)
+    setup: SolverSetup | None = None
     observes: bool = False
 
     @property
@@ -102,7 +102,7 @@ class Run:
     def begin(self, facts):
         guard = Guard(facts.policy)
         self.observes = facts.observe_only
-        self.setup = Setup(guard, facts.ladder, dict(facts.reasoners), facts.ask_back, facts.observe_only)
+        self.setup = SolverSetup(guard, facts.ladder, dict(facts.reasoners), facts.ask_back, facts.observe_only)
         if self.recorder:
             self.recorder.begin(facts)
 
@@ -153,7 +153,7 @@ def random_drive(seed, recorder=None, seconds=24.0, calm_s=70.0):
         "clock": rng.choice(["lockstep", "lockstep", "latency:0.4"]),
         "reasoner": rng.choice([None, Dice(rng)]),
         "observe_only": rng.random() < 0.05,
-        "reader": ScriptedReader(READINGS),
+        "reader": ScriptedInterpreter(READINGS),
         "record": run,
     }
     with recorder or contextlib.nullcontext(), StuckSolver(world.scene, **options) as solver:
@@ -250,7 +250,7 @@ def other_words_at_a_gap():
         if isinstance(solver.state.activity, AwaitingGap) and world.frame % 5 == 0:
             solver.guide(WORDS[0])
 
-    return world, options | {"reader": ScriptedReader(READINGS)}, speak
+    return world, options | {"reader": ScriptedInterpreter(READINGS)}, speak
 
 
 def a_gap_comes():
@@ -327,7 +327,7 @@ def test_a_step_is_pure(drives):
             assert state.names == step.after.names
             assert directive == step.directive
             again = replace(step, directive=directive, told=told)
-            assert [told_data(one, again) for one in told] == [told_data(one, step) for one in step.told]
+            assert [step_output_data(one, again) for one in told] == [step_output_data(one, step) for one in step.told]
 
 
 def test_whatever_moves_the_vehicle_has_a_verdict_of_this_very_tick(drives):
@@ -336,13 +336,13 @@ def test_whatever_moves_the_vehicle_has_a_verdict_of_this_very_tick(drives):
         accepted = None
         for step in run.steps:
             for one in step.told:
-                if isinstance(one, Judgement) and one.verdict.accepted:
+                if isinstance(one, PlanReview) and one.verdict.accepted:
                     accepted = one.plan
             directive = step.directive
             held = isinstance(step.after.posture, Holding)  # a hold brakes, and needs no plan for that
             if not isinstance(directive, Execute) or directive is STAND or (held and not directive.path):
                 continue
-            ticks = [one for one in step.told if isinstance(one, Tick)]
+            ticks = [one for one in step.told if isinstance(one, ExecutionTick)]
             assert len(ticks) == 1 and ticks[0].result is directive
             assert accepted is not None
             assert step.after.activity.execution.plan == accepted

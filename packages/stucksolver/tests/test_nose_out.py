@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from grids import sample
 from streams import ROAD, Stream
-from stucksolver.guard import NOBODY, Guard, RejectCode, begun_waiting
+from stucksolver.guard import NOBODY, Guard, RejectCode, begin_nosed_out
 from stucksolver.plan import Execute, RecoveryPlan
-from stucksolver.plan.behaviors import Abort, BorrowOncomingLane, CannotPlan, ChangeLane, NoseOut, Start
+from stucksolver.plan.behaviors import AbortAction, BehaviorStart, BorrowOncomingLane, ChangeLane, NoPathError, NoseOut
 from stucksolver.plan.frenet_path import STEP_M, turned_shift
 from stucksolver.plan.lateral_shift import lateral_shift
 from stucksolver.scene.frenet_scene import FrenetScene
@@ -181,12 +181,12 @@ def test_by_sensors_a_plan_that_stands_for_a_gap_ends_soon_so_that_the_next_goes
 def test_what_ends_the_wait_is_what_lets_the_plan_run(gap_m, pace_mps, quick_mps2):
     """Whoever may go on after giving way may go on anyhow: no wait ends in a plan that is given up at once."""
     view = at_the_border(gap_m, pace_mps, quick_mps2).view()
-    begun = begun_waiting(GUARD, (LEFT,), view, False, NOBODY, False)
+    begun = begin_nosed_out(GUARD, (LEFT,), view, False, NOBODY, False)
     assert begun is not None, "it waits, or goes"
     verdict, proven = begun
     everybody, somebody, nobody = (GUARD.recheck(proven, view, to) for to in (True, frozenset({"car1"}), False))
     assert str(verdict) == str(everybody)
-    assert verdict.accepted or verdict.abort is Abort.GIVE_WAY
+    assert verdict.accepted or verdict.abort is AbortAction.YIELD
     assert somebody.accepted or not everybody.accepted
     assert nobody.accepted or not somebody.accepted
 
@@ -206,7 +206,7 @@ def test_the_next_one_is_not_taken_for_the_one_that_was_let_by():
 
     def goes(gap, to):
         view = at_the_border(gap, 9.0).view()
-        proven = begun_waiting(GUARD, (LEFT,), view, False, NOBODY, False)[1]
+        proven = begin_nosed_out(GUARD, (LEFT,), view, False, NOBODY, False)[1]
         return GUARD.recheck(proven, view, to).accepted
 
     watched = least_gap_m(lambda gap: goes(gap, frozenset({"somebody else"})))
@@ -221,7 +221,7 @@ def test_a_quicker_vehicle_needs_a_shorter_gap():
             seen = at_the_border(gap, 9.0).surroundings()
             limits = seen.ego.limits.model_copy(update={"measured_acceleration_mps2": measured})
             view = FrenetScene(seen.model_copy(update={"ego": seen.ego.model_copy(update={"limits": limits})}))
-            return begun_waiting(GUARD, (LEFT,), view, False, NOBODY, False)[0].accepted
+            return begin_nosed_out(GUARD, (LEFT,), view, False, NOBODY, False)[0].accepted
 
         return least_gap_m(goes)
 
@@ -235,12 +235,12 @@ def test_nobody_waits_with_the_nose_in_the_oncoming_lane():
     borrow = BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)
     verdict, _ = GUARD.accept((borrow,), world.view(), False)
     assert RejectCode.ONCOMING_GAP in verdict.codes
-    assert begun_waiting(GUARD, (borrow,), world.view(), False, NOBODY, False) is None
+    assert begin_nosed_out(GUARD, (borrow,), world.view(), False, NOBODY, False) is None
 
 
 def test_from_inside_the_lane_a_lane_change_does_not_begin_without_its_gap():
     world = Stream(ROAD, [thing("lead", 113.0), thing("car1", 95.0, LANE_M, speed=9.0)], x=100.0)
-    assert begun_waiting(GUARD, (LEFT,), world.view(), False, NOBODY, False) is None
+    assert begin_nosed_out(GUARD, (LEFT,), world.view(), False, NOBODY, False) is None
 
 
 @settings(max_examples=80, deadline=None)
@@ -261,8 +261,8 @@ def test_with_the_nose_out_there_is_room_where_a_straight_start_has_none():
     def least(yaw):
         for gap in np.arange(2.0, 9.0, 0.2):
             view = World(ROAD, [thing("lead", 100.0 + 2.45 + float(gap) + 2.3)], x=100.0, y=0.35).view()
-            with contextlib.suppress(CannotPlan):
-                lateral_shift(view, Start(100.0, 0.35, 0.0, yaw), LANE_M, 5.0)
+            with contextlib.suppress(NoPathError):
+                lateral_shift(view, BehaviorStart(100.0, 0.35, 0.0, yaw), LANE_M, 5.0)
                 return float(gap)
         return math.inf
 

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import pytest
 
 from grids import each_value, sample
-from stucksolver.guard import Guard, Reject, RejectCode, Verdict
+from stucksolver.guard import Guard, RejectCode, RejectReason, Verdict
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import ChangeLane
-from stucksolver.reasoners import Request, RuleReasoner
-from stucksolver.scene import AttemptEnd, LaneDirection, LineKind, ObjectKind, PastAttempt, RoadGeometry
+from stucksolver.reasoners import ReasonerRequest, RuleReasoner
+from stucksolver.scene import AttemptOutcome, FailedAttempt, LaneDirection, LineKind, ObjectKind, RoadGeometry
 from stucksolver.solver import EventKind
-from stucksolver.solver.state_machine.gap_wait import STAYS_WAIT_S, Waiting
-from stucksolver.solver.state_machine.history import History, waits_for_nothing
+from stucksolver.solver.state_machine.gap_wait import STAYS_WAIT_S, GapWait
+from stucksolver.solver.state_machine.history import AttemptHistory, waits_for_nothing
 from test_rules import behaviors_of
 from worlds import LANE_M, World, drive, straight_road, strip, thing
 
@@ -49,16 +49,18 @@ def test_verdict_gap_names_the_object_that_is_too_near():
     plan = RecoveryPlan(behaviors=(ChangeLane(side="left", distance_m=30.0, speed_mps=5.5),))
     verdict = Guard().accept(plan.behaviors, world.view(), False)[0]
     assert verdict.too_near == ("lead",)
-    (attempt,) = History(3).noted(plan, AttemptEnd.REFUSED, 0.0, verdict=verdict).attempts
+    (attempt,) = AttemptHistory(3).with_attempt(plan, AttemptOutcome.REJECTED, 0.0, verdict=verdict).attempts
     assert attempt.too_near == ("lead",)
 
 
 def refused_near(world: World, *ids: str):
     """Return the decision a second after a lane change was refused for its gap to these objects."""
     scene = world.scene()
-    attempt = PastAttempt(time_s=-1.0, behaviors=("change_lane",), too_near=ids, outcome="")
+    attempt = FailedAttempt(time_s=-1.0, behaviors=("change_lane",), too_near=ids, outcome="")
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
-    return RuleReasoner().decide(Request(scene.model_copy(update={"ego": ego, "attempts": (attempt,)}))).decision
+    return (
+        RuleReasoner().decide(ReasonerRequest(scene.model_copy(update={"ego": ego, "attempts": (attempt,)}))).decision
+    )
 
 
 @pytest.mark.parametrize(
@@ -117,17 +119,17 @@ def test_plan_stopped_by_a_stationary_object_is_given_up_soon(late_m):
 def test_waiting_for_a_vehicle_that_stops_counts_from_its_stop():
     """What has just stopped may go on: the time in which it moved does not count."""
     world = World(ROADS["lane on the right"], [parked(5.2)])
-    refused = Verdict(rejects=(Reject(code=RejectCode.COLLISION, detail="", object_id="lead"),))
+    refused = Verdict(rejects=(RejectReason(code=RejectCode.COLLISION, detail="", object_id="lead"),))
     waiting = None
     for tick in range(200):
         moves = tick < 100
         world.objects = [parked(5.2, speed=1.0 if moves else 0.0, stationary_s=0.0 if moves else 9.0)]
-        waiting = Waiting.after(waiting, refused, world.view(), 0.05 * tick)
+        waiting = GapWait.after(waiting, refused, world.view(), 0.05 * tick)
         waited_s = 0.05 * (tick - 100)
-        assert waiting.in_vain(world.ego(), 0.05 * tick) == (waited_s > STAYS_WAIT_S + 1e-9), tick
+        assert waiting.has_timed_out(world.ego(), 0.05 * tick) == (waited_s > STAYS_WAIT_S + 1e-9), tick
 
 
 @pytest.mark.parametrize("code", [RejectCode.LANE_ENTRY, RejectCode.ONCOMING_SIGHT, RejectCode.STALE])
 def test_waiting_for_traffic_sight_or_data_is_not_in_vain(code):
-    refused = Verdict(rejects=(Reject(code=code, detail="", object_id="lead"),))
+    refused = Verdict(rejects=(RejectReason(code=code, detail="", object_id="lead"),))
     assert not waits_for_nothing(refused, frozenset())

@@ -10,7 +10,7 @@ import pytest
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.plan import CauseCode, Intent, WaitLimits, WaitReason
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane
-from stucksolver.reasoners import Request, RuleReasoner
+from stucksolver.reasoners import ReasonerRequest, RuleReasoner
 from stucksolver.scene import CandidateWaypoint, ControlKind, LightState, LineKind, ObjectKind, TrafficControl
 from worlds import LANE_M, World, red_light, said, straight_road, thing
 
@@ -21,7 +21,7 @@ MULTI = straight_road(left=LineKind.BROKEN, oncoming=None)
 def decide(world, *, stopped_s=30.0, limits=None, **ego):
     scene = world.scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": stopped_s, **ego})
-    return RuleReasoner(limits).decide(Request(scene.model_copy(update={"ego": ego}))).decision
+    return RuleReasoner(limits).decide(ReasonerRequest(scene.model_copy(update={"ego": ego}))).decision
 
 
 def blocked(**lead):
@@ -173,7 +173,7 @@ def test_who_drives_in_circles_before_a_red_light_has_not_waited_at_it():
     scene = World(TWO_WAY).scene()
     ego = scene.ego.model_copy(update={"speed_mps": 2.0, "progress_20s_m": 2.0, "stopped_for_s": 3.0})
     held = scene.model_copy(update={"ego": ego, "controls": (red_light(0.0),)})
-    decision = RuleReasoner().decide(Request(held)).decision
+    decision = RuleReasoner().decide(ReasonerRequest(held)).decision
     assert decision.analysis.cause is CauseCode.LOOP and decision.plan is None
 
 
@@ -192,7 +192,9 @@ def turns_right(*others, lead=()):
         CandidateWaypoint(id=str(k), lane_id=lane, x_m=x, y_m=y, distance_m=s) for k, (x, y, s) in enumerate(route)
     )
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
-    return RuleReasoner().decide(Request(scene.model_copy(update={"waypoints": waypoints, "ego": ego}))).decision
+    return (
+        RuleReasoner().decide(ReasonerRequest(scene.model_copy(update={"waypoints": waypoints, "ego": ego}))).decision
+    )
 
 
 @pytest.mark.parametrize(("y", "speed"), [(60.0, -14.0), (20.0, -6.0), (-60.0, 14.0)])
@@ -231,7 +233,7 @@ def test_nobody_creeps_towards_who_drives_across_whatever_a_passenger_says(speed
     scene = world.scene()
     words = said("Just go, they will brake.")
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
-    decision = RuleReasoner().decide(Request(scene.model_copy(update={"ego": ego, "guidance": words}))).decision
+    decision = RuleReasoner().decide(ReasonerRequest(scene.model_copy(update={"ego": ego, "guidance": words}))).decision
     assert (decision.plan is not None) is plans, decision.rationale
 
 

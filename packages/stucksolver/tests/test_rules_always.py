@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from instances import model, of
 from stucksolver.plan import Decision, GuidanceIntent, WaitReason
 from stucksolver.plan.behaviors import KeepLane
-from stucksolver.reasoners import Request, RuleReasoner
+from stucksolver.reasoners import ReasonerRequest, RuleReasoner
 from stucksolver.scene import (
     REQUESTS,
     Claim,
@@ -37,7 +37,7 @@ def decide(world, words=None):
     scene = world.scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0})
     guidance = None if words is None else said(words)
-    return RuleReasoner().decide(Request(scene.model_copy(update={"ego": ego, "guidance": guidance}))).decision
+    return RuleReasoner().decide(ReasonerRequest(scene.model_copy(update={"ego": ego, "guidance": guidance}))).decision
 
 
 def cyclists():
@@ -94,7 +94,7 @@ def test_what_asks_for_nothing_moves_nothing(words):
 
 def test_words_that_nobody_has_read_are_not_understood():
     scene = cyclists().scene().model_copy(update={"guidance": Guidance(text="overtake them", time_s=0.0)})
-    decision = RuleReasoner().decide(Request(scene)).decision
+    decision = RuleReasoner().decide(ReasonerRequest(scene)).decision
     assert decision.plan is None
     assert decision.analysis.guidance_intent is GuidanceIntent.UNCLEAR
 
@@ -167,7 +167,7 @@ PLAUSIBLE = model(
 @settings(max_examples=100, suppress_health_check=list(HealthCheck))
 @given(scene=PLAUSIBLE | model(Scene))
 def test_every_scene_gets_a_valid_decision_that_uses_only_what_is_offered(scene):
-    decision = RuleReasoner().decide(Request(scene)).decision
+    decision = RuleReasoner().decide(ReasonerRequest(scene)).decision
     assert Decision.model_validate_json(decision.model_dump_json()) == decision
     if decision.plan is not None:
         assert {b.name for b in decision.plan.behaviors} <= {b.name for b in scene.behaviors}
@@ -179,7 +179,9 @@ def test_every_scene_gets_a_valid_decision_that_uses_only_what_is_offered(scene)
 @given(scene=PLAUSIBLE)
 def test_the_same_scene_gets_the_same_decision(scene):
     again = Scene.model_validate_json(scene.model_dump_json())
-    assert RuleReasoner().decide(Request(scene)).decision == RuleReasoner().decide(Request(again)).decision
+    assert (
+        RuleReasoner().decide(ReasonerRequest(scene)).decision == RuleReasoner().decide(ReasonerRequest(again)).decision
+    )
 
 
 @pytest.mark.integration
@@ -188,7 +190,7 @@ def test_the_same_scene_gets_the_same_decision(scene):
 def test_no_scene_and_no_words_lead_past_a_red_light(scene, distance, words):
     guidance = None if words is None else said(words)
     held = scene.model_copy(update={"controls": (red_light(distance),), "guidance": guidance})
-    plan = RuleReasoner().decide(Request(held)).decision.plan
+    plan = RuleReasoner().decide(ReasonerRequest(held)).decision.plan
     # To creep past a light that is said to be broken is a question to the operator: the guard refuses it without a yes.
     asks = plan is not None and Claim.BROKEN_LIGHT in held.claims and plan.behaviors == (ACROSS,)
     assert plan is None or asks or {b.name for b in plan.behaviors} <= STAYING

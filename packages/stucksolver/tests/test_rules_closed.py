@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from stucksolver.reasoners import Request, RuleReasoner
-from stucksolver.scene import CandidateWaypoint, PastAttempt
+from stucksolver.reasoners import ReasonerRequest, RuleReasoner
+from stucksolver.scene import CandidateWaypoint, FailedAttempt
 from test_rules_moves import MULTI, NARROW, TWO_WAY, K
 from worlds import LANE_M, NAMES, World, said, thing
 
@@ -27,7 +27,7 @@ def decide(road, things, *waypoints, **more):
     scene = World(road, things, offers=more.pop("offers", NAMES)).scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": 5.0})
     scene = scene.model_copy(update={"ego": ego, "waypoints": waypoints, **more})
-    return RuleReasoner().decide(Request(scene)).decision
+    return RuleReasoner().decide(ReasonerRequest(scene)).decision
 
 
 def replanned(decision):
@@ -100,7 +100,7 @@ def test_a_stack_that_cannot_plan_anew_is_not_asked_to():
 
 
 def test_another_route_is_planned_once():
-    tried = PastAttempt(time_s=0.0, behaviors=("replan",), outcome="it was done, and the vehicle did not get on")
+    tried = FailedAttempt(time_s=0.0, behaviors=("replan",), outcome="it was done, and the vehicle did not get on")
     assert replanned(decide(TWO_WAY, WHOLE, elsewhere("a", 500.0), attempts=(tried,))) is None
 
 

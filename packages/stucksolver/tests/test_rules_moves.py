@@ -8,8 +8,8 @@ import pytest
 
 from stucksolver.guard import Guard
 from stucksolver.plan import CauseCode, WaitReason
-from stucksolver.reasoners import Request, RuleReasoner
-from stucksolver.scene import LightState, LineKind, ObjectKind, PastAttempt, RejectCode
+from stucksolver.reasoners import ReasonerRequest, RuleReasoner
+from stucksolver.scene import FailedAttempt, LightState, LineKind, ObjectKind, RejectCode
 from stucksolver.solver import EventKind
 from test_rules import behaviors_of, blocked, decide
 from worlds import LANE_M, World, drive, red_light, said, straight_road, thing
@@ -36,8 +36,10 @@ def after(world, code, *behaviors, ago_s=0.0, **ego):
     """What the rules say once a plan has been refused."""
     scene = world.scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": 30.0, **ego})
-    attempt = PastAttempt(time_s=scene.time_s - ago_s, behaviors=behaviors, codes=(code,), outcome="")
-    return RuleReasoner().decide(Request(scene.model_copy(update={"ego": ego, "attempts": (attempt,)}))).decision
+    attempt = FailedAttempt(time_s=scene.time_s - ago_s, behaviors=behaviors, codes=(code,), outcome="")
+    return (
+        RuleReasoner().decide(ReasonerRequest(scene.model_copy(update={"ego": ego, "attempts": (attempt,)}))).decision
+    )
 
 
 def bag(*others, x=60.0, **more):
@@ -196,7 +198,7 @@ def test_it_backs_up_less_where_there_is_less_room_behind():
 @pytest.mark.parametrize(("sd_m", "back_m"), [(0.05, 1.4), (None, 2.0)])
 def test_refused_for_its_sight_behind_it_backs_up_less_by_sensors(sd_m, back_m):
     tight = World(TWO_WAY, [thing("lead", 57.75, position_sd_m=sd_m), thing("behind", 40.0)])
-    moves = behaviors_of(after(tight, RejectCode.UNSEEN, "back_up", "borrow_oncoming_lane", ago_s=10.0))
+    moves = behaviors_of(after(tight, RejectCode.PATH_NOT_VISIBLE, "back_up", "borrow_oncoming_lane", ago_s=10.0))
     assert moves[0].name == "back_up" and moves[0].distance_m == back_m
 
 
@@ -216,11 +218,11 @@ def test_by_sensors_with_too_little_sight_it_backs_up_and_only_if_that_was_in_va
 
     def looked(*codes):
         attempts = [
-            PastAttempt(time_s=-9.0, behaviors=BACK, codes=codes, outcome=""),
-            PastAttempt(time_s=0.0, behaviors=("borrow_oncoming_lane",), codes=(refused,), outcome=""),
+            FailedAttempt(time_s=-9.0, behaviors=BACK, codes=codes, outcome=""),
+            FailedAttempt(time_s=0.0, behaviors=("borrow_oncoming_lane",), codes=(refused,), outcome=""),
         ]
         scene = standing_for_long(near.scene()).model_copy(update={"attempts": tuple(attempts)})
-        return names(RuleReasoner().decide(Request(scene)).decision)
+        return names(RuleReasoner().decide(ReasonerRequest(scene)).decision)
 
     assert looked(refused) == ["back_up", "nudge", *LOOK]
     assert looked(RejectCode.COLLISION, refused) == list(BACK), "somebody came"
@@ -237,11 +239,13 @@ def test_from_beside_what_stands_far_right_it_looks_without_going_further_back_t
 
 def test_a_look_that_did_not_help_is_not_repeated():
     far = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3)])
-    looked = PastAttempt(time_s=0.0, behaviors=("nudge", *LOOK), codes=(RejectCode.ONCOMING_SIGHT,), outcome="")
-    again = PastAttempt(time_s=0.0, behaviors=("borrow_oncoming_lane",), codes=(RejectCode.ONCOMING_SIGHT,), outcome="")
+    looked = FailedAttempt(time_s=0.0, behaviors=("nudge", *LOOK), codes=(RejectCode.ONCOMING_SIGHT,), outcome="")
+    again = FailedAttempt(
+        time_s=0.0, behaviors=("borrow_oncoming_lane",), codes=(RejectCode.ONCOMING_SIGHT,), outcome=""
+    )
     decision = (
         RuleReasoner()
-        .decide(Request(standing_for_long(far.scene()).model_copy(update={"attempts": (looked, again)})))
+        .decide(ReasonerRequest(standing_for_long(far.scene()).model_copy(update={"attempts": (looked, again)})))
         .decision
     )
     assert decision.plan is None
@@ -252,11 +256,11 @@ def test_a_look_that_did_not_help_is_not_repeated():
 def test_backing_up_to_swing_out_was_no_look_if_sight_wavers_as_that_of_sensors(sd_m, looks):
     far = World(TWO_WAY, [thing("lead", 50.0 + 2.45 + 12.0 + 2.3, position_sd_m=sd_m)])
     attempts = [
-        PastAttempt(time_s=0.0, behaviors=behaviors, codes=(RejectCode.ONCOMING_SIGHT,), outcome="")
+        FailedAttempt(time_s=0.0, behaviors=behaviors, codes=(RejectCode.ONCOMING_SIGHT,), outcome="")
         for behaviors in (("back_up", "borrow_oncoming_lane"), ("borrow_oncoming_lane",))
     ]
     scene = standing_for_long(far.scene()).model_copy(update={"attempts": tuple(attempts)})
-    decision = RuleReasoner().decide(Request(scene)).decision
+    decision = RuleReasoner().decide(ReasonerRequest(scene)).decision
     assert (decision.plan is not None) == looks
     assert not looks or names(decision) == ["nudge", *LOOK]
 
@@ -377,5 +381,5 @@ def test_without_any_way_it_waits_two_minutes_and_then_calls_for_help():
 )
 def test_a_passenger_may_ask_for_it(words, name):
     scene = World(TWO_WAY).scene()
-    decision = RuleReasoner().decide(Request(scene.model_copy(update={"guidance": said(words)}))).decision
+    decision = RuleReasoner().decide(ReasonerRequest(scene.model_copy(update={"guidance": said(words)}))).decision
     assert names(decision) == [name]

@@ -78,5 +78,5 @@ def test_beside_the_lanes_it_comes_back_first():
 
 
 def test_where_the_way_is_not_seen_it_creeps_a_little():
-    (creep,) = behaviors_of(after(World(TWO_WAY), RejectCode.UNSEEN, "keep_lane"))
+    (creep,) = behaviors_of(after(World(TWO_WAY), RejectCode.PATH_NOT_VISIBLE, "keep_lane"))
     assert (creep.name, creep.distance_m) == ("creep", 5.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stucksolver.immobilization import Detector, Trigger
-from stucksolver.reasoners import Request, RuleReasoner
+from stucksolver.reasoners import ReasonerRequest, RuleReasoner
 from stucksolver.scene import Status
 from test_rules import behaviors_of
 from worlds import World, red_light, straight_road, thing
@@ -15,7 +15,7 @@ def pushing(*, stood_s=30.0, speed=4.0, controls=(), offers=None):
     """Bumper to bumper with a car that stood for so long until it was pushed."""
     car = thing("car", 50.0 + 2.45 + 2.3, speed=speed, stationary_s=stood_s, pushed=True)
     world = World(TWO_WAY, [car], controls=controls, speed=speed, **({} if offers is None else {"offers": offers}))
-    return RuleReasoner().decide(Request(world.scene())).decision
+    return RuleReasoner().decide(ReasonerRequest(world.scene())).decision
 
 
 def names(decision):

@@ -9,8 +9,8 @@ import pytest
 from stucksolver.guard import Guard
 from stucksolver.ladder import profile
 from stucksolver.plan import WaitLimits, WaitReason
-from stucksolver.reasoners import Request, RuleReasoner
-from stucksolver.scene import CandidateWaypoint, ControlKind, PastAttempt, RejectCode, TrafficControl
+from stucksolver.reasoners import ReasonerRequest, RuleReasoner
+from stucksolver.scene import CandidateWaypoint, ControlKind, FailedAttempt, RejectCode, TrafficControl
 from test_rules import TWO_WAY
 from worlds import World, red_light, thing
 
@@ -31,7 +31,7 @@ def decide(*others, stopped_s=121.0, route=AHEAD, limits=None, controls=(), **mo
     )
     ego = scene.ego.model_copy(update={"stopped_for_s": stopped_s})
     scene = scene.model_copy(update={"waypoints": waypoints, "ego": ego, **more})
-    return RuleReasoner(limits).decide(Request(scene)).decision
+    return RuleReasoner(limits).decide(ReasonerRequest(scene)).decision
 
 
 def plan(decision):
@@ -68,7 +68,7 @@ def test_over_the_line_of_a_stop_sign_it_creeps_first():
 
 @pytest.mark.parametrize(("ago_s", "again"), [(5.0, False), (20.0, True)])
 def test_after_a_wait_for_a_gap_in_vain_a_try_is_used_up(ago_s, again):
-    attempt = PastAttempt(time_s=-ago_s, behaviors=("keep_lane",), codes=(RejectCode.COLLISION,), outcome="")
+    attempt = FailedAttempt(time_s=-ago_s, behaviors=("keep_lane",), codes=(RejectCode.COLLISION,), outcome="")
     assert bool(plan(decide(crossing(), attempts=(attempt,)))) is again
 
 

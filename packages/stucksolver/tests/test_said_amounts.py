@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stucksolver.plan import Execute, RecoveryPlan, as_said
+from stucksolver.plan import Execute, RecoveryPlan, apply_guidance_limits
 from stucksolver.plan.behaviors import (
     BackUp,
     BorrowOncomingLane,
@@ -19,7 +19,7 @@ from stucksolver.plan.behaviors import (
 )
 from stucksolver.reasoners import RuleReasoner
 from stucksolver.record import Recorder, replay
-from stucksolver.scene import GuidanceIntent, Limits, LineKind, Reading, Side
+from stucksolver.scene import GuidanceIntent, GuidanceLimits, Interpretation, LineKind, Side
 from stucksolver.solver import EventKind
 from stucksolver_language.student import DistilledReasoner
 from worlds import World, drive, straight_road, thing
@@ -30,14 +30,14 @@ CHANGE = ChangeLane(side="left", distance_m=30.0, speed_mps=8.0)
 
 
 def reading(intent, side=None, **limits):
-    return Reading(
+    return Interpretation(
         intent=GuidanceIntent(intent), likely=GuidanceIntent(intent), side=side, confidence=1.0, reader="test",
-        limits=Limits(**limits),
+        limits=GuidanceLimits(**limits),
     )  # fmt: skip
 
 
 def changed(behavior, heard):
-    return as_said(RecoveryPlan(behaviors=(behavior,)), heard).behaviors[0]
+    return apply_guidance_limits(RecoveryPlan(behaviors=(behavior,)), heard).behaviors[0]
 
 
 def begun(seen):
@@ -74,14 +74,14 @@ def test_words_never_make_a_plan_faster(speed_mps, intent):
             RejoinRoute(speed_mps=4.0),
         )
     )
-    slowed = as_said(plan, reading(intent, speed_mps=speed_mps))
+    slowed = apply_guidance_limits(plan, reading(intent, speed_mps=speed_mps))
     assert all(one.speed_mps <= was.speed_mps for one, was in zip(slowed.behaviors, plan.behaviors, strict=True))
 
 
 def test_without_amounts_the_plan_is_the_same():
     plan = RecoveryPlan(behaviors=(BackUp(distance_m=3.0),))
-    assert as_said(plan, None) is plan
-    assert as_said(plan, reading("back_up")) is plan
+    assert apply_guidance_limits(plan, None) is plan
+    assert apply_guidance_limits(plan, reading("back_up")) is plan
 
 
 @pytest.mark.integration

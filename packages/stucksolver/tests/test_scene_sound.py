@@ -26,12 +26,12 @@ from stucksolver.scene import (
     Zone,
     ZoneKind,
 )
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.objects import Gesture
-from stucksolver.scene.plausibility import LONGEST_TEXT, RANGES, why_unsound
+from stucksolver.scene.plausibility import LONGEST_TEXT, RANGES, implausibility
 from stucksolver.solver import EventKind
-from stucksolver.solver.surroundings_monitor import Senses
+from stucksolver.solver.surroundings_monitor import SurroundingsMonitor
 from worlds import LANE_M, World, drive, straight_road, stubborn, thing
 
 HUGE_INT = 10**400
@@ -86,7 +86,7 @@ def leaves(value, annotation, path=()):
     elif origin is tuple:
         yield path, annotation, False, None
         yield from leaves(value[0], inner[0], (*path, 0))
-    elif isinstance(value, Model):
+    elif isinstance(value, FrozenModel):
         yield path, type(value), False, None
         for name, field in type(value).model_fields.items():
             for deeper, what, optional, model in leaves(getattr(value, name), field.annotation, (*path, name)):
@@ -120,7 +120,7 @@ def wrong_values(path, annotation, optional):
     origin = get_origin(annotation)
     if origin is tuple:
         return (*nothing, "text", 5, list(range(3)), {"a": 1}, object(), (object(),), ("",) * 200_000)
-    if isinstance(annotation, type) and issubclass(annotation, Model):
+    if isinstance(annotation, type) and issubclass(annotation, FrozenModel):
         return (*nothing, "text", 5, {}, object(), [])
     if isinstance(annotation, type) and issubclass(annotation, Enum):
         return (*nothing, next(iter(annotation)).value, "no such kind", 0, object())
@@ -143,14 +143,14 @@ def dotted(path):
 
 
 def test_why_unsound_full_surroundings_are_sound():
-    assert why_unsound(FULL) is None
+    assert implausibility(FULL) is None
     assert {name for path, *_ in FIELDS for name in path if isinstance(name, str)} >= set(RANGES[RoadGeometry])
 
 
 @pytest.mark.parametrize(("path", "annotation", "optional", "_"), FIELDS, ids=[dotted(one[0]) for one in FIELDS])
 def test_why_unsound_any_field_wrong_names_it(path, annotation, optional, _):
     for value in wrong_values(path, annotation, optional):
-        wrong = why_unsound(replaced(FULL, path, value))
+        wrong = implausibility(replaced(FULL, path, value))
         assert wrong is not None, f"{dotted(path)} may be {value!r}"
         assert [step for step in path if isinstance(step, str)][-1] in wrong
         assert len(wrong) < 300 and "\n" not in wrong
@@ -158,7 +158,7 @@ def test_why_unsound_any_field_wrong_names_it(path, annotation, optional, _):
 
 @pytest.mark.parametrize(("path", "annotation", "optional", "_"), FIELDS, ids=[dotted(one[0]) for one in FIELDS])
 def test_senses_any_field_wrong_count_as_not_seen(path, annotation, optional, _):
-    senses = Senses()
+    senses = SurroundingsMonitor()
     assert senses.look(lambda: FULL, 0.0) is FULL
     for k, value in enumerate(wrong_values(path, annotation, optional), 1):
         spoilt = replaced(FULL, path, value)
@@ -171,7 +171,7 @@ def test_senses_any_field_wrong_count_as_not_seen(path, annotation, optional, _)
 def test_why_unsound_missing_field_names_it(field):
     spoilt = FULL.model_copy()
     del spoilt.__dict__[field]
-    assert field in why_unsound(spoilt)
+    assert field in implausibility(spoilt)
 
 
 class Raises:
@@ -183,8 +183,8 @@ class Raises:
 
 def test_why_unsound_no_surroundings_at_all_raises_nothing():
     for what in (None, 7, "text", [], {}, Raises()):
-        assert why_unsound(what)
-        senses = Senses()
+        assert implausibility(what)
+        senses = SurroundingsMonitor()
         assert senses.look(lambda what=what: what, 0.0) is None and senses.fault
 
 
@@ -221,7 +221,7 @@ CONTRADICTIONS = {
 
 @pytest.mark.parametrize("field", CONTRADICTIONS)
 def test_why_unsound_contradiction_names_the_field(field):
-    assert why_unsound(CONTRADICTIONS[field]).startswith(field)
+    assert implausibility(CONTRADICTIONS[field]).startswith(field)
 
 
 @pytest.mark.parametrize("sights", list(itertools.permutations((40.0, 300.0, 120.0))))
@@ -304,5 +304,5 @@ def test_step_sound_world_still_recovers():
 
 def test_why_unsound_enum_member_of_another_kind_is_refused():
     lead = FULL.objects[0].model_copy(update={"kind": ControlKind.STOP_SIGN})
-    assert "objects[0].kind" in why_unsound(FULL.model_copy(update={"objects": (lead,)}))
+    assert "objects[0].kind" in implausibility(FULL.model_copy(update={"objects": (lead,)}))
     assert ObjectKind.CAR.value == "car"

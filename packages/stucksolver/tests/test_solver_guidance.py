@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from stucksolver.ladder.ladder import Words
+from stucksolver.ladder.ladder import GuidancePolicy
 from stucksolver.plan import CONTINUE, Execute
 from stucksolver.solver import EventKind
 from worlds import LANE_M, World, drive, ladder, red_light, straight_road, thing
@@ -95,7 +95,9 @@ def test_words_may_make_an_oncoming_car_no_smaller():
 
 
 def test_how_long_words_last_is_a_setting():
-    seen = drive(slow_cars(sight_m=60.0), 20.0, words={5.0: "overtake"}, ladder=ladder(words=Words(expire_s=4.0)))
+    seen = drive(
+        slow_cars(sight_m=60.0), 20.0, words={5.0: "overtake"}, ladder=ladder(words=GuidancePolicy(expire_s=4.0))
+    )
     assert next(e.time_s for e in seen.events if e.kind is EventKind.GUIDANCE_ENDED) == pytest.approx(9.05, abs=0.06)
 
 

@@ -9,7 +9,7 @@ import pytest
 from grids import each_value
 from stucksolver.plan import CONTINUE, Execute, GuidanceIntent, RecoveryPlan
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane, KeepLane, Wait
-from stucksolver.reasoners import Answer, ReasonerError, Request, RuleReasoner
+from stucksolver.reasoners import ReasonerAnswer, ReasonerError, ReasonerRequest, RuleReasoner
 from stucksolver.scene import LineKind
 from stucksolver.solver import EventKind
 from worlds import LANE_M, World, drive, straight_road, thing
@@ -27,13 +27,13 @@ class Says:
         self.answer = answer
 
     def decide(self, request):
-        return Answer(self.answer(request.scene), self.name)
+        return ReasonerAnswer(self.answer(request.scene), self.name)
 
 
 def planning(*behaviors, **plan):
     """A reasoner that answers everything with one plan."""
     fixed = RecoveryPlan(behaviors=behaviors, **plan)
-    return Says(lambda scene: RuleReasoner().decide(Request(scene)).decision.model_copy(update={"plan": fixed}))
+    return Says(lambda scene: RuleReasoner().decide(ReasonerRequest(scene)).decision.model_copy(update={"plan": fixed}))
 
 
 def raising(error):
@@ -148,7 +148,7 @@ def test_a_route_start_that_is_not_in_the_scene_is_refused():
 @pytest.mark.parametrize("intent", [GuidanceIntent.WAIT, GuidanceIntent.UNCLEAR, GuidanceIntent.OVERTAKE])
 def test_an_answer_to_words_that_nobody_said_changes_nothing(intent):
     def answer(scene):
-        decision = RuleReasoner().decide(Request(scene)).decision
+        decision = RuleReasoner().decide(ReasonerRequest(scene)).decision
         analysis = decision.analysis.model_copy(update={"guidance_intent": intent})
         return decision.model_copy(update={"analysis": analysis, "plan": None})
 

@@ -15,7 +15,7 @@ from stucksolver.plan import Execute
 from stucksolver.record import Recorder, replay
 from stucksolver.scene import Status
 from stucksolver.solver import EventKind
-from stucksolver.solver.monotonic_time import LONGEST_TICK_S, STUCK_TICKS, Timeline
+from stucksolver.solver.monotonic_time import LONGEST_TICK_S, STUCK_TICKS, MonotonicTime
 from worlds import World, ladder, straight_road, stubborn, thing
 
 ROAD = straight_road()
@@ -236,7 +236,7 @@ def test_step_clock_that_stands_during_a_plan_frees_the_vehicle():
 )
 def test_timeline_own_time_is_continuous_with_missing_times(steps):
     """None is a tick without a time."""
-    timeline, now, own = Timeline(), 100.0, []
+    timeline, now, own = MonotonicTime(), 100.0, []
     for step in steps:
         if step is None:
             timeline.pass_on()
@@ -249,7 +249,7 @@ def test_timeline_own_time_is_continuous_with_missing_times(steps):
 
 
 def test_timeline_high_rate_loop_is_no_fault():
-    timeline = Timeline()
+    timeline = MonotonicTime()
     for tick in range(10_000):
         timeline.take(1e-4 * tick)
         assert timeline.fault is None and timeline.jump_s is None

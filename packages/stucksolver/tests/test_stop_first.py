@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from grids import each_value
 from stucksolver import StuckSolver
-from stucksolver.interpreter import ScriptedReader
+from stucksolver.interpreter import ScriptedInterpreter
 from stucksolver.plan import Execute, SafeStop
 from stucksolver.scene import GuidanceIntent, LineKind
 from stucksolver.solver import EventKind
-from stucksolver.solver.workers.delivery_clock import Lockstep, Wall, make_clock
-from stucksolver.solver.workers.interpreter_worker import MOST_WAITING, WordsWorker
+from stucksolver.solver.workers.delivery_clock import Lockstep, WallClock, make_clock
+from stucksolver.solver.workers.interpreter_worker import MOST_WAITING, InterpreterWorker
 from worlds import READER, World, ladder, red_light, straight_road, thing
 
 TWO_WAY = straight_road()
@@ -98,7 +98,7 @@ def test_stop_is_acted_on_in_the_same_tick(stop, clock):
     """Whatever is still being read, and with a reader that never answers."""
     ride = Ride("lockstep").until_begun()
     reader = Known(hangs=True)
-    ride.solver._reader = WordsWorker(reader, make_clock("wall") if clock == "lockstep" else make_clock(clock))
+    ride.solver._reader = InterpreterWorker(reader, make_clock("wall") if clock == "lockstep" else make_clock(clock))
     if clock.startswith("latency:") and clock != "latency:measured":
         reader.let.set()  # a simulated world waits for its reader
     for words in ("go", "please overtake", "what a lovely day"):
@@ -186,7 +186,7 @@ def test_words_all_are_read_in_the_order_in_which_they_were_said():
 
 
 def test_words_said_from_many_threads_are_all_read():
-    ride = Ride(reader=ScriptedReader({}))
+    ride = Ride(reader=ScriptedInterpreter({}))
     talkers = [threading.Thread(target=ride.solver.guide, args=(f"talk {k}",)) for k in range(20)]
     for talker in talkers:
         talker.start()
@@ -198,7 +198,7 @@ def test_words_said_from_many_threads_are_all_read():
 
 
 def test_words_a_flood_is_bounded_and_holds_the_vehicle():
-    ride = Ride(reader=ScriptedReader({})).until_begun()
+    ride = Ride(reader=ScriptedInterpreter({})).until_begun()
     for k in range(500):
         ride.solver.guide(f"talk {k}")
     ride.solver.guide("stop!")
@@ -282,7 +282,7 @@ def test_operators_yes_beside_a_passengers_stop_does_not_end_the_safe_stop(stop)
 def test_yes_said_before_a_question_was_asked_is_no_answer_to_it():
     _, solver, _ = asked("operator")
     assert solver.state.question is not None
-    worker = WordsWorker(Known(), Lockstep())
+    worker = InterpreterWorker(Known(), Lockstep())
     worker.take("yes", 0.0, 0.0, "")
     heard = worker.poll(0.0)
     assert heard is not None and heard.words.time_s < solver.state.question.time_s
@@ -290,7 +290,7 @@ def test_yes_said_before_a_question_was_asked_is_no_answer_to_it():
 
 def test_worker_alarm_overtakes_words_that_are_being_read():
     reader = Known(hangs=True)
-    worker = WordsWorker(reader, Wall())
+    worker = InterpreterWorker(reader, WallClock())
     worker.take("please overtake", 0.0, 0.0, "")
     assert worker.poll(0.0) is None
     worker.take("stop!", 0.1, 0.1, "")
@@ -301,7 +301,7 @@ def test_worker_alarm_overtakes_words_that_are_being_read():
 
 
 def test_worker_request_to_get_out_follows_its_call_to_stop():
-    worker = WordsWorker(Known(), Lockstep())
+    worker = InterpreterWorker(Known(), Lockstep())
     worker.take("Stop! Let me out here, please.", 0.0, 0.0, "Driving, nothing in the way.")
     first, second = worker.poll(0.0), worker.poll(0.05)
     assert first is not None and first.words.reading.intent is GuidanceIntent.WAIT

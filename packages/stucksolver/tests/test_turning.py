@@ -10,9 +10,9 @@ import pytest
 
 from stucksolver.guard import Guard, RejectCode
 from stucksolver.plan import RecoveryPlan
-from stucksolver.plan.behaviors import TurnRound
-from stucksolver.reasoners import Request, RuleReasoner
-from stucksolver.scene import CandidateWaypoint, ObjectKind, PastAttempt, PlanFailure
+from stucksolver.plan.behaviors import TurnAround
+from stucksolver.reasoners import ReasonerRequest, RuleReasoner
+from stucksolver.scene import CandidateWaypoint, FailedAttempt, ObjectKind, PlanFailure
 from stucksolver.solver.state_machine.execution import Execution
 from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome
 from test_guard_turning import WIDE, road_of
@@ -33,7 +33,7 @@ class Turner(World):
     error_m: float = 0.0
 
     def drive(self, directive):
-        if not isinstance(getattr(directive, "behavior", None), TurnRound):
+        if not isinstance(getattr(directive, "behavior", None), TurnAround):
             super().drive(directive)
             return
         if directive.path != self.line:
@@ -67,7 +67,7 @@ class Turner(World):
 
 def carry_out(world, seconds=90.0, every_tick=None):
     """The outcome, the orders' directions in turn, and the nearest that anybody was."""
-    execution = Execution(RecoveryPlan(behaviors=(TurnRound(),)), GUARD, guided=False)
+    execution = Execution(RecoveryPlan(behaviors=(TurnAround(),)), GUARD, guided=False)
     verdict = execution.start(world.view(), world.time_s)
     assert verdict.accepted, str(verdict)
     ways, nearest = [], math.inf
@@ -139,7 +139,7 @@ def decide(things, *waypoints, stopped_s=10.0, road=None, **more):
     scene = world.scene()
     ego = scene.ego.model_copy(update={"stopped_for_s": stopped_s})
     scene = scene.model_copy(update={"ego": ego, "waypoints": waypoints, **more})
-    return RuleReasoner().decide(Request(scene)).decision
+    return RuleReasoner().decide(ReasonerRequest(scene)).decision
 
 
 CLOSED = row(-1.2, 5.0)
@@ -172,7 +172,7 @@ def test_too_near_to_turn_it_backs_up_first():
 
 
 def test_where_the_road_proved_too_narrow_it_is_not_tried_again():
-    failed = PastAttempt(
+    failed = FailedAttempt(
         time_s=0.0,
         behaviors=("turn_round",),
         codes=(RejectCode.NO_PATH,),

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from stucksolver.interpreter import NoReader
-from stucksolver.plan import Execute, RecoveryPlan, asks_for, releases
+from stucksolver.interpreter import NoInterpreter
+from stucksolver.plan import Execute, RecoveryPlan, intent_authorizes, plan_matches_intent
 from stucksolver.plan.behaviors import BackUp, BorrowOncomingLane, ChangeLane, KeepLane, PullOver
 from stucksolver.reasoners import RuleReasoner
 from stucksolver.scene import GuidanceIntent, LineKind, ObjectKind
@@ -92,13 +92,13 @@ def reading(text):
     ],
 )
 def test_what_words_release_and_what_they_ask_for(words, plan, released, asked):
-    assert releases(reading(words), plan) is released
-    assert asks_for(reading(words), plan) is asked
+    assert intent_authorizes(reading(words), plan) is released
+    assert plan_matches_intent(reading(words), plan) is asked
 
 
 def test_nothing_is_released_by_words_that_nobody_read():
-    assert not releases(None, OVERTAKE)
-    assert not asks_for(None, OVERTAKE)
+    assert not intent_authorizes(None, OVERTAKE)
+    assert not plan_matches_intent(None, OVERTAKE)
 
 
 def test_a_refusal_holds_for_the_intervention_and_not_for_half_a_minute():
@@ -133,7 +133,7 @@ def test_unclear_words_are_asked_back_once_and_move_nothing():
 
 
 def test_without_the_reader_nothing_is_guessed_and_what_is_missing_is_said():
-    seen = drive(cyclists(), 15.0, words={5.0: "please overtake them"}, reader=NoReader())
+    seen = drive(cyclists(), 15.0, words={5.0: "please overtake them"}, reader=NoInterpreter())
     assert "[language]" in seen.texts(EventKind.ASKED_BACK)[0]
     assert not [d for d in seen.directives if isinstance(d, Execute)]
 

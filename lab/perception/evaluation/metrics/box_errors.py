@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lab.perception.evaluation.metrics.average_precision import LEAST_RECALL, LEVELS
-from lab.perception.evaluation.metrics.matching import Matches, Reals
+from lab.perception.evaluation.metrics.matching import Matches, TruthObjects
 from stucksolver_perception.measurements import Detections, Floats
 
 
@@ -29,7 +29,7 @@ class BoxErrors:
 
 
 def box_errors(
-    matches: Matches, found: Sequence[Detections], reals: Sequence[Reals], turns_alike: bool = False
+    matches: Matches, found: Sequence[Detections], reals: Sequence[TruthObjects], turns_alike: bool = False
 ) -> BoxErrors:
     """Return the errors of the true positives among `matches`.
 
@@ -50,7 +50,7 @@ def box_errors(
 
 
 def errors_of(
-    found: Sequence[Detections], reals: Sequence[Reals], matches: Matches, k: int, turns_alike: bool
+    found: Sequence[Detections], reals: Sequence[TruthObjects], matches: Matches, k: int, turns_alike: bool
 ) -> tuple[float, float, float, float]:
     """Return the errors of the true positive in row `k`, in the order of `BoxErrors`."""
     told, true = found[matches.sample[k]], reals[matches.sample[k]]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, eq=False)
-class Confusion:
+class ConfusionMatrix:
     """`counts[i, j]`: how often the truth was `names[i]` and the answer `names[j]`."""
 
     names: tuple[str, ...]
@@ -43,7 +43,7 @@ class Confusion:
         return float(self.counts[i, i]) / said if said else None
 
 
-def confusion(names: Sequence[str], pairs: Sequence[tuple[str, str | None]]) -> Confusion:
+def confusion(names: Sequence[str], pairs: Sequence[tuple[str, str | None]]) -> ConfusionMatrix:
     """Count pairs of (truth, answer or None). Raises `ValueError` for an unknown name."""
     at = {name: i for i, name in enumerate(names)}
     counts = np.zeros((len(names), len(names)), np.int64)
@@ -56,4 +56,4 @@ def confusion(names: Sequence[str], pairs: Sequence[tuple[str, str | None]]) -> 
             unknown[at[so]] += 1
         else:
             counts[at[so], at[said]] += 1
-    return Confusion(tuple(names), counts, unknown)
+    return ConfusionMatrix(tuple(names), counts, unknown)

@@ -9,7 +9,7 @@ import numpy as np
 
 from lab.perception.evaluation.metrics.average_precision import average_precision
 from lab.perception.evaluation.metrics.box_errors import BoxErrors, box_errors
-from lab.perception.evaluation.metrics.matching import Matches, Reals, match
+from lab.perception.evaluation.metrics.matching import Matches, TruthObjects, match
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections
 
@@ -50,7 +50,7 @@ class DetectionScores:
     by_ring: Mapping[tuple[float, float], Mapping[str, LabelScores]]
 
 
-def detection_scores(found: Sequence[Detections], reals: Sequence[Reals]) -> DetectionScores:
+def detection_scores(found: Sequence[Detections], reals: Sequence[TruthObjects]) -> DetectionScores:
     """Score detections against objects of the same samples; nothing counts beyond `FARTHEST_M`."""
     by_label: dict[str, LabelScores] = {}
     by_ring: dict[tuple[float, float], dict[str, LabelScores]] = {ring: {} for ring in RINGS_M}
@@ -73,7 +73,7 @@ def _scores(
     matches: Mapping[float, Matches],
     ring: tuple[float, float],
     found: Sequence[Detections],
-    reals: Sequence[Reals],
+    reals: Sequence[TruthObjects],
     turns_alike: bool,
 ) -> LabelScores:
     inside = {within: one.between(*ring) for within, one in matches.items()}

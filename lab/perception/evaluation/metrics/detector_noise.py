@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lab.perception.evaluation.metrics.matching import Matches, Reals, match
+from lab.perception.evaluation.metrics.matching import Matches, TruthObjects, match
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections, Floats
 
@@ -52,7 +52,7 @@ class LabelNoise:
 
 
 def detector_noise(
-    drives: Sequence[tuple[Sequence[Detections], Sequence[Reals]]],
+    drives: Sequence[tuple[Sequence[Detections], Sequence[TruthObjects]]],
 ) -> Mapping[tuple[float, float], Mapping[str, LabelNoise]]:
     """Return the noise by range and label. Each drive has detections and objects of consecutive looks at 10 Hz."""
     tables: dict[tuple[float, float], dict[str, LabelNoise]] = {ring: {} for ring in RINGS_M}
@@ -91,7 +91,9 @@ def _noise(
     )
 
 
-def _errors(matched: Matches, found: Sequence[Detections], reals: Sequence[Reals]) -> dict[tuple[int, int], Floats]:
+def _errors(
+    matched: Matches, found: Sequence[Detections], reals: Sequence[TruthObjects]
+) -> dict[tuple[int, int], Floats]:
     """Return, by (object id, look), the seven values of a true positive and its distance, shape (8,)."""
     told = {}
     for row in np.flatnonzero(matched.right).tolist():

@@ -9,7 +9,7 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Latency:
+class StageLatency:
     """Run times of one stage (ms)."""
 
     runs: int
@@ -18,9 +18,9 @@ class Latency:
     worst_ms: float
 
 
-def latency(taken_ms: Sequence[float]) -> Latency | None:
+def latency(taken_ms: Sequence[float]) -> StageLatency | None:
     """Summarize the times of all runs (ms); None if there are none."""
     if not taken_ms:
         return None
     values = np.asarray(taken_ms, np.float64)
-    return Latency(len(values), float(np.median(values)), float(np.percentile(values, 95)), float(values.max()))
+    return StageLatency(len(values), float(np.median(values)), float(np.percentile(values, 95)), float(values.max()))

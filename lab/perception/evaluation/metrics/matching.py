@@ -20,7 +20,7 @@ ANY_LABEL = -1
 
 
 @dataclass(frozen=True, eq=False)
-class Reals:
+class TruthObjects:
     """Ground truth at one time, in the vehicle frame; all arrays have length n."""
 
     label: Indices
@@ -73,7 +73,7 @@ class Matches:
         )
 
 
-def match(found: Sequence[Detections], reals: Sequence[Reals], label: int, within_m: float) -> Matches:
+def match(found: Sequence[Detections], reals: Sequence[TruthObjects], label: int, within_m: float) -> Matches:
     """Match the detections of one label with the objects of that label, sample by sample.
 
     Args:
@@ -97,7 +97,7 @@ def match(found: Sequence[Detections], reals: Sequence[Reals], label: int, withi
 
 
 def _rows(
-    told: Detections, true: Reals, label: int, within_m: float, sample: int
+    told: Detections, true: TruthObjects, label: int, within_m: float, sample: int
 ) -> list[tuple[float, bool, int, int, int, float]]:
     mine = np.flatnonzero(told.label == label)
     mine = mine[np.argsort(-told.score[mine], kind="stable")]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lab.perception.evaluation.metrics.matching import Reals
+from lab.perception.evaluation.metrics.matching import TruthObjects
 from stucksolver_perception.free_space import OWN_LENGTH_M, within
 from stucksolver_perception.lidar.refinement.unexplained_returns import AHEAD_M, ASIDE_M
 from stucksolver_perception.lidar_labels import LABELS
@@ -20,7 +20,7 @@ LEAST_SCORE = 0.4
 
 
 @dataclass(frozen=True)
-class Coverage:
+class PedestrianRecall:
     """How many people are within `NEAR_M`, how many of them close ahead (see `lidar/residual.py`), and in a box."""
 
     people: int = 0
@@ -28,8 +28,8 @@ class Coverage:
     ahead: int = 0
     ahead_covered: int = 0
 
-    def __add__(self, other: Coverage) -> Coverage:
-        return Coverage(
+    def __add__(self, other: PedestrianRecall) -> PedestrianRecall:
+        return PedestrianRecall(
             self.people + other.people,
             self.covered + other.covered,
             self.ahead + other.ahead,
@@ -37,7 +37,7 @@ class Coverage:
         )
 
 
-def coverage(found: Detections, reals: Reals) -> Coverage:
+def coverage(found: Detections, reals: TruthObjects) -> PedestrianRecall:
     """Count the people of one look that have enough returns, and those in the box of a detection."""
     x, y = reals.center[(reals.label == PEDESTRIAN) & reals.counted, :2].T
     near = np.hypot(x, y) < NEAR_M
@@ -46,4 +46,4 @@ def coverage(found: Detections, reals: Reals) -> Coverage:
     bodies = np.column_stack([found.center[:, :2], found.yaw, found.size[:, :2] / 2.0])[sure]
     covered = within(bodies, x, y, MARGIN_M, MARGIN_M)
     ahead = (x > OWN_LENGTH_M) & (x < AHEAD_M) & (np.abs(y) < ASIDE_M)
-    return Coverage(len(x), int(covered.sum()), int(ahead.sum()), int((covered & ahead).sum()))
+    return PedestrianRecall(len(x), int(covered.sum()), int(ahead.sum()), int((covered & ahead).sum()))

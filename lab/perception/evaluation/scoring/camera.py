@@ -7,9 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from lab.perception.evaluation.metrics.confusion import Confusion, confusion
-from lab.perception.evaluation.scoring.part import Given, NothingToScore, Part, Watch, percent, plain, table
-from lab.perception.evaluation.scoring.samples import body_boxes, in_body, mask_id, seen_rectangles
+from lab.perception.evaluation.metrics.confusion import ConfusionMatrix, confusion
+from lab.perception.evaluation.scoring.part import (
+    MissingGroundTruthError,
+    ScoringInput,
+    ScoringResult,
+    StageTimer,
+    percent,
+    plain,
+    table,
+)
+from lab.perception.evaluation.scoring.samples import body_boxes, in_body, mask_id, visible_rectangles
 from stucksolver.scene.objects import Gesture
 from stucksolver.scene.surroundings import LightState
 from stucksolver_perception.camera.crops import windows_of
@@ -27,11 +35,14 @@ _YES, _NO = "on", "off"
 Pair = tuple[str, str | None]
 
 
-def score_lights(given: Given) -> Part:
-    """Score single looks at visible lights that face the camera. Raises `WeightsError` and `NothingToScore`."""
+def score_lights(given: ScoringInput) -> ScoringResult:
+    """Score single looks at visible lights that face the camera.
+
+    Raises `WeightsError` and `MissingGroundTruthError`.
+    """
     from stucksolver_perception.camera.traffic_lights import LightReader
 
-    reader, watch = LightReader(threads=given.threads, **_folder(given)), Watch()
+    reader, watch = LightReader(threads=given.threads, **_folder(given)), StageTimer()
     pairs: list[Pair] = []
     for recording in given.recordings:
         rig = recording.rig.camera
@@ -45,16 +56,21 @@ def score_lights(given: Given) -> Part:
             pairs += [(so.value, _said(look[0])) for (so, _), look in zip(wanted, told, strict=True)]
         given.say(f"lights: {recording.folder.name}")
     if not pairs:
-        raise NothingToScore("lights: no image shows a traffic light that faces the camera; collect drives in towns")
+        raise MissingGroundTruthError(
+            "lights: no image shows a traffic light that faces the camera; collect drives in towns"
+        )
     matrix = confusion([one.value for one in LIGHTS], pairs)
-    return Part(plain({**_summary(matrix), "confusion": matrix}), _light_page(matrix), watch.stages_ms)
+    return ScoringResult(plain({**_summary(matrix), "confusion": matrix}), _light_page(matrix), watch.stages_ms)
 
 
-def score_attributes(given: Given) -> Part:
-    """Score single looks at visible objects with their true boxes. Raises `WeightsError` and `NothingToScore`."""
+def score_attributes(given: ScoringInput) -> ScoringResult:
+    """Score single looks at visible objects with their true boxes.
+
+    Raises `WeightsError` and `MissingGroundTruthError`.
+    """
     from stucksolver_perception.camera.attributes import AttributeReader
 
-    reader, watch = AttributeReader(threads=given.threads, **_folder(given)), Watch()
+    reader, watch = AttributeReader(threads=given.threads, **_folder(given)), StageTimer()
     kinds: list[Pair] = []
     lamps: dict[str, list[Pair]] = {name: [] for name in PARTS}
     gestures: list[Pair] = []
@@ -64,7 +80,7 @@ def score_attributes(given: Given) -> Part:
             picture = tick.picture()
             if picture is None:
                 continue
-            boxes, seen = body_boxes(tick), seen_rectangles(tick)
+            boxes, seen = body_boxes(tick), visible_rectangles(tick)
             shown = [i for i, one in enumerate(tick.truth.actor_id.tolist()) if mask_id(one) in seen]
             if not shown:
                 continue
@@ -74,7 +90,7 @@ def score_attributes(given: Given) -> Part:
             for i, answer in zip(shown, told, strict=True):
                 kind = KINDS[int(tick.truth.kind[i])]
                 kinds.append((kind.value, None if answer.kind is None else answer.kind.value))
-                visible = parts.of(i, windows.rectangle[i])
+                visible = parts.get(i, windows.rectangle[i])
                 for name, so in visible.lamps.items():
                     if so is not None:
                         lamps[name].append((_word(so), _word(getattr(answer, name))))
@@ -82,7 +98,7 @@ def score_attributes(given: Given) -> Part:
                     gestures.append((visible.gesture.value, None if answer.gesture is None else answer.gesture.value))
         given.say(f"attributes: {recording.folder.name}")
     if not kinds:
-        raise NothingToScore("attributes: no image shows an object; collect drives with images")
+        raise MissingGroundTruthError("attributes: no image shows an object; collect drives with images")
     matrix = confusion([one.value for one in KINDS], kinds)
     each = {name: confusion((_YES, _NO), pairs) for name, pairs in lamps.items()}
     signals = confusion([one.value for one in Gesture], gestures)
@@ -91,14 +107,14 @@ def score_attributes(given: Given) -> Part:
         "lamps": {name: _lamp(one) for name, one in each.items()},
         "gesture": {**_summary(signals), "confusion": signals},
     }
-    return Part(plain(data), _attribute_page(matrix, each, signals), watch.stages_ms)
+    return ScoringResult(plain(data), _attribute_page(matrix, each, signals), watch.stages_ms)
 
 
 def _lights(tick: Recorded, rig: CameraRig) -> list[tuple[LightState, Floats]]:
     """Return state and heads of each visible light with a head that faces the camera."""
     if tick.lights is None or tick.instances is None:
         return []
-    seen = seen_rectangles(tick)
+    seen = visible_rectangles(tick)
     found = []
     for light, state, heads in zip(tick.lights.light_id, tick.lights.state, tick.lights.heads, strict=True):
         if int(state) >= len(LIGHTS) or not len(heads) or mask_id(int(light)) not in seen:
@@ -129,7 +145,7 @@ def _is_shown(tick: Recorded, light: int, head: Floats, rig: CameraRig) -> bool:
     return bool(own.any(axis=0).sum() >= 3 and own.any(axis=1).sum() >= 6)
 
 
-def _folder(given: Given) -> dict[str, Any]:
+def _folder(given: ScoringInput) -> dict[str, Any]:
     return {} if given.camera_weights is None else {"folder": given.camera_weights}
 
 
@@ -141,22 +157,22 @@ def _word(on: bool | None) -> Any:
     return None if on is None else (_YES if on else _NO)
 
 
-def _summary(matrix: Confusion) -> dict[str, Any]:
+def _summary(matrix: ConfusionMatrix) -> dict[str, Any]:
     asked = int(matrix.counts.sum() + matrix.unknown.sum())
     return {"looks": asked, "answered": matrix.answered, "accuracy": matrix.accuracy}
 
 
-def _lamp(matrix: Confusion) -> dict[str, Any]:
+def _lamp(matrix: ConfusionMatrix) -> dict[str, Any]:
     return {**_summary(matrix), "recall": matrix.recall(_YES), "precision": matrix.precision(_YES)}
 
 
-def _light_page(matrix: Confusion) -> str:
+def _light_page(matrix: ConfusionMatrix) -> str:
     red, green = (matrix.names.index(one.value) for one in (LightState.RED, LightState.GREEN))
     said = f"{_line(matrix)} Red read as green: {matrix.counts[red, green]}."
     return f"{said} Rows are the true states, columns the answers.\n\n{_matrix(matrix)}\n"
 
 
-def _attribute_page(kinds: Confusion, lamps: dict[str, Confusion], gestures: Confusion) -> str:
+def _attribute_page(kinds: ConfusionMatrix, lamps: dict[str, ConfusionMatrix], gestures: ConfusionMatrix) -> str:
     there = [i for i in range(len(kinds.names)) if kinds.counts[i].sum() + kinds.unknown[i]]
     rows = [
         (
@@ -186,12 +202,12 @@ def _attribute_page(kinds: Confusion, lamps: dict[str, Confusion], gestures: Con
     )
 
 
-def _line(matrix: Confusion) -> str:
+def _line(matrix: ConfusionMatrix) -> str:
     asked = int(matrix.counts.sum() + matrix.unknown.sum())
     return f"{asked} looks, {percent(matrix.answered)} answered, {percent(matrix.accuracy)} of the answers are right."
 
 
-def _matrix(matrix: Confusion) -> str:
+def _matrix(matrix: ConfusionMatrix) -> str:
     rows: Sequence[Sequence[str]] = [
         (name, *(str(int(one)) for one in matrix.counts[i]), str(int(matrix.unknown[i])))
         for i, name in enumerate(matrix.names)

@@ -7,9 +7,17 @@ from collections.abc import Mapping
 import numpy as np
 
 from lab.perception.evaluation.metrics.detection import DetectionScores, LabelScores, detection_scores, mean_of
-from lab.perception.evaluation.metrics.matching import Reals
-from lab.perception.evaluation.metrics.pedestrian_recall import MARGIN_M, NEAR_M, Coverage, coverage
-from lab.perception.evaluation.scoring.part import Given, Part, Watch, figure, percent, plain, table
+from lab.perception.evaluation.metrics.matching import TruthObjects
+from lab.perception.evaluation.metrics.pedestrian_recall import MARGIN_M, NEAR_M, PedestrianRecall, coverage
+from lab.perception.evaluation.scoring.part import (
+    ScoringInput,
+    ScoringResult,
+    StageTimer,
+    figure,
+    percent,
+    plain,
+    table,
+)
 from lab.perception.evaluation.scoring.samples import TURN_S, reals_of, true_pose
 from stucksolver_perception.measurements import Detections
 
@@ -17,17 +25,17 @@ NOTHING = np.zeros((0, 8))
 """No vehicle is tracked here."""
 
 
-def score_lidar(given: Given) -> Part:
+def score_lidar(given: ScoringInput) -> ScoringResult:
     """Score detection on sweeps that are joined with true poses. Raises `WeightsError`."""
     from stucksolver_perception.lidar.detector import LidarDetector
     from stucksolver_perception.lidar.refinement.unexplained_returns import standing_returns, with_unexplained
     from stucksolver_perception.lidar.sweeps import SweepBuffer
 
     options = {} if given.lidar_weights is None else {"folder": given.lidar_weights}
-    detector, watch = LidarDetector(**options), Watch()
+    detector, watch = LidarDetector(**options), StageTimer()
     found: list[Detections] = []
-    reals: list[Reals] = []
-    alone, joined = Coverage(), Coverage()
+    reals: list[TruthObjects] = []
+    alone, joined = PedestrianRecall(), PedestrianRecall()
     for recording in given.recordings:
         buffer = SweepBuffer()
         for tick in recording:
@@ -46,7 +54,7 @@ def score_lidar(given: Given) -> Part:
         given.say(f"lidar: {recording.folder.name}")
     scores = detection_scores(found, reals)
     data = plain(scores) | {"people": plain(alone), "people_with_unnamed": plain(joined)}
-    return Part(data, _page(scores) + _people(alone, joined), watch.stages_ms)
+    return ScoringResult(data, _page(scores) + _people(alone, joined), watch.stages_ms)
 
 
 def _page(scores: DetectionScores) -> str:
@@ -62,7 +70,7 @@ def _page(scores: DetectionScores) -> str:
     )
 
 
-def _people(alone: Coverage, joined: Coverage) -> str:
+def _people(alone: PedestrianRecall, joined: PedestrianRecall) -> str:
     near = (_share(one.covered, one.people) for one in (alone, joined))
     ahead = (_share(one.ahead_covered, one.ahead) for one in (alone, joined))
     rows = [(f"within {NEAR_M:.0f} m ({alone.people})", *near), (f"close ahead ({alone.ahead})", *ahead)]

@@ -11,20 +11,27 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TextIO
 
-from lab.perception.evaluation.metrics.latency import Latency, latency
+from lab.perception.evaluation.metrics.latency import StageLatency, latency
 from lab.perception.evaluation.scoring.camera import score_attributes, score_lights
 from lab.perception.evaluation.scoring.detection import score_lidar
 from lab.perception.evaluation.scoring.far_detection import score_far
 from lab.perception.evaluation.scoring.localization import score_localisation
 from lab.perception.evaluation.scoring.noise import score_noise
-from lab.perception.evaluation.scoring.part import Given, NothingToScore, Part, figure, plain, table
+from lab.perception.evaluation.scoring.part import (
+    MissingGroundTruthError,
+    ScoringInput,
+    ScoringResult,
+    figure,
+    plain,
+    table,
+)
 from lab.perception.evaluation.scoring.tracking import score_tracking
 from stucksolver.atomic_files import write_text
-from stucksolver_perception.network_files import WeightsError
+from stucksolver_perception.network_files import NetworkFileError
 from stucksolver_perception.recording import recordings
 
 JSON, PAGE = "perception.json", "perception.md"
-PARTS: Mapping[str, tuple[str, Callable[[Given], Part]]] = {
+PARTS: Mapping[str, tuple[str, Callable[[ScoringInput], ScoringResult]]] = {
     "lidar": ("Detection by LiDAR", score_lidar),
     "noise": ("Noise of the LiDAR detector", score_noise),
     "tracking": ("Tracking", score_tracking),
@@ -47,7 +54,7 @@ class Scored:
 
 
 def evaluate_perception(
-    folder: Path, out: Path, only: Sequence[str], given: Given | None = None, err: TextIO = sys.stderr
+    folder: Path, out: Path, only: Sequence[str], given: ScoringInput | None = None, err: TextIO = sys.stderr
 ) -> Scored:
     """Score the parts named in `only`, or all if it is empty, on the recordings in `folder`; write the scores to `out`.
 
@@ -57,13 +64,13 @@ def evaluate_perception(
         RecordingError: The recordings cannot be read.
         OutputError: The scores cannot be written.
     """
-    base = given or Given(())
+    base = given or ScoringInput(())
     told = replace(base, recordings=recordings(folder), say=lambda line: print(line, file=err, flush=True))
-    done: dict[str, Part] = {}
+    done: dict[str, ScoringResult] = {}
     left_out: dict[str, str] = {}
     for name in only or PARTS:
         found = _scored(PARTS[name][1], told)
-        if isinstance(found, Part):
+        if isinstance(found, ScoringResult):
             done[name] = found
         else:
             left_out[name] = found
@@ -83,15 +90,15 @@ def evaluate_perception(
     return Scored(tuple(done), left_out, out / PAGE, out / JSON)
 
 
-def _scored(part: Callable[[Given], Part], given: Given) -> Part | str:
+def _scored(part: Callable[[ScoringInput], ScoringResult], given: ScoringInput) -> ScoringResult | str:
     """Return the scores of a part, or the reason why there are none."""
     try:
         return part(given)
-    except (WeightsError, NothingToScore, ModuleNotFoundError) as error:
+    except (NetworkFileError, MissingGroundTruthError, ModuleNotFoundError) as error:
         return str(error)
 
 
-def _stages(parts: Any) -> dict[str, Latency]:
+def _stages(parts: Any) -> dict[str, StageLatency]:
     times: dict[str, list[float]] = {}
     for part in parts:
         for stage, taken in part.stages_ms.items():
@@ -101,9 +108,9 @@ def _stages(parts: Any) -> dict[str, Latency]:
 
 def _page(
     count: int,
-    done: Mapping[str, Part],
+    done: Mapping[str, ScoringResult],
     left_out: Mapping[str, str],
-    stages: Mapping[str, Latency],
+    stages: Mapping[str, StageLatency],
     memory_mib: float,
     threads: int,
 ) -> str:

@@ -8,8 +8,16 @@ import numpy as np
 
 from lab.perception.evaluation.metrics.range_recall import RangeBin, recall_by_range
 from lab.perception.evaluation.metrics.rectangles import matched, overlaps
-from lab.perception.evaluation.scoring.part import Given, NothingToScore, Part, Watch, percent, plain, table
-from lab.perception.evaluation.scoring.samples import body_boxes, mask_id, seen_rectangles
+from lab.perception.evaluation.scoring.part import (
+    MissingGroundTruthError,
+    ScoringInput,
+    ScoringResult,
+    StageTimer,
+    percent,
+    plain,
+    table,
+)
+from lab.perception.evaluation.scoring.samples import body_boxes, mask_id, visible_rectangles
 from stucksolver.scene.objects import MOTOR_VEHICLES
 from stucksolver_perception.measurements import CameraFrame, Floats
 from stucksolver_perception.recording import KINDS, Recorded
@@ -24,12 +32,12 @@ _ANYWAY = 0.1
 """A detection with this overlap with an object that is not counted is not a false positive."""
 
 
-def score_far(given: Given) -> Part:
-    """Score the detection of motor vehicles. Raises `WeightsError` and `NothingToScore`."""
+def score_far(given: ScoringInput) -> ScoringResult:
+    """Score the detection of motor vehicles. Raises `WeightsError` and `MissingGroundTruthError`."""
     from stucksolver_perception.camera.far_detector import FarDetector
 
     options = {} if given.camera_weights is None else {"folder": given.camera_weights}
-    detector, watch = FarDetector(threads=given.threads, **options), Watch()
+    detector, watch = FarDetector(threads=given.threads, **options), StageTimer()
     ranges: list[float] = []
     hits: list[bool] = []
     right = wrong = 0
@@ -50,11 +58,11 @@ def score_far(given: Given) -> Part:
             hits += taken.tolist()
         given.say(f"far: {recording.folder.name}")
     if not ranges:
-        raise NothingToScore("far: no image shows a vehicle; collect drives with traffic")
+        raise MissingGroundTruthError("far: no image shows a vehicle; collect drives with traffic")
     bins = recall_by_range(np.array(ranges), np.array(hits, np.bool_), BIN_M, FARTHEST_M)
     precision = right / (right + wrong) if right + wrong else None
     data = {"vehicles": len(ranges), "precision": precision, "bins": [{**plain(b), "recall": b.recall} for b in bins]}
-    return Part(data, _page(len(ranges), precision, bins), watch.stages_ms)
+    return ScoringResult(data, _page(len(ranges), precision, bins), watch.stages_ms)
 
 
 def rectangles(found: Any) -> Floats:
@@ -67,7 +75,7 @@ def _vehicles(tick: Recorded, rig: CameraRig) -> tuple[Floats, Floats, Floats]:
     """Return rectangles (px) and distances (m) of visible motor vehicles, and rectangles of all other objects."""
     from stucksolver_perception.camera.crops import corners_of
 
-    boxes, seen = body_boxes(tick), seen_rectangles(tick)
+    boxes, seen = body_boxes(tick), visible_rectangles(tick)
     none = np.zeros((0, 4))
     if not len(boxes):
         return none, np.zeros(0), none

@@ -7,7 +7,16 @@ from typing import Any
 import numpy as np
 
 from lab.perception.evaluation.metrics.pose_errors import PoseErrors, pose_errors, rms
-from lab.perception.evaluation.scoring.part import Given, NothingToScore, Part, Watch, figure, percent, plain, table
+from lab.perception.evaluation.scoring.part import (
+    MissingGroundTruthError,
+    ScoringInput,
+    ScoringResult,
+    StageTimer,
+    figure,
+    percent,
+    plain,
+    table,
+)
 from lab.perception.evaluation.scoring.samples import is_continuous
 from stucksolver_perception.measurements import GnssFix, ImuSample, WheelSpeed
 from stucksolver_perception.recording import Recorded, Recording
@@ -16,27 +25,29 @@ SETTLE_S = 5.0
 """The filter starts from a single fix; its estimates before this time are not counted."""
 
 
-def score_localisation(given: Given) -> Part:
-    """Score localisation. Raises `NothingToScore` if all recordings have gaps or are too short."""
+def score_localisation(given: ScoringInput) -> ScoringResult:
+    """Score localisation. Raises `MissingGroundTruthError` if all recordings have gaps or are too short."""
     whole = [one for one in given.recordings if is_continuous(one)]
     if not whole:
-        raise NothingToScore("localisation: all recordings have gaps; collect some with --every 0")
-    watch = Watch()
+        raise MissingGroundTruthError("localisation: all recordings have gaps; collect some with --every 0")
+    watch = StageTimer()
     parts = [_followed(recording, watch) for recording in whole]
     estimated, true, covariance, fixes = (np.concatenate(column) for column in zip(*parts, strict=True))
     errors = pose_errors(estimated, true, covariance)
     if errors is None:
-        raise NothingToScore(f"localisation: no recording is longer than {SETTLE_S:.0f} s; collect longer ones")
+        raise MissingGroundTruthError(
+            f"localisation: no recording is longer than {SETTLE_S:.0f} s; collect longer ones"
+        )
     fix_rms_m = rms(np.hypot(*(fixes - true[:, :2]).T))
     data = {"drives": len(whole), "errors": errors, "fix_rms_m": fix_rms_m}
-    return Part(plain(data), _page(len(whole), errors, fix_rms_m), watch.stages_ms)
+    return ScoringResult(plain(data), _page(len(whole), errors, fix_rms_m), watch.stages_ms)
 
 
-def _followed(recording: Recording, watch: Watch) -> tuple[Any, Any, Any, Any]:
+def _followed(recording: Recording, watch: StageTimer) -> tuple[Any, Any, Any, Any]:
     """Return estimates (n, 4), truth (n, 4), position covariances (n, 2, 2) and fixes (n, 2) after `SETTLE_S`."""
-    from stucksolver_perception.localization import Localiser
+    from stucksolver_perception.localization import EkfLocalizer
 
-    localiser = Localiser(recording.rig)
+    localiser = EkfLocalizer(recording.rig)
     rows: list[tuple[Any, Any, Any, Any]] = []
     began_s: float | None = None
     for tick in recording:

@@ -5,34 +5,42 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lab.perception.evaluation.metrics.detector_noise import LabelNoise, detector_noise
-from lab.perception.evaluation.metrics.matching import Reals
-from lab.perception.evaluation.scoring.part import Given, NothingToScore, Part, figure, percent, plain, table
+from lab.perception.evaluation.metrics.matching import TruthObjects
+from lab.perception.evaluation.scoring.part import (
+    MissingGroundTruthError,
+    ScoringInput,
+    ScoringResult,
+    figure,
+    percent,
+    plain,
+    table,
+)
 from lab.perception.evaluation.scoring.samples import is_continuous, looks_of, reals_of, true_pose
 from stucksolver_perception.measurements import Detections
 from stucksolver_perception.recording import Recording
 
 
-def score_noise(given: Given) -> Part:
-    """Measure the noise. Raises `WeightsError`, and `NothingToScore` if all recordings have gaps."""
+def score_noise(given: ScoringInput) -> ScoringResult:
+    """Measure the noise. Raises `WeightsError`, and `MissingGroundTruthError` if all recordings have gaps."""
     whole = [one for one in given.recordings if is_continuous(one)]
     if not whole:
-        raise NothingToScore("noise: all recordings have gaps; collect some with --every 0")
+        raise MissingGroundTruthError("noise: all recordings have gaps; collect some with --every 0")
     drives = []
     for recording in whole:
         drives.append(_looks(given, recording))
         given.say(f"noise: {recording.folder.name}")
     noise = detector_noise(drives)
-    return Part(plain({"drives": len(whole), "by_ring": noise}), _page(len(whole), noise))
+    return ScoringResult(plain({"drives": len(whole), "by_ring": noise}), _page(len(whole), noise))
 
 
-def _looks(given: Given, recording: Recording) -> tuple[list[Detections], list[Reals]]:
+def _looks(given: ScoringInput, recording: Recording) -> tuple[list[Detections], list[TruthObjects]]:
     from stucksolver_perception.lidar.detector import LidarDetector
     from stucksolver_perception.lidar.sweeps import SweepBuffer
 
     options = {} if given.lidar_weights is None else {"folder": given.lidar_weights}
     detector, buffer = LidarDetector(**options), SweepBuffer()
     found: list[Detections] = []
-    reals: list[Reals] = []
+    reals: list[TruthObjects] = []
     for ticks in looks_of(recording):
         for each in ticks:
             buffer.add(each.sweep, true_pose(each))

@@ -15,12 +15,12 @@ import numpy as np
 from stucksolver_perception.recording import Recording
 
 
-class NothingToScore(ValueError):
+class MissingGroundTruthError(ValueError):
     """The recordings lack the data for a part; the message says what is missing and how to get it."""
 
 
 @dataclass(frozen=True)
-class Given:
+class ScoringInput:
     """Input of a part. The weights are folders; None means the shipped ones. `threads` is per network."""
 
     recordings: Sequence[Recording]
@@ -31,7 +31,7 @@ class Given:
 
 
 @dataclass(frozen=True)
-class Part:
+class ScoringResult:
     """Scores of a part: `data` for JSON, `page` in Markdown, and all run times of each stage (ms)."""
 
     data: Mapping[str, Any]
@@ -39,7 +39,7 @@ class Part:
     stages_ms: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
 
-class Watch:
+class StageTimer:
     """Measures run times of stages: `with watch("lidar"): ...`."""
 
     def __init__(self) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lab.perception.evaluation.metrics.matching import ANY_LABEL, Indices, Reals
+from lab.perception.evaluation.metrics.matching import ANY_LABEL, Indices, TruthObjects
 from stucksolver.scene import ObjectKind
 from stucksolver_perception.lidar_labels import LABEL_OF_KIND, LARGE_EMERGENCY_M
 from stucksolver_perception.measurements import Floats, PoseEstimate, Singles
@@ -57,14 +57,14 @@ def true_labels(tick: Recorded) -> Indices:
     return np.array([label_of(KINDS[k], length) for k, length in zip(kinds, lengths, strict=True)], np.int64)
 
 
-def reals_of(tick: Recorded, points: Singles) -> Reals:
+def reals_of(tick: Recorded, points: Singles) -> TruthObjects:
     """Return the objects of a tick in its vehicle frame. `points`, shape (n, 5), are the detector's input."""
     pose, truth = true_pose(tick), tick.truth
     boxes = into_vehicle(truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]], pose)
     recent = points[points[:, 4] <= TURN_S, :3]
     c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
     vx, vy = truth.boxes[:, 7], truth.boxes[:, 8]
-    return Reals(
+    return TruthObjects(
         label=true_labels(tick),
         center=boxes[:, :3],
         size=boxes[:, 3:6],
@@ -103,7 +103,7 @@ def in_body(tick: Recorded, boxes: Floats) -> Floats:
     return boxes_in_body(tick.pose, boxes)
 
 
-def seen_rectangles(tick: Recorded) -> dict[int, tuple[int, int, int, int]]:
+def visible_rectangles(tick: Recorded) -> dict[int, tuple[int, int, int, int]]:
     """Return left, top, right, bottom (px) of each actor's visible pixels, if large enough, by mask id."""
     if tick.instances is None:
         return {}

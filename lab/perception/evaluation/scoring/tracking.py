@@ -10,8 +10,16 @@ import numpy as np
 
 from lab.perception.evaluation.metrics.amota import amota, best_threshold
 from lab.perception.evaluation.metrics.clear_mot import MotCounts, TrackedFrame, assign, clear_mot
-from lab.perception.evaluation.metrics.matching import ANY_LABEL, Reals
-from lab.perception.evaluation.scoring.part import Given, NothingToScore, Part, Watch, figure, plain, table
+from lab.perception.evaluation.metrics.matching import ANY_LABEL, TruthObjects
+from lab.perception.evaluation.scoring.part import (
+    MissingGroundTruthError,
+    ScoringInput,
+    ScoringResult,
+    StageTimer,
+    figure,
+    plain,
+    table,
+)
 from lab.perception.evaluation.scoring.samples import TURN_S, is_continuous, looks_of, reals_of, true_pose
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.recording import Recorded, Recording
@@ -40,10 +48,10 @@ class LabelTracking:
 
 
 @dataclass(frozen=True, eq=False)
-class _Look:
+class _TrackingFrame:
     """Tracks and objects at one time; tracks are rows of x, y (m), vx, vy (m/s) and score, in the local frame."""
 
-    reals: Reals
+    reals: TruthObjects
     real_xy: Any
     real_velocity: Any
     near: Any
@@ -52,12 +60,12 @@ class _Look:
     tracks: Any
 
 
-def score_tracking(given: Given) -> Part:
-    """Score tracking. Raises `WeightsError`, and `NothingToScore` if all recordings have gaps."""
+def score_tracking(given: ScoringInput) -> ScoringResult:
+    """Score tracking. Raises `WeightsError`, and `MissingGroundTruthError` if all recordings have gaps."""
     whole = [one for one in given.recordings if is_continuous(one)]
     if not whole:
-        raise NothingToScore("tracking: all recordings have gaps; collect some with --every 0")
-    watch = Watch()
+        raise MissingGroundTruthError("tracking: all recordings have gaps; collect some with --every 0")
+    watch = StageTimer()
     drives = []
     for recording in whole:
         drives.append(_looks(given, recording, watch))
@@ -73,11 +81,11 @@ def score_tracking(given: Given) -> Part:
         "amota": float(np.mean(known)) if known else None,
         "by_label": by_label,
     }
-    return Part(plain(data), _page(data), watch.stages_ms)
+    return ScoringResult(plain(data), _page(data), watch.stages_ms)
 
 
-def _looks(given: Given, recording: Recording, watch: Watch) -> list[_Look]:
-    from stucksolver_perception.free_space import SeenSpace
+def _looks(given: ScoringInput, recording: Recording, watch: StageTimer) -> list[_TrackingFrame]:
+    from stucksolver_perception.free_space import FreeSpace
     from stucksolver_perception.lidar.detector import LidarDetector
     from stucksolver_perception.lidar.sweeps import SweepBuffer
     from stucksolver_perception.tracking import ObjectTracker
@@ -93,18 +101,18 @@ def _looks(given: Given, recording: Recording, watch: Watch) -> list[_Look]:
         points = buffer.gather(pose)
         detections = detector.detect(points, tick.time_s)
         with watch("visibility"):
-            space = SeenSpace.from_points(points[points[:, 4] <= TURN_S], recording.rig.lidar)
+            space = FreeSpace.from_points(points[points[:, 4] <= TURN_S], recording.rig.lidar)
         with watch("tracking"):
             tracks = tracker.update(detections, pose, space)
         looks.append(_look(tick, reals_of(tick, points), tracks))
     return looks
 
 
-def _look(tick: Recorded, reals: Reals, tracks: Sequence[Any]) -> _Look:
+def _look(tick: Recorded, reals: TruthObjects, tracks: Sequence[Any]) -> _TrackingFrame:
     rows = np.array([(t.x_m, t.y_m, t.vx_mps, t.vy_mps, t.confidence) for t in tracks]).reshape(-1, 5)
     away = np.hypot(*reals.center[:, :2].T)
     seen = np.hypot(rows[:, 0] - tick.pose[0], rows[:, 1] - tick.pose[1]) < FARTHEST_M
-    return _Look(
+    return _TrackingFrame(
         reals=reals,
         real_xy=tick.truth.boxes[:, :2],
         real_velocity=tick.truth.boxes[:, 7:9],
@@ -115,7 +123,7 @@ def _look(tick: Recorded, reals: Reals, tracks: Sequence[Any]) -> _Look:
     )
 
 
-def _of_label(drives: Sequence[Sequence[_Look]], label: int) -> LabelTracking:
+def _of_label(drives: Sequence[Sequence[_TrackingFrame]], label: int) -> LabelTracking:
     frames = [_frames(looks, label) for looks in drives]
     counts = sum((clear_mot(one, WITHIN_M) for one in frames), MotCounts())
     errors = [error for looks, one in zip(drives, frames, strict=True) for error in _velocity_errors(looks, one, label)]
@@ -132,7 +140,7 @@ def _of_label(drives: Sequence[Sequence[_Look]], label: int) -> LabelTracking:
     )
 
 
-def _frames(looks: Sequence[_Look], label: int) -> list[TrackedFrame]:
+def _frames(looks: Sequence[_TrackingFrame], label: int) -> list[TrackedFrame]:
     """Return the frames of one label. Any track may follow objects without a label."""
     sums: dict[int, list[float]] = {}
     for look in looks:
@@ -157,7 +165,7 @@ def _frames(looks: Sequence[_Look], label: int) -> list[TrackedFrame]:
     return frames
 
 
-def _velocity_errors(looks: Sequence[_Look], frames: Sequence[TrackedFrame], label: int) -> list[float]:
+def _velocity_errors(looks: Sequence[_TrackingFrame], frames: Sequence[TrackedFrame], label: int) -> list[float]:
     last: dict[int, int] = {}
     errors = []
     for look, frame in zip(looks, frames, strict=True):

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from lab.perception.training.camera.crops_data import Crops, crops_in
-from lab.perception.training.camera.crops_evaluate import Logits, by_halves, report
+from lab.perception.training.camera.crops_evaluate import Logits, cross_check, report
 from stucksolver_perception.camera.crop_network import HEADS
 
 AT_ONCE = 256
@@ -35,7 +35,7 @@ def calibrate(run: Path, check: Sequence[Path], jobs: int = 1, only: Sequence[st
     held = crops_in(check, jobs)
     if not len(held):
         raise ValueError("the recordings contain no crops: they need images with instance masks")
-    card, scores = by_halves(logits_of(run / "crops.onnx", held), held)
+    card, scores = cross_check(logits_of(run / "crops.onnx", held), held)
     print(report(scores))
     file = run / "crops.json"
     told: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))

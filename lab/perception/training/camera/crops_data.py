@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from stucksolver.scene.objects import ObjectKind
 from stucksolver_perception.camera.crop_network import GESTURES, KINDS, LAMPS, LIGHTS, NOTHING, UNSEEN_GESTURE
-from stucksolver_perception.camera.crops import CROP_PX, FEATURES, Windows, cut_crops, features_of, windows_of
+from stucksolver_perception.camera.crops import CROP_PX, FEATURES, CropWindows, cut_crops, features_of, windows_of
 from stucksolver_perception.camera.traffic_lights import boxes_of_heads, facing
 from stucksolver_perception.measurements import Floats, Pixels, Singles
 from stucksolver_perception.recording import KINDS as RECORDED_KINDS
 from stucksolver_perception.recording import Recorded, Recording, recordings
 from stucksolver_perception.rig import CameraRig
 from stucksolver_perception.vehicle_frame import boxes_in_body
-from stucksolver_perception.visible_parts import Seen, VisibleParts
+from stucksolver_perception.visible_parts import VisibleAttributes, VisibleParts
 
 CONTEXT = 1.5
 STORED_PX = 96
@@ -126,7 +126,7 @@ def _of_tick(tick: Recorded, rig: CameraRig, group: int, random: np.random.Gener
         kinds = [_kind_label(_true_kind(tick, i), *seen) for i, seen in zip(each, shares, strict=True)]
         features = features_of(rig, boxes, windows)
         parts = VisibleParts(tick, rig, boxes)
-        seen = [parts.of(i, windows.rectangle[i]) for i in each]
+        seen = [parts.get(i, windows.rectangle[i]) for i in each]
         hidden = [share < HIDDEN_SHARE for _, share in shares]
         lamps = [_lamp_labels(one, hidden=gone) for one, gone in zip(seen, hidden, strict=True)]
         gestures = [_gesture_label(one, hidden=gone) for one, gone in zip(seen, hidden, strict=True)]
@@ -152,7 +152,7 @@ class _Labels:
 
 
 def _made(
-    rgb: Pixels, windows: Windows, keep: NDArray[np.int64], features: Singles, labels: _Labels, group: int
+    rgb: Pixels, windows: CropWindows, keep: NDArray[np.int64], features: Singles, labels: _Labels, group: int
 ) -> Crops:
     n = len(keep)
     crops = cut_crops(rgb, windows.center[keep], windows.side[keep] * CONTEXT, STORED_PX)
@@ -192,7 +192,7 @@ def _kind_label(kind: ObjectKind, own: int, share: float) -> int:
     return KINDS.index(kind.value)
 
 
-def _lamp_labels(seen: Seen, *, hidden: bool) -> list[int]:
+def _lamp_labels(seen: VisibleAttributes, *, hidden: bool) -> list[int]:
     """Off, on or unseen. A blinker is labelled on even in its dark phases, since one image cannot tell them apart."""
     if hidden:
         return [IGNORE] * len(LAMPS)
@@ -200,14 +200,14 @@ def _lamp_labels(seen: Seen, *, hidden: bool) -> list[int]:
     return [UNSEEN if one is None else int(one) for one in told]
 
 
-def _gesture_label(seen: Seen, *, hidden: bool) -> int:
+def _gesture_label(seen: VisibleAttributes, *, hidden: bool) -> int:
     if hidden or not seen.is_flagger:
         return IGNORE
     return GESTURES.index(UNSEEN_GESTURE if seen.gesture is None else seen.gesture.value)
 
 
 def _background(
-    rgb: Pixels, rig: CameraRig, taken: Windows, group: int, random: np.random.Generator
+    rgb: Pixels, rig: CameraRig, taken: CropWindows, group: int, random: np.random.Generator
 ) -> Iterator[Crops]:
     """Empty boxes on the ground, like a detector's false positives."""
     n = 4 * BACKGROUND

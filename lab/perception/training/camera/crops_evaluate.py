@@ -103,7 +103,7 @@ def least_confidence(confidence: Floats, right: NDArray[np.bool_], share: float)
     return max(LEAST_CONFIDENCE, float(confidence[order][found[-1]])) if len(found) else NEVER
 
 
-def by_halves(logits: Logits, crops: Crops) -> tuple[dict[str, Any], dict[str, Any]]:
+def cross_check(logits: Logits, crops: Crops) -> tuple[dict[str, Any], dict[str, Any]]:
     """The card that all crops calibrate, and the scores of each half with a card that the other half calibrates."""
     half = halves(crops.group)
     parts = [(logits.part(one), crops.part(one)) for one in (half, ~half)]
@@ -171,7 +171,7 @@ def scores(parts: Sequence[tuple[Logits, Crops, dict[str, Any]]]) -> dict[str, A
 
     Each part has the outputs for some crops, the crops, and the card to use.
     """
-    told: dict[str, list[_Told]] = {}
+    told: dict[str, list[_HeadAnswers]] = {}
     for logits, crops, card in parts:
         warm, least = card["temperatures"], card["least"]
         kind, light, gesture, lamps = (
@@ -190,7 +190,7 @@ def scores(parts: Sequence[tuple[Logits, Crops, dict[str, Any]]]) -> dict[str, A
 
 
 @dataclass(frozen=True, eq=False)
-class _Told:
+class _HeadAnswers:
     """One head's answers for crops with a label."""
 
     names: list[str]
@@ -202,15 +202,15 @@ class _Told:
 
 def _told(
     shares: Floats, labels: NDArray[np.int64], least: dict[str, float], state: NDArray[np.int64] | None = None
-) -> _Told:
+) -> _HeadAnswers:
     counts = labels >= 0
     shown = labels[counts] if state is None else state[counts]
     limits = np.array(list(least.values()))
     best, sure = shares[counts].argmax(1), shares[counts].max(1)
-    return _Told(list(least), labels[counts], shown, best, sure >= limits[best])
+    return _HeadAnswers(list(least), labels[counts], shown, best, sure >= limits[best])
 
 
-def _scored(parts: Sequence[_Told]) -> dict[str, Any]:
+def _scored(parts: Sequence[_HeadAnswers]) -> dict[str, Any]:
     names = parts[0].names
     labels, shown, best, says = (
         np.concatenate([getattr(one, name) for one in parts]) for name in ("labels", "shown", "best", "says")

@@ -12,7 +12,7 @@ import numpy as np
 import torch
 
 from lab.perception.training.camera.crops_data import Crops
-from lab.perception.training.camera.crops_net import CropNet, Shipped
+from lab.perception.training.camera.crops_net import CropNet, ExportedCropNet
 from stucksolver_perception.camera.crop_network import GESTURES, HEADS, KINDS, LAMPS, LIGHTS, VERSION
 from stucksolver_perception.camera.crops import CROP_PX, FEATURES
 
@@ -29,7 +29,7 @@ class ExportError(RuntimeError):
 
 def export(net: CropNet, out: Path, card: dict[str, Any], tried: Crops) -> dict[str, Any]:
     """Writes the network and its card, and tests the export on some crops. Returns the card. Raises `ExportError`."""
-    shipped, file = Shipped(net).eval(), out / "crops.onnx"
+    shipped, file = ExportedCropNet(net).eval(), out / "crops.onnx"
     example = (torch.zeros(2, CROP_PX, CROP_PX, 3, dtype=torch.uint8), torch.zeros(2, FEATURES))
     names = list(HEADS)
     with warnings.catch_warnings():
@@ -58,7 +58,7 @@ def export(net: CropNet, out: Path, card: dict[str, Any], tried: Crops) -> dict[
     return full
 
 
-def _compare(shipped: Shipped, file: Path, tried: Crops) -> None:
+def _compare(shipped: ExportedCropNet, file: Path, tried: Crops) -> None:
     import onnxruntime
 
     tried = tried.part(np.arange(min(TRIED, len(tried))))

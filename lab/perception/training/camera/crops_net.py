@@ -28,7 +28,7 @@ LEFT, RIGHT = 1, 2
 """Indices of the blinkers in `LAMPS`."""
 
 
-class Block(nn.Module):
+class ResidualBlock(nn.Module):
     """A convolution with stride 2, followed by a residual convolution."""
 
     def __init__(self, before: int, after: int) -> None:
@@ -48,7 +48,7 @@ class CropNet(nn.Module):
     def __init__(self) -> None:
         super().__init__()
         first = nn.Sequential(nn.Conv2d(3, WIDTHS[0], 5, 2, 2, bias=False), nn.BatchNorm2d(WIDTHS[0]), nn.ReLU())
-        self.trunk = nn.Sequential(first, *(Block(a, b) for a, b in itertools.pairwise(WIDTHS)))
+        self.trunk = nn.Sequential(first, *(ResidualBlock(a, b) for a, b in itertools.pairwise(WIDTHS)))
         self.squeeze = nn.Sequential(nn.Conv2d(WIDTHS[-1], SQUEEZED, 1), nn.ReLU())
         self.geometry = nn.Sequential(nn.Linear(FEATURES, 32), nn.ReLU())
         self.join = nn.Sequential(nn.Linear(SEEN, JOINED), nn.ReLU(), nn.Dropout(0.2))
@@ -91,7 +91,7 @@ def _empty(layers: Sequence[Layer]) -> tuple[CropNet, Modules]:
     return net, pairs if len(layers) == len(pairs) else [*pairs, (net.gesture[0], None), (net.gesture[2], None)]
 
 
-class Shipped(nn.Module):
+class ExportedCropNet(nn.Module):
     """The network as exported: takes crops as they are cut, (n, 64, 64, 3) bytes."""
 
     def __init__(self, net: CropNet) -> None:

@@ -23,7 +23,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from lab.perception.training.camera.crops_data import Crops, crops_in
-from lab.perception.training.camera.crops_evaluate import Logits, by_halves, report
+from lab.perception.training.camera.crops_evaluate import Logits, cross_check, report
 from lab.perception.training.camera.crops_export import export
 from lab.perception.training.camera.crops_net import CropNet, augmented, middle, restored
 from lab.training.restore import settle
@@ -47,7 +47,7 @@ REPORT_S = 5.0
 
 
 @dataclass(frozen=True)
-class Settings:
+class CropsTrainOptions:
     """Options of a training run."""
 
     out: Path
@@ -66,7 +66,7 @@ class Settings:
     """Maximum number of crops to train on; more are subsampled."""
 
 
-def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> dict[str, object]:
+def train(data: Sequence[Path], check: Sequence[Path], settings: CropsTrainOptions) -> dict[str, object]:
     """Trains, exports and scores. Returns the card. Raises `RecordingError`, or `ValueError` without crops.
 
     Each folder of `data` is drawn from equally often, however much it contains.
@@ -83,7 +83,7 @@ def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> di
         raise ValueError("the recordings contain no crops: they need images with instance masks")
     net = fit(taught, weights, settings)
     logits = logits_of(net, held)
-    card, told = by_halves(logits, held)
+    card, told = cross_check(logits, held)
     print(report(told))
     settings.out.mkdir(parents=True, exist_ok=True)
     (settings.out / "crops_scores.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
@@ -96,7 +96,7 @@ def train(data: Sequence[Path], check: Sequence[Path], settings: Settings) -> di
     return export(net, settings.out, card, held)
 
 
-def fit(taught: Crops, shares: Floats, settings: Settings) -> CropNet:
+def fit(taught: Crops, shares: Floats, settings: CropsTrainOptions) -> CropNet:
     """The trained network with averaged weights, on the CPU. Crops are drawn in proportion to `shares` (n,)."""
     device = torch.device(settings.device)
     net = (CropNet() if settings.start is None else restored(settings.start)).to(device).train()
@@ -168,7 +168,7 @@ def logits_of(net: CropNet, crops: Crops) -> Logits:
     return Logits.of([np.concatenate(one) for one in zip(*parts, strict=True)])
 
 
-def _thinned(crops: Crops, shares: Floats, settings: Settings) -> tuple[Crops, Floats]:
+def _thinned(crops: Crops, shares: Floats, settings: CropsTrainOptions) -> tuple[Crops, Floats]:
     if len(crops) <= settings.most:
         return crops, shares
     kept = torch.multinomial(torch.from_numpy(shares), settings.most, replacement=False).sort().values.numpy()
@@ -192,7 +192,7 @@ def main() -> None:
     parser.add_argument("--rate", type=float, default=PEAK_RATE, help="largest learning rate")
     given = parser.parse_args()
     device = "cuda" if torch.cuda.is_available() else "cpu"
-    settings = Settings(
+    settings = CropsTrainOptions(
         given.out,
         given.minutes,
         given.seed,

@@ -12,7 +12,7 @@ import numpy as np
 import torch
 
 from lab.perception.training.camera.far_data import MARGIN_ROWS, Strips
-from lab.perception.training.camera.far_net import FarNet, Shipped
+from lab.perception.training.camera.far_net import ExportedFarNet, FarNet
 from stucksolver_perception.camera.far_detector import VERSION
 from stucksolver_perception.camera.horizon_strip import LABELS, STRIDE, STRIP_ROWS
 
@@ -31,7 +31,7 @@ class ExportError(RuntimeError):
 
 def export(net: FarNet, out: Path, card: dict[str, Any], tried: Strips) -> dict[str, Any]:
     """Writes the network and its card, and tests the export on some images. Returns the card. Raises `ExportError`."""
-    shipped, file = Shipped(net).eval(), out / "far.onnx"
+    shipped, file = ExportedFarNet(net).eval(), out / "far.onnx"
     width = tried.rgb.shape[2]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the exporter that needs no further package warns that it is deprecated
@@ -52,7 +52,7 @@ def export(net: FarNet, out: Path, card: dict[str, Any], tried: Strips) -> dict[
     return full
 
 
-def _compare(shipped: Shipped, file: Path, tried: Strips) -> None:
+def _compare(shipped: ExportedFarNet, file: Path, tried: Strips) -> None:
     import onnxruntime
 
     session = onnxruntime.InferenceSession(file.read_bytes(), providers=["CPUExecutionProvider"])

@@ -107,7 +107,7 @@ def _parts(scale: nn.Sequential) -> list[nn.Sequential]:
     return [step, block.first, block.second]
 
 
-class Shipped(nn.Module):
+class ExportedFarNet(nn.Module):
     """The network that the runtime loads: takes bytes, returns heatmap peaks and the other channels."""
 
     def __init__(self, net: FarNet) -> None:

@@ -27,7 +27,7 @@ from torch import Tensor
 from lab.perception.training.camera.far_data import MARGIN_ROWS, Strips, load
 from lab.perception.training.camera.far_evaluate import Run, check, written
 from lab.perception.training.camera.far_export import export
-from lab.perception.training.camera.far_net import WIDTHS, FarNet, Shipped, loss_of, restored, scaled
+from lab.perception.training.camera.far_net import WIDTHS, ExportedFarNet, FarNet, loss_of, restored, scaled
 from lab.training.restore import settle
 from lab.training.schedule import average
 from stucksolver_perception.camera.horizon_strip import STRIP_ROWS
@@ -152,7 +152,7 @@ class _Batches:
 
 def outputs_of(net: FarNet, device: torch.device) -> Run:
     """The network as `far_check.check` takes it."""
-    shipped = Shipped(net.to(device)).eval()
+    shipped = ExportedFarNet(net.to(device)).eval()
 
     def run(strip: Pixels) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         with torch.no_grad():

@@ -24,7 +24,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from lab.perception.training.camera.crops_data import Crops, crops_in
-from lab.perception.training.camera.crops_evaluate import by_halves, report
+from lab.perception.training.camera.crops_evaluate import cross_check, report
 from lab.perception.training.camera.crops_export import export
 from lab.perception.training.camera.crops_net import CropNet, augmented, restored
 from lab.perception.training.camera.crops_train import PEAK_RATE, RARE, WARM_UP, WEIGHT_DECAY, logits_of
@@ -69,7 +69,7 @@ def train(data: Sequence[Path], check: Sequence[Path], settings: HeadSettings) -
         raise ValueError("the recordings contain no flaggers; record some with close_scenes --gestures")
     seen = torch.cat([_seen(net, taught) for _ in range(settings.rounds)])
     fit(net.gesture, seen, torch.from_numpy(np.tile(taught.gesture, settings.rounds)), settings.steps)
-    card, told = by_halves(logits_of(net, held), held)
+    card, told = cross_check(logits_of(net, held), held)
     print(report({"gesture": told["gesture"]}))
     kept = json.loads(settings.start.with_suffix(".json").read_text(encoding="utf-8"))
     for part in card:

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from lab.perception.training.lidar.data import BOX, IGNORED, Windows
+from lab.perception.training.lidar.data import BOX, IGNORED, SweepWindows
 from stucksolver_perception.lidar.sweeps import CELL_M, CELLS, FLAT_M, LOW_M, MOST_POINTS, RECENT_S
 from stucksolver_perception.recording import CENTIMETRE
 
@@ -29,7 +29,7 @@ FORGET = 0.15
 
 
 @dataclass(frozen=True, eq=False)
-class Batch:
+class WindowBatch:
     """A batch of windows."""
 
     points: Tensor
@@ -42,10 +42,10 @@ class Batch:
     """(windows, most); `IGNORED` or `NO_BOX` where there is no target."""
 
 
-class Store:
+class WindowStore:
     """Windows stored on a device."""
 
-    def __init__(self, windows: Windows, device: torch.device) -> None:
+    def __init__(self, windows: SweepWindows, device: torch.device) -> None:
         self.device = device
         self.points = torch.from_numpy(windows.points).to(device)
         self.intensity = torch.from_numpy(windows.intensity).to(device)
@@ -64,7 +64,7 @@ class Store:
     def __len__(self) -> int:
         return len(self.history)
 
-    def batch(self, which: Tensor, vary: bool) -> Batch:
+    def batch(self, which: Tensor, vary: bool) -> WindowBatch:
         """The windows with these indices (b,), augmented for training if `vary`."""
         history = self.history[which]
         if vary:
@@ -73,7 +73,7 @@ class Store:
         boxes, labels = self.boxes[which], self.labels[which]
         if vary:
             points, window, boxes = varied(points, window, boxes)
-        return Batch(points, window, boxes, labels)
+        return WindowBatch(points, window, boxes, labels)
 
     def _gathered(self, history: Tensor, noisy: bool) -> tuple[Tensor, Tensor]:
         """What `SweepBuffer.gather` returns for each history (b, sweeps)."""
@@ -179,4 +179,4 @@ def varied(points: Tensor, window: Tensor, boxes: Tensor) -> tuple[Tensor, Tenso
     return points, window, torch.cat([middle, boxes[:, :, 3:6] * scale[:, None, None], rest], dim=2)
 
 
-__all__ = ["IGNORED", "NO_BOX", "Batch", "Store", "varied"]
+__all__ = ["IGNORED", "NO_BOX", "WindowBatch", "WindowStore", "varied"]

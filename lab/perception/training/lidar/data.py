@@ -40,7 +40,7 @@ BOX = 10
 
 
 @dataclass(frozen=True, eq=False)
-class Windows:
+class SweepWindows:
     """All sweeps of some recordings and their windows, with one row per tick or per window."""
 
     points: NDArray[np.int16]
@@ -62,7 +62,7 @@ class Windows:
         return len(self.history)
 
 
-def load(folders: Sequence[Path], jobs: int, most: int | None = None, every: int = EVERY) -> Windows:
+def load(folders: Sequence[Path], jobs: int, most: int | None = None, every: int = EVERY) -> SweepWindows:
     """Loads every recording in some folders.
 
     Args:
@@ -88,7 +88,7 @@ def load(folders: Sequence[Path], jobs: int, most: int | None = None, every: int
     ticks = np.cumsum([0] + [len(part.time_s) for part in parts])
     points = np.cumsum([0] + [len(part.points) for part in parts])
     pairs = list(zip(parts, ticks.tolist(), points.tolist(), strict=False))
-    return Windows(
+    return SweepWindows(
         np.concatenate([part.points for part in parts]),
         np.concatenate([part.intensity for part in parts]),
         np.concatenate([np.zeros(1, np.int64), *(part.start[1:] + first for part, _, first in pairs)]),
@@ -100,7 +100,7 @@ def load(folders: Sequence[Path], jobs: int, most: int | None = None, every: int
     )
 
 
-def _read(task: tuple[Path, int | None, int]) -> Windows:
+def _read(task: tuple[Path, int | None, int]) -> SweepWindows:
     folder, most, every = task
     recording = Recording(folder)
     ticks = [_Tick(tick) for file in recording.files for tick in recording.stretch(file)]
@@ -119,7 +119,7 @@ def _read(task: tuple[Path, int | None, int]) -> Windows:
         histories = [histories[i] for i in np.linspace(0, len(histories) - 1, most).astype(int)]
     told = [_truth(ticks, history) for history in histories]
     nothing = np.zeros((0, 3), np.int16), np.zeros(0, np.uint8)
-    return Windows(
+    return SweepWindows(
         np.concatenate([nothing[0], *(tick.points for tick in ticks)]),
         np.concatenate([nothing[1], *(tick.intensity for tick in ticks)]),
         np.cumsum([0] + [len(tick.points) for tick in ticks]).astype(np.int64),

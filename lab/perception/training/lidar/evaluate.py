@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from lab.perception.training.lidar.batches import Store
+from lab.perception.training.lidar.batches import WindowStore
 from lab.perception.training.lidar.data import IGNORED
 from lab.perception.training.lidar.loss import MOVING_MPS
 from lab.perception.training.lidar.net import PillarNet, strongest
@@ -30,7 +30,7 @@ PRIOR_STRENGTH = 4.0
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class ScoredDetections:
     """All detections of one label, strongest first."""
 
     score: Floats
@@ -41,7 +41,7 @@ class Judged:
     """Number of bodies that should have been found."""
 
 
-def predicted(net: PillarNet, store: Store, batch: int = 8) -> list[Detections]:
+def predicted(net: PillarNet, store: WindowStore, batch: int = 8) -> list[Detections]:
     """Detections in each window, with uncalibrated scores."""
     net.eval()
     found: list[Detections] = []
@@ -56,13 +56,15 @@ def predicted(net: PillarNet, store: Store, batch: int = 8) -> list[Detections]:
     return found
 
 
-def judged(found: Sequence[Detections], store: Store) -> list[Judged]:
+def judged(found: Sequence[Detections], store: WindowStore) -> list[ScoredDetections]:
     """Which detections of each label are correct: greedy matching by score, as in nuScenes (Caesar et al. 2020)."""
     boxes, labels = store.boxes.cpu().numpy().astype(np.float64), store.labels.cpu().numpy()
     return [_judged_label(label, found, boxes, labels) for label in range(len(LABELS))]
 
 
-def _judged_label(label: int, found: Sequence[Detections], boxes: Floats, labels: NDArray[np.int64]) -> Judged:
+def _judged_label(
+    label: int, found: Sequence[Detections], boxes: Floats, labels: NDArray[np.int64]
+) -> ScoredDetections:
     parts = [(i, k) for i, one in enumerate(found) for k in np.flatnonzero(one.label == label).tolist()]
     parts.sort(key=lambda part: -found[part[0]].score[part[1]])
     taken: set[tuple[int, int]] = set()
@@ -80,7 +82,7 @@ def _judged_label(label: int, found: Sequence[Detections], boxes: Floats, labels
         score.append(float(one.score[k]))
         right.append(bool(open_to))
     bodies = int((labels == label).sum())
-    return Judged(np.array(score), np.array(right, bool), np.array(errors).reshape(-1, 5), bodies)
+    return ScoredDetections(np.array(score), np.array(right, bool), np.array(errors).reshape(-1, 5), bodies)
 
 
 def _errors(one: Detections, k: int, box: Floats, away: float) -> tuple[float, ...]:
@@ -97,7 +99,7 @@ def _beside_ignored(middle: Floats, ignored: Floats) -> bool:
     return bool(((along < half[:, 0]) & (across < half[:, 1])).any())
 
 
-def average_precision(of: Judged) -> float:
+def average_precision(of: ScoredDetections) -> float:
     """Area under the precision-recall curve; precision at a recall is the best at that recall or higher."""
     if not of.bodies or not len(of.score):
         return 0.0
@@ -106,13 +108,13 @@ def average_precision(of: Judged) -> float:
     return float((precision * of.right).sum() / of.bodies)
 
 
-def mean_average_precision(all_labels: Sequence[Judged]) -> float:
+def mean_average_precision(all_labels: Sequence[ScoredDetections]) -> float:
     """Mean average precision over the labels that have bodies."""
     counted = [average_precision(one) for one in all_labels if one.bodies]
     return sum(counted) / max(1, len(counted))
 
 
-def calibrated(all_labels: Sequence[Judged]) -> Calibration:
+def calibrated(all_labels: Sequence[ScoredDetections]) -> Calibration:
     """Slope and shift that turn a logit into the probability that the detection is correct (Platt 1999)."""
     fits = [_platt(one.score, one.right) for one in all_labels]
     return Calibration(
@@ -135,7 +137,7 @@ def _platt(score: Floats, right: NDArray[np.bool_]) -> tuple[float, float]:
     return max(0.1, float(fit[0])), float(fit[1])
 
 
-def report(all_labels: Sequence[Judged]) -> list[dict[str, float | str]]:
+def report(all_labels: Sequence[ScoredDetections]) -> list[dict[str, float | str]]:
     """One row per label: AP at 2 m, bodies, and errors of correct detections (medians and 90th percentiles)."""
     rows: list[dict[str, float | str]] = []
     for name, one in zip(LABELS, all_labels, strict=True):

@@ -14,10 +14,17 @@ from typing import Any
 import numpy as np
 import torch
 
-from lab.perception.training.lidar.batches import Store
+from lab.perception.training.lidar.batches import WindowStore
 from lab.perception.training.lidar.data import load
-from lab.perception.training.lidar.evaluate import RAW, Judged, calibrated, judged, mean_average_precision, report
-from lab.perception.training.lidar.net import PillarNet, Shipped
+from lab.perception.training.lidar.evaluate import (
+    RAW,
+    ScoredDetections,
+    calibrated,
+    judged,
+    mean_average_precision,
+    report,
+)
+from lab.perception.training.lidar.net import ExportedPillarNet, PillarNet
 from lab.perception.training.lidar.quantize import quantise
 from lab.perception.training.lidar.train import CARD as TRAINING
 from lab.perception.training.lidar.train import FIGURES
@@ -66,16 +73,16 @@ def export(run: Path, check: Sequence[Path], to: Path = DATA, ranges: Sequence[P
     kept = torch.load(run / TRAINED, map_location="cpu", weights_only=True)
     net = PillarNet(tuple(kept["widths"]))
     net.load_state_dict(kept["weights"])
-    shipped = Shipped(net.eval()).eval()
+    shipped = ExportedPillarNet(net.eval()).eval()
     to.mkdir(parents=True, exist_ok=True)
     file, full = to / WEIGHTS, to / "full.onnx"
     _write(shipped, full)
-    store = Store(load(check, 1, most=CHECKED_IN_DRIVE), torch.device("cpu"))
+    store = WindowStore(load(check, 1, most=CHECKED_IN_DRIVE), torch.device("cpu"))
     told: dict[str, Any] = {"off_by": _difference(shipped, full, store)}
     found = _judged(full, store)
     told["mean_ap_full"] = mean_average_precision(found)
     if ranges:
-        quantise(full, file, _some(Store(load(ranges, 1, most=RANGES_IN_DRIVE), torch.device("cpu"))))
+        quantise(full, file, _some(WindowStore(load(ranges, 1, most=RANGES_IN_DRIVE), torch.device("cpu"))))
         full.unlink()
         found = _judged(file, store)
         lost = told["mean_ap_full"] - mean_average_precision(found)
@@ -95,7 +102,7 @@ def export(run: Path, check: Sequence[Path], to: Path = DATA, ranges: Sequence[P
     return card
 
 
-def _write(shipped: Shipped, file: Path) -> None:
+def _write(shipped: ExportedPillarNet, file: Path) -> None:
     with warnings.catch_warnings():
         # Torch recommends its newer exporter, which does not support ScatterND with a maximum.
         warnings.simplefilter("ignore")
@@ -111,12 +118,12 @@ def _write(shipped: Shipped, file: Path) -> None:
         )
 
 
-def _fed(store: Store, window: int) -> dict[str, Any]:
+def _fed(store: WindowStore, window: int) -> dict[str, Any]:
     features, cell = pillars(store.batch(torch.tensor([window]), vary=False).points.numpy())
     return dict(zip(INPUTS, (features, *occupied(cell)), strict=True))
 
 
-def _some(store: Store) -> Iterator[dict[str, Any]]:
+def _some(store: WindowStore) -> Iterator[dict[str, Any]]:
     chosen = np.linspace(0, len(store) - 1, min(MOST_RANGES, len(store))).astype(int).tolist()
     return (_fed(store, window) for window in chosen)
 
@@ -129,13 +136,13 @@ def _session(file: Path) -> Any:
     return onnxruntime.InferenceSession(str(file), options, providers=["CPUExecutionProvider"])
 
 
-def _judged(file: Path, store: Store) -> list[Judged]:
+def _judged(file: Path, store: WindowStore) -> list[ScoredDetections]:
     session = _session(file)
     outputs = [session.run(None, _fed(store, i)) for i in range(len(store))]
     return judged([decode(logit, label, place, told, 0.0, RAW) for logit, label, place, told in outputs], store)
 
 
-def _difference(shipped: Shipped, file: Path, store: Store) -> float:
+def _difference(shipped: ExportedPillarNet, file: Path, store: WindowStore) -> float:
     session = _session(file)
     worst = 0.0
     for i in np.linspace(0, len(store) - 1, min(COMPARED, len(store))).astype(int).tolist():

@@ -10,7 +10,7 @@ from torch.nn import functional
 
 from lab.perception.training.lidar.data import IGNORED
 from stucksolver_perception.lidar.decode import VELOCITY_MPS
-from stucksolver_perception.lidar.grid import GRID, Grid
+from stucksolver_perception.lidar.grid import GRID, BevGrid
 from stucksolver_perception.lidar_labels import LABELS
 
 HILL = 0.13
@@ -54,7 +54,7 @@ class Targets:
     """(k, 10)."""
 
 
-def targets(boxes: Tensor, labels: Tensor, grid: Grid = GRID) -> Targets:
+def targets(boxes: Tensor, labels: Tensor, grid: BevGrid = GRID) -> Targets:
     """Targets from padded boxes (b, most, 10) and labels (b, most)."""
     x, y = (boxes[..., 0] - grid.x_min_m) / grid.cell_m, (boxes[..., 1] - grid.y_min_m) / grid.cell_m
     row, column = torch.floor(x).long(), torch.floor(y).long()
@@ -93,7 +93,9 @@ def _values(box: Tensor, label: Tensor) -> Tensor:
     return torch.stack(parts, dim=1)
 
 
-def _hills(box: Tensor, label: Tensor, window: Tensor, row: Tensor, column: Tensor, windows: int, grid: Grid) -> Tensor:
+def _hills(
+    box: Tensor, label: Tensor, window: Tensor, row: Tensor, column: Tensor, windows: int, grid: BevGrid
+) -> Tensor:
     sigma = (HILL * (box[:, 3] + box[:, 4]) / grid.cell_m).clamp(LEAST_HILL, MOST_HILL)
     reach = torch.arange(-HILL_REACH, HILL_REACH + 1, device=box.device)
     square = (reach[:, None] ** 2 + reach[None, :] ** 2).flatten()
@@ -107,7 +109,7 @@ def _hills(box: Tensor, label: Tensor, window: Tensor, row: Tensor, column: Tens
     return heat.reshape(windows, len(LABELS), grid.rows, grid.columns)
 
 
-def _counted(boxes: Tensor, ignored: Tensor, grid: Grid) -> Tensor:
+def _counted(boxes: Tensor, ignored: Tensor, grid: BevGrid) -> Tensor:
     """0 on and around the ignored boxes: their area is sampled and dilated by one cell."""
     window, which = torch.nonzero(ignored, as_tuple=True)
     box = boxes[window, which]

@@ -13,7 +13,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from stucksolver_perception.lidar.decode import REGRESSED
-from stucksolver_perception.lidar.grid import GRID, Grid
+from stucksolver_perception.lidar.grid import GRID, BevGrid
 from stucksolver_perception.lidar.pillars import FEATURES
 from stucksolver_perception.lidar_labels import LABELS
 
@@ -57,7 +57,7 @@ def _up(before: int, after: int) -> nn.Sequential:
 class PillarNet(nn.Module):
     """Predicts logits (b, labels, rows, columns) and regressed values (b, 10, rows, columns) for b windows."""
 
-    def __init__(self, widths: tuple[int, int, int] = WIDTHS, grid: Grid = GRID) -> None:
+    def __init__(self, widths: tuple[int, int, int] = WIDTHS, grid: BevGrid = GRID) -> None:
         super().__init__()
         a, b, c = widths
         self.widths, self.grid = widths, grid
@@ -98,7 +98,7 @@ class PillarNet(nn.Module):
         return self.heat(seen), self.box(seen)
 
 
-class Shipped(nn.Module):
+class ExportedPillarNet(nn.Module):
     """The network as exported: takes one window, returns the strongest cells."""
 
     def __init__(self, net: PillarNet) -> None:

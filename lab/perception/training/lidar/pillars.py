@@ -5,11 +5,11 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from stucksolver_perception.lidar.grid import EGO_HALF_LENGTH_M, EGO_HALF_WIDTH_M, GRID, Grid
+from stucksolver_perception.lidar.grid import EGO_HALF_LENGTH_M, EGO_HALF_WIDTH_M, GRID, BevGrid
 from stucksolver_perception.lidar.pillars import FAR_M, OLD_S, TALL_M
 
 
-def pillars(points: Tensor, window: Tensor, grid: Grid = GRID) -> tuple[Tensor, Tensor]:
+def pillars(points: Tensor, window: Tensor, grid: BevGrid = GRID) -> tuple[Tensor, Tensor]:
     """Features (m, 8) and pillar indices (m,) of points (n, 5) in several windows.
 
     Pillar indices of window w start at w * `grid.pillars`.

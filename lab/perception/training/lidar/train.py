@@ -19,8 +19,8 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from lab.perception.training.lidar.batches import Store
-from lab.perception.training.lidar.data import EVERY, Windows, load
+from lab.perception.training.lidar.batches import WindowStore
+from lab.perception.training.lidar.data import EVERY, SweepWindows, load
 from lab.perception.training.lidar.evaluate import calibrated, judged, mean_average_precision, predicted, report
 from lab.perception.training.lidar.loss import losses, targets
 from lab.perception.training.lidar.net import WIDTHS, PillarNet
@@ -94,7 +94,7 @@ def train(options: Options) -> list[dict[str, float | str]]:
     torch.backends.cudnn.benchmark = True
     torch.set_float32_matmul_precision("high")
     net = PillarNet(options.widths).to(device, memory_format=torch.channels_last)
-    store = Store(windows, device)
+    store = WindowStore(windows, device)
     if options.start is not None:
         _continue(net, options.start, store)
     _say(f"{sum(one.numel() for one in net.parameters()) / 1e6:.2f} million weights on {device}")
@@ -112,7 +112,7 @@ def train(options: Options) -> list[dict[str, float | str]]:
     }
     _write(card, options.out)
     del store
-    told = judged(found := predicted(averaged, held := Store(held_out, device)), held)
+    told = judged(found := predicted(averaged, held := WindowStore(held_out, device)), held)
     rows = report(told)
     for row in rows:
         _say("  ".join(f"{key} {value}" for key, value in row.items()))
@@ -123,7 +123,7 @@ def train(options: Options) -> list[dict[str, float | str]]:
     return rows
 
 
-def _continue(net: PillarNet, start: Path, store: Store) -> None:
+def _continue(net: PillarNet, start: Path, store: WindowStore) -> None:
     """Give the network the weights of an earlier training."""
     if start.suffix != ".onnx":
         kept = torch.load(start, map_location=store.device, weights_only=True)["weights"]
@@ -135,14 +135,14 @@ def _continue(net: PillarNet, start: Path, store: Store) -> None:
     settle(net, lambda: net(*pillars(batch.points, batch.window), len(some)))
 
 
-def drawn_how_often(windows: Windows) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def drawn_how_often(windows: SweepWindows) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     """(windows,): sampling weights, higher for windows with rare labels."""
     shown = np.array([[(labels == label).any() for label in range(len(LABELS))] for labels in windows.labels])
     rarity = np.sqrt(1.0 / np.maximum(shown.mean(axis=0), 1e-3))
     return np.asarray(np.clip((shown * rarity).max(axis=1), 1.0, RARE_MOST))
 
 
-def _fit(net: PillarNet, store: Store, how_often: Tensor, options: Options) -> tuple[PillarNet, int]:
+def _fit(net: PillarNet, store: WindowStore, how_often: Tensor, options: Options) -> tuple[PillarNet, int]:
     """The network with weights averaged over the steps, and the number of steps."""
     device = store.device
     decayed = [one for one in net.parameters() if one.ndim > 1]

@@ -15,14 +15,14 @@ _ARENA_MAX = -8
 """`M_ARENA_MAX` of glibc's `malloc.h`."""
 
 
-def share_one_store() -> None:
+def use_single_arena() -> None:
     """Let all threads reuse the memory that any of them frees; called before there are threads."""
     mallopt = getattr(_libc(), "mallopt", None)
     if mallopt is not None:
         mallopt(_ARENA_MAX, 1)
 
 
-def hand_back() -> None:
+def release_memory() -> None:
     """Return free pages to the system; takes milliseconds, so call it after work that takes longer."""
     trim = getattr(_libc(), "malloc_trim", None)
     if trim is not None:

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from carlette.errors import MapError, UsageError
+from carlette.errors import MapError, StartupError
 from carlette.opendrive.map_file import available_towns, load_map
 
 MAPS = Path("CarlaUE4/Content/Carla/Maps/OpenDrive")
@@ -39,11 +39,11 @@ def write_carla_root(folder: Path, map_folders: Sequence[Path], version: str) ->
     """
     towns = {name: path for name, path in available_towns(map_folders).items() if _is_map(path)}
     if not towns:
-        raise UsageError("no town was found; name folders with .xodr files in --maps or STUCKSOLVER_MAPS")
+        raise StartupError("no town was found; name folders with .xodr files in --maps or STUCKSOLVER_MAPS")
     try:
         _write(folder, towns, version)
     except OSError as error:
-        raise UsageError(f"cannot write {folder}: {error.strerror}; name a writable folder") from error
+        raise StartupError(f"cannot write {folder}: {error.strerror}; name a writable folder") from error
     return sorted(towns)
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from carlette.client_versions import DEFAULT_VERSION, VERSIONS
-from carlette.errors import UsageError
+from carlette.errors import StartupError
 
 if TYPE_CHECKING:
     from carlette.simulator import Simulator
@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if options.as_carla_root is None:
             _require_packages()
         return _serve(options) if options.as_carla_root is None else _write_root(options)
-    except UsageError as error:
+    except StartupError as error:
         print(f"carlette: error: {error}", file=sys.stderr)
         return EXIT_USAGE
 
@@ -117,13 +117,13 @@ def _version() -> str:
 def _require_python() -> None:
     if not (3, 10) <= sys.version_info[:2] <= (3, 12):
         found = ".".join(map(str, sys.version_info[:2]))
-        raise UsageError(f"Python {found} has no wheel of the 'carla' package; run carlette with Python 3.10-3.12")
+        raise StartupError(f"Python {found} has no wheel of the 'carla' package; run carlette with Python 3.10-3.12")
 
 
 def _require_packages() -> None:
     missing = [name for name in NEEDED if not _is_there(name)]
     if missing:
-        raise UsageError(f"not installed: {', '.join(missing)}; pip install {' '.join(missing)}")
+        raise StartupError(f"not installed: {', '.join(missing)}; pip install {' '.join(missing)}")
 
 
 def _is_there(module: str) -> bool:
@@ -145,10 +145,10 @@ def _write_root(options: argparse.Namespace) -> int:
 
 def _serve(options: argparse.Namespace) -> int:
     # Imported here, so that a missing package is reported in one line and `--help` is fast.
-    from carlette.allocator import share_one_store
+    from carlette.allocator import use_single_arena
     from carlette.server import Server
 
-    share_one_store()
+    use_single_arena()
     simulator = _simulator(options)
     if options.build_scenery:
         simulator.build_scenery()

@@ -5,26 +5,26 @@ class CarletteError(Exception):
     """Base of every error that carlette raises on purpose."""
 
 
-class UsageError(CarletteError):
+class StartupError(CarletteError):
     """The command cannot start. The message is one line that names the cause and the remedy."""
 
 
-class MapError(UsageError):
+class MapError(StartupError):
     """An OpenDRIVE map is missing, unreadable or has no driving lane."""
 
 
-class RequestError(CarletteError):
+class CompletionRequestError(CarletteError):
     """A client's request cannot be carried out; the client raises it as `RuntimeError`."""
 
 
-class SpawnCollision(RequestError):
+class SpawnCollisionError(CompletionRequestError):
     """The spawn point is occupied. CARLA's client code matches this exact text."""
 
     def __init__(self) -> None:
         super().__init__("Spawn failed because of collision at spawn position")
 
 
-class UnknownActor(RequestError):
+class UnknownActorError(CompletionRequestError):
     """A request names an actor that does not exist."""
 
     def __init__(self, actor_id: int, method: str) -> None:

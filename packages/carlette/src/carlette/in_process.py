@@ -11,7 +11,7 @@ import random
 from collections.abc import Sequence
 from pathlib import Path
 
-from carlette.errors import SpawnCollision
+from carlette.errors import SpawnCollisionError
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.opendrive.map_file import find_map, map_folders
 from carlette.opendrive.road_network import RoadNetwork
@@ -24,7 +24,7 @@ __all__ = [
     "Actor",
     "Pose",
     "Rotation",
-    "SpawnCollision",
+    "SpawnCollisionError",
     "Traffic",
     "Vector",
     "World",
@@ -60,6 +60,6 @@ def populate(world: World, cars: int, seed: int = 0, model: str = CAR) -> list[A
             break
         try:
             found.append(spawn(world, model, {}, spot))
-        except SpawnCollision:
+        except SpawnCollisionError:
             continue
     return found

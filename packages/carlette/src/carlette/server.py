@@ -12,15 +12,15 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from carlette.rpc.client_timeouts import overstayed, unnamed
+from carlette.rpc.client_timeouts import timed_out_clients, unnamed_listeners
 from carlette.rpc.connection import RpcConnection
-from carlette.rpc.deferred_replies import HeldAnswers
+from carlette.rpc.deferred_replies import DeferredReplies
 from carlette.rpc.handlers import ALL
-from carlette.rpc.session import Session
+from carlette.rpc.session import ClientSession
 from carlette.simulator import Simulator
 from carlette.sockets import listen_pair, prepared
 from carlette.streaming import Subscriber
-from carlette.watchdog.pacing import ASK_LIMIT_S, PARTING_LIMIT_S, PARTING_REST_S, Pacing
+from carlette.watchdog.pacing import ASK_LIMIT_S, PARTING_LIMIT_S, PARTING_REST_S, SnapshotPacer
 from carlette.watchdog.traffic_manager import TrafficManagerWatchdog
 from carlette.wire.token import WORLD_STREAM
 
@@ -50,8 +50,8 @@ class Server:
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._rpc_socket, selectors.EVENT_READ, self._accept_rpc)
         self._selector.register(self._stream_socket, selectors.EVENT_READ, self._accept_stream)
-        self._sessions: dict[RpcConnection, Session] = {}
-        self._pacing = Pacing()
+        self._sessions: dict[RpcConnection, ClientSession] = {}
+        self._pacing = SnapshotPacer()
         self._rescue = TrafficManagerWatchdog()
         self._cued_by: RpcConnection | None = None
         self._owed: int | None = None
@@ -61,7 +61,7 @@ class Server:
         self._is_pending = False
         """True if the snapshot of a completed tick is still held back."""
         self._next_tick = time.monotonic()
-        self._held = HeldAnswers()
+        self._held = DeferredReplies()
         self._selector.register(self._held.woken, selectors.EVENT_READ, self._on_woken)
         self._spare_file = os.open(os.devnull, os.O_RDONLY)
         self._running = True
@@ -236,7 +236,7 @@ class Server:
         sock = self._accept(self._rpc_socket)
         if sock is not None:
             connection = RpcConnection(sock, self._dispatch)
-            self._sessions[connection] = Session(self.simulator, connection)
+            self._sessions[connection] = ClientSession(self.simulator, connection)
             self._selector.register(sock, selectors.EVENT_READ, self._on_rpc(connection))
 
     def _on_rpc(self, connection: RpcConnection) -> Callable[[int], None]:
@@ -308,10 +308,10 @@ class Server:
         connection.socket.close()
 
     def _send_away_overstayed(self, now: float) -> None:
-        for client, reason in overstayed(list(self._sessions), now):
+        for client, reason in timed_out_clients(list(self._sessions), now):
             log.warning("a client at %s is dropped: %s", client.host, reason)
             self._drop_client(client)
-        for subscriber in unnamed(self.simulator.hub.subscribers, now):
+        for subscriber in unnamed_listeners(self.simulator.hub.subscribers, now):
             self._drop_subscriber(subscriber)
 
     # -- streams

@@ -8,17 +8,17 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
-from carlette.allocator import hand_back
+from carlette.allocator import release_memory
 from carlette.blueprints import load_catalogue
 from carlette.client_versions import ClientVersion
-from carlette.errors import RequestError
+from carlette.errors import CompletionRequestError
 from carlette.opendrive.map_file import MapFile, available_towns, check_opendrive, find_town
 from carlette.opendrive.road_network import RoadNetwork
 from carlette.opendrive.value_limits import check_bounds
-from carlette.recorder import Recorder, Replay, ReplayOptions, default_folder
-from carlette.sensors.sensor_manager import Suite
+from carlette.recorder import LogRecorder, Replay, ReplayOptions, default_folder
+from carlette.sensors.sensor_manager import SensorManager
 from carlette.sensors.workers import build_faces, build_static_scene
-from carlette.streaming import Hub
+from carlette.streaming import StreamHub
 from carlette.wire import encode
 from carlette.wire.snapshot import MAP_CHANGE, sensor_header, world_header
 from carlette.wire.token import WORLD_STREAM, stream_token
@@ -50,20 +50,20 @@ class Simulator:
         self.version = version
         self.folders = folders
         self.seed = seed
-        self.hub = Hub()
+        self.hub = StreamHub()
         self.stream_port = 0
         self.episode_id = 0
         self.uids = {type_id: uid for uid, type_id in enumerate(load_catalogue().definitions, 1)}
         self.traffic_managers: dict[int, str] = {}
         """Port to address, as registered by clients."""
-        self.sensors = Suite(self.hub, self.stream_of, self.actor_wire)
+        self.sensors = SensorManager(self.hub, self.stream_of, self.actor_wire)
         self.sceneries: list[Future[None]] = []
         """What new sensors need of the map; until it is built, the spawn request may stay unanswered."""
         self.parting: Future[None] | None = None
         """Until the listeners of a destroyed sensor have left, the request may stay unanswered."""
         self.recordings = recordings or default_folder()
         """The folder that recordings cannot leave."""
-        self.recorder: Recorder | None = None
+        self.recorder: LogRecorder | None = None
         self.replay: Replay | None = None
         self.replay_options = ReplayOptions()
         self.ticks_wanted = 0
@@ -90,7 +90,7 @@ class Simulator:
             self.world = World(roads, self.seed, self.world.next_id)
             self.sensors.close()
             self.hub.forget_late()
-            hand_back()
+            release_memory()
         self.world.frame = frame
         self.world.settings = settings or EpisodeSettings()
         self.episode_id += 1
@@ -158,7 +158,7 @@ class Simulator:
     def _play(self, replay: Replay) -> None:
         try:
             replay.step(self.world)
-        except (RequestError, ValueError) as error:
+        except (CompletionRequestError, ValueError) as error:
             # There may be no room for an actor of the log in this world. The tick continues without it.
             log.error("the replay ends here: %s", error)
             self.end_replay(keep_actors=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 
-from carlette.errors import UsageError
+from carlette.errors import StartupError
 
 FREE_PORT_TRIES = 50
 
@@ -32,7 +32,7 @@ def listen_pair(host: str, port: int) -> tuple[socket.socket, socket.socket]:
         first = _listen(host, port)
         try:
             return first, _listen(host, port + 1)
-        except UsageError:
+        except StartupError:
             first.close()
             raise
     for _ in range(FREE_PORT_TRIES):
@@ -40,9 +40,9 @@ def listen_pair(host: str, port: int) -> tuple[socket.socket, socket.socket]:
         number = int(first.getsockname()[1])
         try:
             return first, _listen(host, number + 1)
-        except UsageError:
+        except StartupError:
             first.close()
-    raise UsageError(f"no two neighbouring ports are free on {host}; name one with --port")
+    raise StartupError(f"no two neighbouring ports are free on {host}; name one with --port")
 
 
 def _listen(host: str, port: int) -> socket.socket:
@@ -55,6 +55,6 @@ def _listen(host: str, port: int) -> socket.socket:
     except (OSError, OverflowError) as error:
         sock.close()
         reason = getattr(error, "strerror", None) or str(error)
-        raise UsageError(f"cannot listen on {host}:{port}: {reason}; choose another with --port or --host") from None
+        raise StartupError(f"cannot listen on {host}:{port}: {reason}; choose another with --port or --host") from None
     sock.setblocking(False)
     return sock

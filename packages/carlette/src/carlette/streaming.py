@@ -117,7 +117,7 @@ class Subscriber:
             self._unsent[0] = self._unsent[0][sent:]
 
 
-class Hub:
+class StreamHub:
     """All subscribers by stream."""
 
     def __init__(self) -> None:

@@ -9,9 +9,9 @@ pytest.importorskip("carla")
 
 from carlette.camera.rendering.actor_parts import cast
 from carlette.camera.rendering.lighting import light_of
-from carlette.camera.rendering.renderer import Renderer, Shot
+from carlette.camera.rendering.renderer import CapturedScene, Renderer
 from carlette.camera.rendering.scene_capture import static_scene_of
-from carlette.camera.rendering.view import View, matrix_of
+from carlette.camera.rendering.view import CameraView, matrix_of
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.maps import DEMO_TOWN
 from carlette.opendrive.map_file import MapFile, load_map
@@ -41,13 +41,13 @@ class Camera:
 
     def __init__(self, world, x=30.0, y=1.75, z=1.6, pitch=0.0, yaw=0.0, fov=90.0, size=(320, 180)) -> None:
         self.world = world
-        self.view = View(Pose(Vector(x, y, z), Rotation(pitch, yaw, 0.0)), *size, fov)
+        self.view = CameraView(Pose(Vector(x, y, z), Rotation(pitch, yaw, 0.0)), *size, fov)
         self.renderer = Renderer()
 
     @property
-    def shot(self) -> Shot:
+    def shot(self) -> CapturedScene:
         light = light_of(self.world.weather)
-        return Shot(static_scene_of(self.world.roads), cast(self.world, light), light, self.world.frame)
+        return CapturedScene(static_scene_of(self.world.roads), cast(self.world, light), light, self.world.frame)
 
     def rgb(self):
         """(height, width, 3), red, green, blue."""

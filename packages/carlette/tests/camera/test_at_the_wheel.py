@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from carlette.camera.environment.repeater_lights import eyes, is_in_sight, repeaters_of
-from carlette.camera.models.lamps import Lit
+from carlette.camera.models.lamps import VehicleLights
 from carlette.camera.models.traffic_lights import REPEATER_HEAD, heads
 from carlette.camera.rendering.renderer import Renderer
 from carlette.camera.rendering.scene_capture import notice, take
-from carlette.camera.rendering.view import View
+from carlette.camera.rendering.view import CameraView
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.opendrive.map_file import check_opendrive, find_map, map_folders
 from carlette.opendrive.road_network import RoadNetwork
 from carlette.opendrive.signals import LIGHT_TYPE, read_signals
-from carlette.world.actor import Kind
+from carlette.world.actor import ActorKind
 from carlette.world.traffic_lights import Color
 from carlette.world.world import World
 from conftest import Camera
@@ -59,12 +59,14 @@ def test_a_second_post_stands_beside_all_driving_lanes(town) -> None:
 @pytest.mark.parametrize("color", [Color.RED, Color.GREEN])
 def test_the_first_cars_camera_shows_the_colour_of_its_light(town, color: Color) -> None:
     world = World(town)
-    for light in [one for one in world.actors.values() if one.kind is Kind.LIGHT]:
+    for light in [one for one in world.actors.values() if one.kind is ActorKind.LIGHT]:
         pose = world.pose(light)
         signal = next(one for one in lights_of(town) if one.pose.location == pytest.approx(pose.location, abs=0.01))
         for eye in eyes(signal):
             world.signals.set_color(light.index, color)
-            view = View(Pose(pose.apply(Vector(*eye)), Rotation(0.0, pose.rotation.yaw - 90.0, 0.0)), 800, 450, 90.0)
+            view = CameraView(
+                Pose(pose.apply(Vector(*eye)), Rotation(0.0, pose.rotation.yaw - 90.0, 0.0)), 800, 450, 90.0
+            )
             renderer = Renderer()
             seen = renderer.rgb(take(world), view)[..., 2::-1].astype(int)
             codes = renderer.instances(take(world), view).astype(int)
@@ -77,10 +79,12 @@ def test_the_first_cars_camera_shows_the_colour_of_its_light(town, color: Color)
 @pytest.mark.parametrize("x", [0.7, 0.8])
 def test_no_lamp_floats_before_a_front_camera(world, kind: str, x: float) -> None:
     car = add(world, kind, x=40.0)
-    world.fleet.light_state[car.index] = int(Lit.LOW_BEAM | Lit.LEFT_BLINKER | Lit.RIGHT_BLINKER)
+    world.fleet.light_state[car.index] = int(
+        VehicleLights.LOW_BEAM | VehicleLights.LEFT_BLINKER | VehicleLights.RIGHT_BLINKER
+    )
     pose = world.pose(car).compose(Pose(Vector(x, 0.0, 1.6)))
     shot = notice(world).from_inside(world, car, pose.location).shot()
-    picture = Renderer().rgb(shot, View(pose, 800, 450, 90.0))
+    picture = Renderer().rgb(shot, CameraView(pose, 800, 450, 90.0))
     bare = Camera(world, x=pose.location.x, y=pose.location.y, z=pose.location.z, size=(800, 450))
     world.remove(car.id)
     assert np.abs(picture[..., 2::-1].astype(int) - bare.rgb())[:440].max() == 0
@@ -94,9 +98,15 @@ def test_from_within_a_body_only_the_light_that_it_throws_is_seen(world) -> None
 
 @pytest.mark.parametrize(
     ("flag", "behind", "color"),
-    [(Lit.BRAKE, True, (255, 26, 16)), (Lit.LEFT_BLINKER, True, (255, 158, 0)), (Lit.LOW_BEAM, False, (255, 252, 236))],
+    [
+        (VehicleLights.BRAKE, True, (255, 26, 16)),
+        (VehicleLights.LEFT_BLINKER, True, (255, 158, 0)),
+        (VehicleLights.LOW_BEAM, False, (255, 252, 236)),
+    ],
 )
-def test_a_motorcycle_shows_its_light_state(world, flag: Lit, behind: bool, color: tuple[int, int, int]) -> None:
+def test_a_motorcycle_shows_its_light_state(
+    world, flag: VehicleLights, behind: bool, color: tuple[int, int, int]
+) -> None:
     bike = add(world, "vehicle.yamaha.yzf", x=34.0, yaw=0.0 if behind else 180.0)
     camera = Camera(world, size=(640, 360))
 

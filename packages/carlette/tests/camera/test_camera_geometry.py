@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from carlette.camera.rendering import tags
 from carlette.camera.rendering.renderer import Renderer
-from carlette.camera.rendering.view import View, axes_of
+from carlette.camera.rendering.view import CameraView, axes_of
 from carlette.geometry import Pose, Rotation, Vector, rotate
 from carlette.world.rays import cast as cast_ray
 from conftest import Camera
@@ -37,7 +37,7 @@ def assert_in_its_box(camera: Camera, actor, least: float = 0.7, span_px: float 
 def test_a_car_fills_its_projected_box_and_no_more(world, ahead, yaw, turn, pitch, roll) -> None:
     car = add(world, x=30.0 + ahead, yaw=yaw)
     camera = Camera(world)
-    camera.view = View(Pose(Vector(30.0, 1.75, 1.6), Rotation(pitch, turn, roll)), 640, 360, 100.0)
+    camera.view = CameraView(Pose(Vector(30.0, 1.75, 1.6), Rotation(pitch, turn, roll)), 640, 360, 100.0)
     try:
         assert_in_its_box(camera, car, 0.65)
     finally:
@@ -148,8 +148,8 @@ def test_the_same_painter_serves_any_sequence_of_sizes(world) -> None:
     renderer, camera = Renderer(), Camera(world)
     first = renderer.rgb(camera.shot, camera.view)
     for size in ((1600, 900), (10, 10), (800, 450)):
-        renderer.rgb(camera.shot, View(camera.view.pose, *size, 90.0))
-        renderer.depth(camera.shot, View(camera.view.pose, *size, 90.0))
+        renderer.rgb(camera.shot, CameraView(camera.view.pose, *size, 90.0))
+        renderer.depth(camera.shot, CameraView(camera.view.pose, *size, 90.0))
     assert (renderer.rgb(camera.shot, camera.view) == first).all()
 
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from carlette.blueprints import AttributeType
-from carlette.camera.models.lamps import Lit
+from carlette.camera.models.lamps import VehicleLights
 from carlette.camera.models.vehicle_body import frame_of
-from carlette.camera.rendering.view import View
+from carlette.camera.rendering.view import CameraView
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.physics.doors import STOP_ARM
-from carlette.world.actor import Kind
+from carlette.world.actor import ActorKind
 from carlette.world.settings import CLEAR_NOON
 from carlette.world.spawn import spawn
 from carlette.world.traffic_lights import Color
@@ -45,12 +45,12 @@ def test_a_car_has_the_colour_of_its_attribute(world, color, channel) -> None:
 @pytest.mark.parametrize(
     ("flag", "end", "side", "color"),
     (
-        (Lit.BRAKE, "rear", -1.0, (255, 26, 16)),
-        (Lit.LEFT_BLINKER, "rear", -1.0, (255, 158, 0)),
-        (Lit.RIGHT_BLINKER, "rear", 1.0, (255, 158, 0)),
-        (Lit.REVERSE, "rear", 1.0, (255, 252, 236)),
-        (Lit.LOW_BEAM, "front", 1.0, (255, 252, 236)),
-        (Lit.RIGHT_BLINKER, "front", 1.0, (255, 158, 0)),
+        (VehicleLights.BRAKE, "rear", -1.0, (255, 26, 16)),
+        (VehicleLights.LEFT_BLINKER, "rear", -1.0, (255, 158, 0)),
+        (VehicleLights.RIGHT_BLINKER, "rear", 1.0, (255, 158, 0)),
+        (VehicleLights.REVERSE, "rear", 1.0, (255, 252, 236)),
+        (VehicleLights.LOW_BEAM, "front", 1.0, (255, 252, 236)),
+        (VehicleLights.RIGHT_BLINKER, "front", 1.0, (255, 158, 0)),
     ),
 )
 def test_a_lamp_is_lit_at_its_place_in_its_colour(world, flag, end, side, color) -> None:
@@ -67,13 +67,13 @@ def test_a_lamp_is_lit_at_its_place_in_its_colour(world, flag, end, side, color)
     assert lit(place) == 0
     world.fleet.light_state[car.index] = int(flag)
     assert lit(place) >= 6
-    if flag in (Lit.LEFT_BLINKER, Lit.RIGHT_BLINKER):
+    if flag in (VehicleLights.LEFT_BLINKER, VehicleLights.RIGHT_BLINKER):
         assert lit(other) == 0
 
 
 def test_indicators_blink_with_the_worlds_time(world) -> None:
     car = add(world, CAR, x=38.0)
-    world.fleet.light_state[car.index] = int(Lit.LEFT_BLINKER)
+    world.fleet.light_state[car.index] = int(VehicleLights.LEFT_BLINKER)
     camera, seen = Camera(world, size=(160, 90)), set()
     for _ in range(20):
         world.tick()
@@ -114,14 +114,14 @@ def self_red(part: np.ndarray) -> int:
 )
 def test_a_traffic_light_shows_its_state_to_the_lane_it_governs(town, color, shown) -> None:
     world = World(town)
-    light = next(one for one in world.actors.values() if one.kind is Kind.LIGHT)
+    light = next(one for one in world.actors.values() if one.kind is ActorKind.LIGHT)
     world.signals.set_color(light.index, color)
     pose = world.pose(light)
     camera = Camera(world, size=(640, 360))
     for back_m, is_seen in ((9.0, True), (-14.0, False)):
         stop = pose.apply(Vector(light.box.center.x, light.box.center.y + back_m, 2.0))
         yaw = pose.rotation.yaw - 90.0 + (0.0 if is_seen else 180.0)
-        camera.view = View(Pose(stop, Rotation(8.0, yaw, 0.0)), 640, 360, 90.0)
+        camera.view = CameraView(Pose(stop, Rotation(8.0, yaw, 0.0)), 640, 360, 90.0)
         own = camera.ids() == light.id
         assert own.any()
         lamps = {one: near(camera.rgb()[own], lit) for one, lit in LAMPS.items()}

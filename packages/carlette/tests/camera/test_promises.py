@@ -15,7 +15,7 @@ from carlette.camera.environment.scenery import scenery
 from carlette.camera.environment.static_scene import build_static_scene
 from carlette.camera.rendering.renderer import Renderer
 from carlette.camera.rendering.scene_capture import encode_depth, notice, take
-from carlette.camera.rendering.view import View
+from carlette.camera.rendering.view import CameraView
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.opendrive.map_file import check_opendrive
 from carlette.world.settings import CLEAR_NOON
@@ -87,7 +87,7 @@ def test_a_camera_inside_its_car_does_not_see_that(world) -> None:
     car = add(world, x=40.0)
     for height, is_seen in ((1.0, False), (1.8, True)):
         eye = Vector(39.5, 1.75, height)
-        view = View(Pose(eye, Rotation(-30.0, 0.0, 0.0)), 160, 90, 90.0)
+        view = CameraView(Pose(eye, Rotation(-30.0, 0.0, 0.0)), 160, 90, 90.0)
         shot = notice(world).from_inside(world, car, eye).shot()
         seen = Renderer().instances(shot, view)[..., 1]
         assert (seen == car.id).any() == is_seen
@@ -108,7 +108,7 @@ def test_a_crowd_of_cameras_leaves_the_world_alone(town) -> None:
     for _ in range(5):
         one.tick()
         other.tick()
-        Renderer().rgb(take(one), View(Pose(Vector(40.0, 0.0, 3.0)), 64, 36, 90.0))
+        Renderer().rgb(take(one), CameraView(Pose(Vector(40.0, 0.0, 3.0)), 64, 36, 90.0))
     assert one.bodies.record.tobytes() == other.bodies.record.tobytes()
 
 
@@ -125,7 +125,7 @@ def test_memory_is_flat_over_a_thousand_frames(world) -> None:
             world.weather = (number % 100, *CLEAR_NOON[1:5], 45.0 - number % 7, *CLEAR_NOON[6:])
         world.tick()
         size = ((64, 36), (96, 54), (48, 48))[number % 3]
-        view = View(Pose(Vector(50.0 + number % 40, -1.75, 2.0), Rotation(0.0, number, 0.0)), *size, 90.0)
+        view = CameraView(Pose(Vector(50.0 + number % 40, -1.75, 2.0), Rotation(0.0, number, 0.0)), *size, 90.0)
         shot = take(world)
         renderer.rgb(shot, view)
         if number % 5 == 0:

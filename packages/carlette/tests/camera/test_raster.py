@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from carlette.camera.rendering.raster import Raster
-from carlette.camera.rendering.view import View
+from carlette.camera.rendering.view import CameraView
 from carlette.geometry import Pose
 
 GREY, RED, BLUE = 0xFF808080, 0xFFFF0000, 0xFF0000FF
 
 
-def view(width=64, height=48) -> View:
-    return View(Pose(), width, height, 90.0)
+def view(width=64, height=48) -> CameraView:
+    return CameraView(Pose(), width, height, 90.0)
 
 
 def quads(corners, *shades) -> tuple:

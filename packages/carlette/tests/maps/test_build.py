@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from carlette.maps.build import End, Node, Plan, PlanError, Street, map_xml
+from carlette.maps.build import End, JunctionNode, Plan, PlanError, PlannedStreet, map_xml
 from carlette.maps.build.sections import AVENUE, BIKE_STREET, PARKING_STREET, RURAL
 
 carla = pytest.importorskip("carla")
@@ -18,12 +18,12 @@ DOCUMENT = Path(__file__).resolve().parents[4] / "docs" / "maps.md"
 def crossing(control="none", section=BIKE_STREET):
     """Four arms of 100 m round a node at the origin, each ending at a node of its own."""
     places = {0: (120, 0), 90: (0, 120), 180: (-120, 0), 270: (0, -120)}
-    outer = [Node(f"end {angle}", *place) for angle, place in places.items()]
+    outer = [JunctionNode(f"end {angle}", *place) for angle, place in places.items()]
     streets = [
-        Street("arm", End("middle", angle, control), End(f"end {angle}", angle + 180, reach_m=1.0), section)
+        PlannedStreet("arm", End("middle", angle, control), End(f"end {angle}", angle + 180, reach_m=1.0), section)
         for angle in (0, 90, 180, 270)
     ]
-    return Plan("crossing", [Node("middle", 0.0, 0.0), *outer], streets)
+    return Plan("crossing", [JunctionNode("middle", 0.0, 0.0), *outer], streets)
 
 
 def test_the_example_of_the_documentation_is_a_map():
@@ -41,8 +41,8 @@ def test_a_crossing_has_a_way_for_each_lane_of_each_movement(section, ways):
 
 
 def test_streets_meet_nodes_at_their_heights_and_are_level_there():
-    nodes = [Node("low", 0.0, 0.0, 1.0), Node("high", 300.0, 0.0, 9.0)]
-    road = Street("up", End("low", 0.0), End("high", 180.0), RURAL, heights=((0.5, 12.0),))
+    nodes = [JunctionNode("low", 0.0, 0.0, 1.0), JunctionNode("high", 300.0, 0.0, 9.0)]
+    road = PlannedStreet("up", End("low", 0.0), End("high", 180.0), RURAL, heights=((0.5, 12.0),))
     built = carla.Map("hill", map_xml(Plan("hill", nodes, [road])))
     places = [built.get_waypoint_xodr(1, -1, s).transform for s in (0.01, 131.0, 261.99)]
     assert [place.location.z for place in places] == pytest.approx([1.0, 12.0, 9.0], abs=0.01)
@@ -50,9 +50,9 @@ def test_streets_meet_nodes_at_their_heights_and_are_level_there():
 
 
 def test_plans_that_do_not_hold_together_are_refused():
-    node, end = Node("A", 0.0, 0.0), End("A", 0.0)
+    node, end = JunctionNode("A", 0.0, 0.0), End("A", 0.0)
     with pytest.raises(PlanError, match="'Lost Lane' ends at 'B', which is not a node"):
-        Plan("lost", [node], [Street("Lost Lane", end, End("B", 180.0), RURAL)])
+        Plan("lost", [node], [PlannedStreet("Lost Lane", end, End("B", 180.0), RURAL)])
     with pytest.raises(PlanError, match="two nodes called 'A'"):
         Plan("twins", [node, node], [])
 

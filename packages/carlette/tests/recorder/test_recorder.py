@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from carlette.blueprints import AttributeType
-from carlette.errors import RequestError
+from carlette.errors import CompletionRequestError
 from carlette.geometry import Pose, Vector
-from carlette.recorder import Recorder, Replay, ReplayOptions, read_tape, report
+from carlette.recorder import LogRecorder, Replay, ReplayOptions, read_tape, report
 from carlette.recorder.log_file import MAGIC
 from carlette.world.spawn import spawn
 from carlette.world.traffic_lights import Color
@@ -28,7 +28,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[tuple
     hero = {"role_name": (AttributeType.STRING, "hero")}
     car, other = spawn(world, "vehicle.tesla.model3", hero, Pose(Vector(50.0, 1.75))), add(world, x=62.0)
     walker = add(world, "walker.pedestrian.0001", x=80.0, z=1.0)
-    recorder = Recorder(tmp_path_factory.mktemp("logs") / "run.log", world)
+    recorder = LogRecorder(tmp_path_factory.mktemp("logs") / "run.log", world)
     launch(world, car, 12.0)
     ways = []
     for tick in range(TICKS):
@@ -109,7 +109,7 @@ def test_lights_show_what_they_showed(tmp_path: Path, town01: Path) -> None:
     roads = RoadNetwork(load_map(town01))
     world, again = World(roads), World(roads)
     light = next(one for one in world.actors.values() if one.type_id == "traffic.traffic_light")
-    recorder = Recorder(tmp_path / "lights.log", world)
+    recorder = LogRecorder(tmp_path / "lights.log", world)
     world.signals.set_color(light.index, Color.OFF)
     world.tick()
     recorder.note(world)
@@ -137,7 +137,7 @@ def test_a_full_disk_ends_the_recording_with_one_line_and_nothing_else(
 ) -> None:
     world = straight_world()
     add(world)
-    recorder = Recorder(tmp_path / "full.log", world)
+    recorder = LogRecorder(tmp_path / "full.log", world)
     recorder._file = Path("/dev/full").open("wb")  # noqa: SIM115
     with caplog.at_level(logging.ERROR):
         for _ in range(3):
@@ -168,7 +168,7 @@ def test_a_file_that_is_no_log_is_named_with_its_problem(tmp_path: Path, content
     path = tmp_path / "other.log"
     if content is not None:
         path.write_bytes(content)
-    with pytest.raises(RequestError, match=rf"other\.log.*{problem}"):
+    with pytest.raises(CompletionRequestError, match=rf"other\.log.*{problem}"):
         read_tape(path)
 
 
@@ -176,15 +176,15 @@ def test_a_file_that_is_no_log_is_named_with_its_problem(tmp_path: Path, content
 def test_a_file_of_somebody_else_is_never_overwritten(tmp_path: Path, text: str) -> None:
     theirs = tmp_path / "thesis.tex"
     theirs.write_text(text)
-    with pytest.raises(RequestError, match=r"thesis\.tex' exists and is not a carlette log"):
-        Recorder(theirs, straight_world())
+    with pytest.raises(CompletionRequestError, match=r"thesis\.tex' exists and is not a carlette log"):
+        LogRecorder(theirs, straight_world())
     assert theirs.read_text() == text
 
 
 def test_a_folder_that_does_not_exist_and_a_log_of_another_map_are_refused(recorded, tmp_path: Path) -> None:
-    with pytest.raises(RequestError, match="cannot record to"):
-        Recorder(tmp_path / "no" / "folder.log", straight_world())
+    with pytest.raises(CompletionRequestError, match="cannot record to"):
+        LogRecorder(tmp_path / "no" / "folder.log", straight_world())
     tape = read_tape(recorded[0])
     tape.map_name = "Town99"
-    with pytest.raises(RequestError, match=r"of map Town99, but straight is loaded; call load_world"):
+    with pytest.raises(CompletionRequestError, match=r"of map Town99, but straight is loaded; call load_world"):
         Replay(tape, straight_world())

@@ -13,8 +13,8 @@ from carlette.blueprints import AttributeType
 from carlette.geometry import Pose
 from carlette.opendrive.map_file import MapFile
 from carlette.opendrive.road_network import RoadNetwork
-from carlette.sensors import Moment, Scene, Sensor, make_sensor
-from carlette.sensors.sensor_scene import Cast
+from carlette.sensors import Sensor, SensorScene, SensorTick, make_sensor
+from carlette.sensors.sensor_scene import ActorSurfaces
 from carlette.world.actor import Actor
 from carlette.world.spawn import spawn
 from carlette.world.world import World
@@ -41,12 +41,12 @@ class Mounted:
     world: World
     sensor: Sensor
     actor: Actor
-    cast: Cast
+    cast: ActorSurfaces
 
     @property
-    def moment(self) -> Moment:
+    def moment(self) -> SensorTick:
         pose = self.world.pose(self.actor)
-        return Moment(Scene(self.world, self.cast), self.actor, pose, lambda one: [one.id, one.type_id])
+        return SensorTick(SensorScene(self.world, self.cast), self.actor, pose, lambda one: [one.id, one.type_id])
 
     def bodies(self) -> list[bytes]:
         """The messages of this tick, each in one piece."""
@@ -61,7 +61,7 @@ def mount(world: World, type_id: str, pose: Pose | None = None, parent: int = 0,
     """A sensor with some attributes of its own."""
     typed = {name: (AttributeType.STRING, str(value)) for name, value in attributes.items()}
     sensor = make_sensor(type_id, typed)
-    return Mounted(world, sensor, spawn(world, type_id, typed, pose or Pose(), parent), Cast())
+    return Mounted(world, sensor, spawn(world, type_id, typed, pose or Pose(), parent), ActorSurfaces())
 
 
 def lidar_points(body: bytes, width: int = 4) -> tuple[float, np.ndarray, np.ndarray]:

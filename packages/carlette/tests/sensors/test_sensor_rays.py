@@ -11,7 +11,7 @@ from carlette.geometry import Pose, Rotation, Vector
 from carlette.opendrive.map_file import find_map, map_folders
 from carlette.opendrive.road_network import RoadNetwork
 from carlette.sensors.rotations import axes, many_axes, turn_between
-from carlette.sensors.sensor_scene import Scene
+from carlette.sensors.sensor_scene import SensorScene
 from carlette.sensors.warm_up import warm_up
 from carlette.world.spawn import spawn
 from carlette.world.world import World
@@ -22,7 +22,7 @@ TANGENTS = np.tan(np.radians(np.arange(-60.0, 31.0, 6.0)))[None, :]
 
 
 @pytest.fixture(scope="module")
-def scene() -> Scene:
+def scene() -> SensorScene:
     """A street with a car that has a door open, a bus, a cyclist, people and cones."""
     warm_up()
     world = World(RoadNetwork(find_map("demo_town", map_folders([]))))
@@ -36,10 +36,10 @@ def scene() -> Scene:
             world.doors.move(actor.row, actor.box, 0, True)
     for _ in range(40):
         world.tick()
-    return Scene(world)
+    return SensorScene(world)
 
 
-def exact(scene: Scene, pose: Pose, ways: np.ndarray) -> np.ndarray:
+def exact(scene: SensorScene, pose: Pose, ways: np.ndarray) -> np.ndarray:
     """Distances (n,) of rays with directions `ways` (n, 3), world frame; infinity where nothing is met."""
     faces, cast = scene.static, scene.cast
     body = cast.body_of
@@ -81,7 +81,7 @@ def exact(scene: Scene, pose: Pose, ways: np.ndarray) -> np.ndarray:
     roll=st.floats(-180.0, 180.0),
 )
 def test_every_range_is_that_of_an_exact_caster_however_the_sensor_is_tilted(
-    scene: Scene, x: float, y: float, z: float, pitch: float, yaw: float, roll: float
+    scene: SensorScene, x: float, y: float, z: float, pitch: float, yaw: float, roll: float
 ) -> None:
     spot = scene.world.roads.spawn_points()[3]
     pose = Pose(spot.apply(Vector(x, y, z)), Rotation(pitch, yaw, roll))
@@ -115,7 +115,7 @@ def test_a_change_of_attitude_is_read_as_the_rotation_that_made_it(rate: float, 
 
 
 @pytest.mark.integration
-def test_rays_see_the_road_the_sidewalk_and_what_stands_beside_it(scene: Scene) -> None:
+def test_rays_see_the_road_the_sidewalk_and_what_stands_beside_it(scene: SensorScene) -> None:
     spot = scene.world.roads.spawn_points()[3]
     pose = Pose(spot.apply(Vector(z=2.0)), spot.rotation)
     sweep = scene.sweep(pose, AZIMUTHS, TANGENTS, 60.0)

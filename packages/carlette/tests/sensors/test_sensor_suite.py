@@ -12,15 +12,15 @@ from mounting import street
 from carlette.blueprints import AttributeType, load_catalogue
 from carlette.blueprints.sensor_definitions import IN_THE_CLIENT
 from carlette.geometry import Pose
-from carlette.sensors import ALL, Body, Moment, Sensor
-from carlette.sensors.sensor_manager import Suite
-from carlette.streaming import MAX_BACKLOG_BYTES, MOST_KEPT, MOST_LATE, Hub, Subscriber
+from carlette.sensors import ALL, Body, Sensor, SensorTick
+from carlette.sensors.sensor_manager import SensorManager
+from carlette.streaming import MAX_BACKLOG_BYTES, MOST_KEPT, MOST_LATE, StreamHub, Subscriber
 from carlette.wire.snapshot import sensor_header
 from carlette.world.spawn import spawn
 from straight import add
 
 
-class Told(Hub):
+class Told(StreamHub):
     """Everybody listens; keeps what is sent."""
 
     def __init__(self) -> None:
@@ -41,11 +41,11 @@ def hub() -> Told:
 
 
 @pytest.fixture
-def suite(hub: Told) -> Suite:
-    return Suite(hub, lambda actor: actor.stream_id, lambda actor: [actor.id])
+def suite(hub: Told) -> SensorManager:
+    return SensorManager(hub, lambda actor: actor.stream_id, lambda actor: [actor.id])
 
 
-def tick(world, suite: Suite, count: int = 1) -> None:
+def tick(world, suite: SensorManager, count: int = 1) -> None:
     for _ in range(count):
         world.tick()
         suite.measure(world)
@@ -57,7 +57,7 @@ def test_every_sensor_of_the_library_has_its_class() -> None:
     assert offered - set(IN_THE_CLIENT) == set(ALL)
 
 
-def test_a_sensor_measures_from_the_tick_after_its_spawn_until_it_goes(hub: Told, suite: Suite) -> None:
+def test_a_sensor_measures_from_the_tick_after_its_spawn_until_it_goes(hub: Told, suite: SensorManager) -> None:
     world = street()
     tick(world, suite)
     car = add(world)
@@ -69,7 +69,7 @@ def test_a_sensor_measures_from_the_tick_after_its_spawn_until_it_goes(hub: Told
     assert len(hub.sent) == 2
 
 
-def test_the_stamp_is_the_ticks_frame_time_and_the_sensors_place(hub: Told, suite: Suite) -> None:
+def test_the_stamp_is_the_ticks_frame_time_and_the_sensors_place(hub: Told, suite: SensorManager) -> None:
     world = street()
     gnss = spawn(world, "sensor.other.gnss", {}, Pose(), add(world).id)
     tick(world, suite)
@@ -77,7 +77,7 @@ def test_the_stamp_is_the_ticks_frame_time_and_the_sensors_place(hub: Told, suit
     assert hub.sent[0][1][:48] == sensor_header(4, world.frame, world.elapsed_s, (*place, *turn))
 
 
-def test_what_happens_between_tick_and_sending_does_not_change_a_measurement(hub: Told, suite: Suite) -> None:
+def test_what_happens_between_tick_and_sending_does_not_change_a_measurement(hub: Told, suite: SensorManager) -> None:
     world = street()
     gnss = spawn(world, "sensor.other.gnss", {}, Pose())
     world.tick()
@@ -89,14 +89,14 @@ def test_what_happens_between_tick_and_sending_does_not_change_a_measurement(hub
 
 
 @pytest.mark.parametrize(("period", "expected"), [("0.0", 12), ("0.05", 12), ("0.1", 6), ("0.12", 5), ("1", 1)])
-def test_periods_are_kept_on_average(hub: Told, suite: Suite, period: str, expected: int) -> None:
+def test_periods_are_kept_on_average(hub: Told, suite: SensorManager, period: str, expected: int) -> None:
     world = street()
     spawn(world, "sensor.other.gnss", {"sensor_tick": (AttributeType.FLOAT, period)}, Pose())
     tick(world, suite, 12)
     assert len(hub.sent) == expected
 
 
-def test_nobody_listens_and_nothing_is_measured(hub: Told, suite: Suite) -> None:
+def test_nobody_listens_and_nothing_is_measured(hub: Told, suite: SensorManager) -> None:
     world = street()
     gnss = spawn(world, "sensor.other.gnss", {}, Pose())
     hub.hears = False
@@ -108,12 +108,12 @@ def test_nobody_listens_and_nothing_is_measured(hub: Told, suite: Suite) -> None
 
 
 def test_a_sensor_that_breaks_is_logged_once_and_the_others_go_on(
-    hub: Told, suite: Suite, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    hub: Told, suite: SensorManager, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     class Broken(Sensor):
         wire_type = 5
 
-        def measure(self, moment: Moment) -> Iterator[Body]:
+        def measure(self, moment: SensorTick) -> Iterator[Body]:
             raise ZeroDivisionError("on purpose")
 
     monkeypatch.setitem(ALL, "sensor.other.imu", Broken)
@@ -126,7 +126,7 @@ def test_a_sensor_that_breaks_is_logged_once_and_the_others_go_on(
     assert [one.getMessage().count("sensor.other.imu") for one in caplog.records] == [1]
 
 
-def test_a_new_world_ends_the_sensors_of_the_old_one(hub: Told, suite: Suite) -> None:
+def test_a_new_world_ends_the_sensors_of_the_old_one(hub: Told, suite: SensorManager) -> None:
     old, new = street(), street()
     spawn(old, "sensor.other.gnss", {}, Pose())
     tick(old, suite)
@@ -137,7 +137,7 @@ def test_a_new_world_ends_the_sensors_of_the_old_one(hub: Told, suite: Suite) ->
 def test_a_message_arrives_whole_in_parts_that_were_not_joined() -> None:
     near, far = socket.socketpair()
     near.setblocking(False)
-    hub, reader = Hub(), Subscriber(near)
+    hub, reader = StreamHub(), Subscriber(near)
     reader.stream_id = 5
     hub.subscribers.add(reader)
     hub.publish(5, b"head", b"", memoryview(bytes(3_000_000)))
@@ -167,7 +167,7 @@ def test_a_reader_that_never_reads_holds_the_world_once_and_then_counts_as_laggi
 
 
 def test_what_is_kept_for_readers_that_do_not_come_is_bounded() -> None:
-    hub = Hub()
+    hub = StreamHub()
     for stream_id in range(10, 10 + 2 * MOST_LATE):
         hub.expect(stream_id)
     hub.wait_no_longer()

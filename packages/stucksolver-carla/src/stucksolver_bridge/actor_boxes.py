@@ -12,7 +12,7 @@ UNKNOWN_SIZE_M = 0.3
 """Half size of an object whose size the client does not know: unknown must not mean harmless."""
 
 
-class Body(NamedTuple):
+class BridgeActorBox(NamedTuple):
     """An actor's box: half sizes and the box's place in the actor's frame (metres, radians)."""
 
     actor: Any
@@ -23,10 +23,10 @@ class Body(NamedTuple):
     yaw_rad: float
 
 
-class Placed(NamedTuple):
+class PlacedBox(NamedTuple):
     """A body at this tick. The position is its box's centre in CARLA's world."""
 
-    body: Body
+    body: BridgeActorBox
     x: float
     y: float
     z: float
@@ -35,16 +35,16 @@ class Placed(NamedTuple):
     vy: float
 
 
-class Bodies:
+class ActorBoxes:
     """All bodies in the world except one vehicle and what is attached to it."""
 
     def __init__(self, world: Any, ego_id: int) -> None:
         self._world = world
         self._ego_id = ego_id
-        self._known: dict[int, Body | None] = {}
+        self._known: dict[int, BridgeActorBox | None] = {}
         self._ids: frozenset[int] = frozenset()
 
-    def refresh(self, snapshot: Any) -> dict[int, Body]:
+    def refresh(self, snapshot: Any) -> dict[int, BridgeActorBox]:
         """Return the bodies of a snapshot, by id."""
         ids = frozenset(actor.id for actor in snapshot)
         if ids != self._ids:
@@ -57,7 +57,7 @@ class Bodies:
             self._ids = ids - (frozenset(new) - listed.keys())
         return {i: body for i, body in self._known.items() if body is not None}
 
-    def near(self, x: float, y: float, range_m: float) -> list[Placed]:
+    def near(self, x: float, y: float, range_m: float) -> list[PlacedBox]:
         """Return the bodies within a square around a place."""
         snapshot = self._world.get_snapshot()
         found = []
@@ -70,7 +70,7 @@ class Bodies:
                 found.append(place)
         return found
 
-    def _measured(self, actor: Any) -> Body | None:
+    def _measured(self, actor: Any) -> BridgeActorBox | None:
         if actor.id == self._ego_id or actor.type_id.startswith(BODILESS):
             return None
         if actor.parent is not None and actor.parent.id == self._ego_id:
@@ -78,7 +78,7 @@ class Bodies:
         return measured(actor)
 
 
-def measured(actor: Any) -> Body:
+def measured(actor: Any) -> BridgeActorBox:
     """Return the box of a `carla.Actor`. Old clients know only the boxes of vehicles and walkers."""
     box = getattr(actor, "bounding_box", None)
     size = [UNKNOWN_SIZE_M] * 3
@@ -91,16 +91,16 @@ def measured(actor: Any) -> Body:
             place = (float(box.location.x), float(box.location.y), float(box.location.z))
             offset = place if all(map(math.isfinite, place)) else (0.0, 0.0, size[2])
             yaw = math.radians(box.rotation.yaw)
-    return Body(actor, size[0], size[1], size[2], offset, yaw)
+    return BridgeActorBox(actor, size[0], size[1], size[2], offset, yaw)
 
 
-def placed(body: Body, actor: Any) -> Placed:
+def placed(body: BridgeActorBox, actor: Any) -> PlacedBox:
     """Return a body at the position of the snapshot's actor."""
     transform, velocity = actor.get_transform(), actor.get_velocity()
     yaw = math.radians(transform.rotation.yaw)
     cos, sin = math.cos(yaw), math.sin(yaw)
     dx, dy, dz = body.offset
-    return Placed(
+    return PlacedBox(
         body,
         transform.location.x + dx * cos - dy * sin,
         transform.location.y + dx * sin + dy * cos,

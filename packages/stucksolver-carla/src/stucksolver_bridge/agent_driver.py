@@ -10,12 +10,12 @@ from __future__ import annotations
 import math
 from typing import Any, Callable, Collection, Iterable, NamedTuple, Sequence
 
-from stucksolver_bridge.actor_boxes import Bodies
-from stucksolver_bridge.agent_plan import PlanKeeper, check_agent, plan_of, replace_plan
+from stucksolver_bridge.actor_boxes import ActorBoxes
+from stucksolver_bridge.agent_plan import PlanExtender, check_agent, plan_of, replace_plan
 from stucksolver_bridge.braking import STAND_BRAKE, STANDING_MPS, Braking
 from stucksolver_bridge.clearance import free_way_m
-from stucksolver_bridge.obstacle_exposure import ShownWorld, props_around
-from stucksolver_bridge.path_line import Line
+from stucksolver_bridge.obstacle_exposure import ObstacleExposingWorld, props_around
+from stucksolver_bridge.path_line import PathLine
 
 LOOK_AHEAD_M, LOOK_AHEAD_S = 2.8, 0.45
 """The controllers steer towards a point this far ahead of the vehicle's centre."""
@@ -31,7 +31,7 @@ WHEEL_BASE_M, WHEEL_LOCK_RAD = 2.9, 1.22
 """Values of most cars in CARLA (70 degrees of lock). For a car with other values, backing up corrects itself."""
 
 
-class RoutePoint(NamedTuple):
+class AgentRoutePoint(NamedTuple):
     """A `carla.Waypoint` of the route and the manoeuvre there (`lane_follow`, `left`, `change_left`, ...)."""
 
     waypoint: Any
@@ -54,7 +54,7 @@ class AgentDriver:
         agent: The BehaviorAgent.
         carla: The `carla` module.
         obstacles: If True, the agent sees the stationary objects of the client's ground truth. If False, it sees only
-            what it looks for by itself. A function returns the perceived obstacles (see `ShownWorld`).
+            what it looks for by itself. A function returns the perceived obstacles (see `ObstacleExposingWorld`).
         keeps_going: If True, the vehicle continues along the lane beyond the end of its plan, until the caller ends the
             drive. An evaluator does so some metres before or after that point. If False, the vehicle stops there.
 
@@ -77,29 +77,29 @@ class AgentDriver:
         if obstacles:
             source = obstacles if callable(obstacles) else props_around(self._world, self.vehicle)
             self._show(source)
-        self._bodies = Bodies(self._world, self.vehicle.id)
+        self._bodies = ActorBoxes(self._world, self.vehicle.id)
         box = self.vehicle.bounding_box.extent
         self._half_size = (float(box.x), float(box.y))
         self._left: list[tuple[Any, Any]] = []
-        self._line: Line | None = None
+        self._line: PathLine | None = None
         self._s = 0.0
         self._reverse = False
         self._ignore: frozenset[int] = frozenset()
         self._holding: Braking | None = None
-        self._route: list[RoutePoint] = []
-        keeper = PlanKeeper(self._planner, self.vehicle, self._map, self._lane_follow)
+        self._route: list[AgentRoutePoint] = []
+        keeper = PlanExtender(self._planner, self.vehicle, self._map, self._lane_follow)
         self._keeper = keeper if keeps_going else None
         self.note_plan()
 
     def _show(self, source: Callable[[], Iterable[Any]]) -> None:
-        if not isinstance(self.agent._world, ShownWorld):
-            self.agent._world = ShownWorld(self.agent._world, self.vehicle, source)
+        if not isinstance(self.agent._world, ObstacleExposingWorld):
+            self.agent._world = ObstacleExposingWorld(self.agent._world, self.vehicle, source)
 
     # ---- the route
 
     @property
     def route(self) -> Sequence[Any]:
-        """The whole route as `RoutePoint`s, about one per metre."""
+        """The whole route as `AgentRoutePoint`s, about one per metre."""
         return self._route
 
     def note_plan(self) -> None:
@@ -163,7 +163,7 @@ class AgentDriver:
 
     def follow(self, path: Sequence[Any], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
         """Drive a path of (x, y, speed bound) in CARLA's world from the next step on; brake for obstacles in it."""
-        line = Line(path)
+        line = PathLine(path)
         self._take_over()
         place = self.vehicle.get_location()
         self._line, self._reverse, self._ignore = line, reverse, frozenset(ignore)
@@ -219,7 +219,7 @@ class AgentDriver:
         ahead = (transform.location.x - here.x) * along.x + (transform.location.y - here.y) * along.y
         return float(ahead) > 0.0
 
-    def _forwards(self, line: Line) -> Any:
+    def _forwards(self, line: PathLine) -> Any:
         transform = self.vehicle.get_transform()
         here = transform.location
         speed = _speed(self.vehicle)
@@ -245,7 +245,7 @@ class AgentDriver:
         control.throttle, control.brake = 0.0, pedal
         return control
 
-    def _steered(self, line: Line, here: Any, speed: float) -> Any:
+    def _steered(self, line: PathLine, here: Any, speed: float) -> Any:
         """Return the agent's control for driving back to the path. Its controllers see one point of the path."""
         x, y, yaw = line.at(self._s + LOOK_AHEAD_M + LOOK_AHEAD_S * speed)
         # The point is moved to the other side by the vehicle's offset: the controller alone corrects the offset late.
@@ -256,7 +256,7 @@ class AgentDriver:
         replace_plan(self._planner, [(target, self._lane_follow)])
         return self._planner.run_step()
 
-    def _allowed(self, line: Line, here: Any, speed: float) -> float:
+    def _allowed(self, line: PathLine, here: Any, speed: float) -> float:
         """Return the speed that the path and the obstacles in it allow (m/s)."""
         reach = KEPT_M + speed * speed / (2.0 * BRAKING_MPS2) + 4.0
         reach = min(reach, max(line.length_m - self._s, 0.0) + KEPT_M)
@@ -265,7 +265,7 @@ class AgentDriver:
         gap = math.sqrt(2.0 * BRAKING_MPS2 * max(free - KEPT_M, 0.0)) if free < math.inf else math.inf
         return min(line.bound_at(self._s, BRAKING_MPS2), gap)
 
-    def _backwards(self, line: Line) -> Any:
+    def _backwards(self, line: PathLine) -> Any:
         transform = self.vehicle.get_transform()
         here, speed = transform.location, _speed(self.vehicle)
         self._s = line.project(here.x, here.y, self._s)
@@ -288,19 +288,19 @@ class AgentDriver:
         return control
 
 
-def filled(plan: Sequence[tuple[Any, Any]]) -> list[RoutePoint]:
+def filled(plan: Sequence[tuple[Any, Any]]) -> list[AgentRoutePoint]:
     """Return a plan with a waypoint about every metre, along the lanes."""
-    route: list[RoutePoint] = []
+    route: list[AgentRoutePoint] = []
     for waypoint, option in plan:
         command = command_of(option)
         if route:
             route.extend(_between(route[-1].waypoint, waypoint, command))
-        route.append(RoutePoint(waypoint, command))
+        route.append(AgentRoutePoint(waypoint, command))
     return route
 
 
-def _between(start: Any, end: Any, command: str) -> list[RoutePoint]:
-    found: list[RoutePoint] = []
+def _between(start: Any, end: Any, command: str) -> list[AgentRoutePoint]:
+    found: list[AgentRoutePoint] = []
     goal = end.transform.location
     left = start.transform.location.distance(goal)
     here = start
@@ -313,7 +313,7 @@ def _between(start: Any, end: Any, command: str) -> list[RoutePoint]:
         if now >= left - 0.3:
             break
         left = now
-        found.append(RoutePoint(here, command))
+        found.append(AgentRoutePoint(here, command))
     return found
 
 

@@ -77,7 +77,7 @@ def replace_plan(planner: Any, plan: Plan) -> None:
     planner.set_global_plan(list(plan), stop_waypoint_creation=True, clean_queue=True)
 
 
-class PlanKeeper:
+class PlanExtender:
     """Extends a local planner's plan: with the rest of the route, and beyond the route's end with the lane ahead.
 
     `lane_follow`: the road option of the added points.

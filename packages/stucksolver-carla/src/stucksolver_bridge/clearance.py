@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Collection, Sequence
 
-from stucksolver_bridge.actor_boxes import Placed
-from stucksolver_bridge.path_line import Line
+from stucksolver_bridge.actor_boxes import PlacedBox
+from stucksolver_bridge.path_line import PathLine
 
 STEP_M = 0.75
 MARGIN_M = 0.15
@@ -17,12 +17,12 @@ CLEAR_BELOW_M, CLEAR_ABOVE_M = 1.0, 2.3
 
 
 def free_way_m(
-    line: Line,
+    line: PathLine,
     s: float,
     reach_m: float,
     half_size_m: tuple[float, float],
     foot_z: float,
-    bodies: Sequence[Placed],
+    bodies: Sequence[PlacedBox],
     ignore: Collection[int] = (),
     backwards: bool = False,
 ) -> float:
@@ -50,20 +50,20 @@ def free_way_m(
     return math.inf
 
 
-def _nearer(line: Line, s: float, other: Placed) -> bool:
+def _nearer(line: PathLine, s: float, other: PlacedBox) -> bool:
     """Return True if the path leads towards the centre of a body."""
     (x, y, _), (next_x, next_y, _) = line.at(s), line.at(s + LEAVES_M)
     return math.hypot(other.x - next_x, other.y - next_y) < math.hypot(other.x - x, other.y - y)
 
 
-def _same_level(body: Placed, foot_z: float) -> bool:
+def _same_level(body: PlacedBox, foot_z: float) -> bool:
     half = body.body.half_height_m
     return body.z + half > foot_z - CLEAR_BELOW_M and body.z - half < foot_z + CLEAR_ABOVE_M
 
 
 def _touched(
-    line: Line, s: float, half_size_m: tuple[float, float], bodies: Sequence[Placed], backwards: bool
-) -> list[Placed]:
+    line: PathLine, s: float, half_size_m: tuple[float, float], bodies: Sequence[PlacedBox], backwards: bool
+) -> list[PlacedBox]:
     x, y, yaw = line.at(s)
     if backwards:
         yaw += math.pi
@@ -71,7 +71,7 @@ def _touched(
     return [b for b in bodies if _overlap(x, y, yaw, length, width, b)]
 
 
-def _overlap(x: float, y: float, yaw: float, length: float, width: float, other: Placed) -> bool:
+def _overlap(x: float, y: float, yaw: float, length: float, width: float, other: PlacedBox) -> bool:
     """Return True if two rectangles overlap, by the separating axis theorem."""
     dx, dy = other.x - x, other.y - y
     far = math.hypot(length, width) + math.hypot(other.body.half_length_m, other.body.half_width_m)

@@ -12,7 +12,7 @@ from stucksolver_bridge.solver_process import SolverProcess
 Listener = Callable[[dict], None]  # type: ignore[type-arg]
 
 
-class Talking:
+class SolverClient:
     """Base of a client. The subclass sets `solver` once its process has started.
 
     Args:

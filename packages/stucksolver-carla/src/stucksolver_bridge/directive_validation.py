@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, Sequence
 
-from stucksolver_bridge.path_line import Line
+from stucksolver_bridge.path_line import PathLine
 
 FURTHEST_M = 1e6
 """No place on a map is farther from its origin."""
@@ -32,11 +32,11 @@ LARGEST_ID = 2**31 - 1
 KINDS = ("continue", "execute", "replan", "safe_stop")
 
 
-class Unfit(ValueError):
+class InvalidDirectiveError(ValueError):
     """Something cannot be performed; the message says what and why."""
 
 
-def why_malformed(answer: Any) -> str | None:
+def malformed_reason(answer: Any) -> str | None:
     """Return why the solver's answer to a tick cannot be performed, in a few words; None if all of it can."""
     return _why(_check_answer, answer)
 
@@ -49,7 +49,7 @@ def why_unfit(form: Any) -> str | None:
 def _why(check: Callable[[Any], None], value: Any) -> str | None:
     try:
         check(value)
-    except Unfit as unfit:
+    except InvalidDirectiveError as unfit:
         return str(unfit)
     return None
 
@@ -61,9 +61,9 @@ def _check_answer(answer: Any) -> None:
     for order in _list(answer.get("orders", []), MOST_ORDERS, "orders"):
         named = isinstance(order, (list, tuple)) and len(order) == 2 and isinstance(order[0], str)
         if not named or order[0] not in _ORDERS:
-            raise Unfit(f"an order is not one of {', '.join(_ORDERS)}")
+            raise InvalidDirectiveError(f"an order is not one of {', '.join(_ORDERS)}")
         if order[0] in _OF_A_DIRECTIVE and "directive" not in answer:
-            raise Unfit(f"{order[0]} comes without the directive that it belongs to")
+            raise InvalidDirectiveError(f"{order[0]} comes without the directive that it belongs to")
         _ORDERS[order[0]](order[1])
     for event in _list(answer.get("events", []), MOST_EVENTS, "events"):
         _a(dict, event, "an event")
@@ -72,7 +72,7 @@ def _check_answer(answer: Any) -> None:
 def _check_directive(form: Any) -> None:
     _a(dict, form, "a directive")
     if form.get("kind") not in KINDS:
-        raise Unfit(f"a directive is not one of {', '.join(KINDS)}")
+        raise InvalidDirectiveError(f"a directive is not one of {', '.join(KINDS)}")
     if form["kind"] != "execute":
         return
     for point in _list(form.get("path", []), MOST_POINTS, "the path"):
@@ -88,12 +88,12 @@ def _check_follow(order: Any) -> None:
     path = _list(order.get("path"), MOST_POINTS, "the path")
     for point in path:
         if not isinstance(point, (list, tuple)) or len(point) != 3:
-            raise Unfit("a point of the path is not three numbers")
+            raise InvalidDirectiveError("a point of the path is not three numbers")
         _check_point(point)
     try:
-        Line(path)
+        PathLine(path)
     except ValueError as error:
-        raise Unfit(str(error)) from error
+        raise InvalidDirectiveError(str(error)) from error
     _a(bool, order.get("reverse"), "reverse")
     for one in _list(order.get("ignore"), MOST_IDS, "ignore"):
         _number(one, -LARGEST_ID, LARGEST_ID, "an id", whole=True)
@@ -113,7 +113,7 @@ def _check_hold(brake_mps2: Any) -> None:
 def _check_route(places: Any) -> None:
     for spot in _list(places, MOST_PLACES, "the route"):
         if not isinstance(spot, (list, tuple)) or len(spot) != 4 or not isinstance(spot[3], str):
-            raise Unfit("a point of the route is not a road, lane, arc length and command")
+            raise InvalidDirectiveError("a point of the route is not a road, lane, arc length and command")
         for value in spot[:2]:
             _number(value, -LARGEST_ID, LARGEST_ID, "a road or lane", whole=True)
         _number(spot[2], -FURTHEST_M, FURTHEST_M, "an arc length")
@@ -125,7 +125,7 @@ def _check_lights(state: Any) -> None:
 
 def _check_control(order: Any) -> None:
     if not isinstance(order, (list, tuple)) or len(order) != 5:
-        raise Unfit("the control is not throttle, steering, brake, reverse and hand brake")
+        raise InvalidDirectiveError("the control is not throttle, steering, brake, reverse and hand brake")
     throttle, steer, brake, reverse, hand_brake = order
     _number(throttle, 0.0, 1.0, "the throttle")
     _number(steer, -1.0, 1.0, "the steering")
@@ -153,14 +153,14 @@ _OF_A_DIRECTIVE = ("follow", "hold", "release")
 
 def _a(kind: type, value: Any, what: str) -> None:
     if not isinstance(value, kind):
-        raise Unfit(f"{what} is not a {kind.__name__}")
+        raise InvalidDirectiveError(f"{what} is not a {kind.__name__}")
 
 
 def _list(value: Any, most: int, what: str) -> Sequence[Any]:
     if not isinstance(value, (list, tuple)):
-        raise Unfit(f"{what} is not a list")
+        raise InvalidDirectiveError(f"{what} is not a list")
     if len(value) > most:
-        raise Unfit(f"{what} has {len(value)} entries; at most {most} are allowed")
+        raise InvalidDirectiveError(f"{what} has {len(value)} entries; at most {most} are allowed")
     return value
 
 
@@ -168,4 +168,4 @@ def _number(value: Any, least: float, most: float, what: str, whole: bool = Fals
     # Not `isfinite`: it fails for integers too large for a float. NaN is within no bounds.
     fits = isinstance(value, int if whole else (int, float)) and not isinstance(value, bool) and least <= value <= most
     if not fits:
-        raise Unfit(f"{what} is not a {'whole ' if whole else ''}number from {least:g} to {most:g}")
+        raise InvalidDirectiveError(f"{what} is not a {'whole ' if whole else ''}number from {least:g} to {most:g}")

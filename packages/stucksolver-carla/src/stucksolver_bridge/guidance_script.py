@@ -8,7 +8,7 @@ from typing import Any
 STANDING_MPS = 0.1
 
 
-class Speaker:
+class GuidancePlayer:
     """The lines for one route, each in its first wording. Ask `due` once a tick."""
 
     def __init__(self, path: str, route_id: str) -> None:

@@ -9,7 +9,7 @@ import importlib
 import sys
 from typing import Any, Sequence
 
-from stucksolver_bridge.agent_driver import RoutePoint, filled
+from stucksolver_bridge.agent_driver import AgentRoutePoint, filled
 from stucksolver_bridge.agent_plan import AHEAD_M, straightest
 
 MODULE, CLASS = "stucksolver_carla.drivers.planner", "PlannerDriver"
@@ -19,7 +19,7 @@ class PlannerError(RuntimeError):
     """The planner cannot drive in this Python; the message says why and what to do."""
 
 
-class OwnPlanner:
+class InProcessPlanner:
     """The planner, with the methods that the entry needs from a driver in addition to its own.
 
     `behavior` is `cautious`, `normal` or `aggressive`. Raises `PlannerError` if stucksolver cannot be imported.
@@ -41,7 +41,7 @@ class OwnPlanner:
         return getattr(self.driver, name)
 
 
-def route_beyond(plan: Sequence[Any]) -> list[RoutePoint]:
+def route_beyond(plan: Sequence[Any]) -> list[AgentRoutePoint]:
     """Return a plan as a route with a point about every metre, continued along the lane beyond its end.
 
     Raises `ValueError` for a plan of fewer than two points.
@@ -51,7 +51,7 @@ def route_beyond(plan: Sequence[Any]) -> list[RoutePoint]:
     route = filled(plan)
     last = straightest(route[-1].waypoint)
     while last is not None and last.transform.location.distance(plan[-1][0].transform.location) < AHEAD_M:
-        route.append(RoutePoint(last, "lane_follow"))
+        route.append(AgentRoutePoint(last, "lane_follow"))
         last = straightest(last)
     return route
 

@@ -18,7 +18,7 @@ STUCK_TICKS = 200
 """A path that is being finished is given up after this time at rest (10 s at 20 Hz): something blocks it."""
 
 
-class Lease:
+class JsonLease:
     """Holds the current order. Call `renew` with the solver's answer, and `tick` once per tick of the control loop.
 
     No method raises an error.

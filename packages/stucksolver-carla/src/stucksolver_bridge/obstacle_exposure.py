@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, Iterable, Iterator
 
-from stucksolver_bridge.actor_boxes import Bodies
+from stucksolver_bridge.actor_boxes import ActorBoxes
 
 LOW_M = 0.15
 """Lower objects can be driven over without harm; no car stops for dirt on the road."""
@@ -14,7 +14,7 @@ VEHICLES = "*vehicle*"
 
 def props_around(world: Any, vehicle: Any) -> Callable[[], list[Any]]:
     """Return a source of perceived obstacles: stationary objects around a vehicle, from the client's ground truth."""
-    bodies = Bodies(world, vehicle.id)
+    bodies = ActorBoxes(world, vehicle.id)
 
     def look() -> list[Any]:
         place = vehicle.get_location()
@@ -27,7 +27,7 @@ def props_around(world: Any, vehicle: Any) -> Callable[[], list[Any]]:
     return look
 
 
-class ShownWorld:
+class ObstacleExposingWorld:
     """Takes the place of an agent's `carla.World`: it lists the perceived obstacles among the vehicles, nearest first.
 
     The order matters, because `BasicAgent` takes the first hit in the list for the nearest one. With two cyclists in a
@@ -44,13 +44,13 @@ class ShownWorld:
     def get_actors(self, *ids: Any) -> Any:
         """Return CARLA's list. Without ids, its vehicles include the obstacles that the agent should see."""
         actors = self._shown.get_actors(*ids)
-        return actors if ids else ShownActors(actors, self._vehicle, self._obstacles)
+        return actors if ids else ObstacleExposingActors(actors, self._vehicle, self._obstacles)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._shown, name)
 
 
-class ShownActors:
+class ObstacleExposingActors:
     """A `carla.ActorList` whose vehicles include the obstacles."""
 
     def __init__(self, actors: Any, vehicle: Any, obstacles: Callable[[], Iterable[Any]]) -> None:

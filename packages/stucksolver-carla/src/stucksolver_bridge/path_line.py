@@ -9,7 +9,7 @@ from typing import Sequence
 SHORTEST_M = 1e-3
 
 
-class Line:
+class PathLine:
     """A path of at least two points (x, y, speed bound in m/s) at different places.
 
     Raises:

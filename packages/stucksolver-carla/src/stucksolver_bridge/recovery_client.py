@@ -7,11 +7,11 @@ import sys
 from typing import Any
 
 from stucksolver_bridge.agent_driver import AgentDriver
-from stucksolver_bridge.client_base import Listener, Talking
-from stucksolver_bridge.directive_validation import why_malformed
-from stucksolver_bridge.lease import CONTINUE, STAND, Lease
+from stucksolver_bridge.client_base import Listener, SolverClient
+from stucksolver_bridge.directive_validation import malformed_reason
+from stucksolver_bridge.lease import CONTINUE, STAND, JsonLease
 from stucksolver_bridge.solver_process import ANSWER_LIMIT_S, TICK_S, SolverProcess
-from stucksolver_bridge.world_data import Facts, waypoints_at
+from stucksolver_bridge.world_data import WorldData, waypoints_at
 
 UNKNOWN: dict[str, Any] = {"kind": "unknown"}
 AT_REST_MPS = 0.1
@@ -20,7 +20,7 @@ DONE_M, DONE_S = 2.0, 0.5
 """A path counts as driven this distance, plus this time of travel, before its end, so that the agent need not stop."""
 
 
-class Recovery(Talking):
+class RecoveryClient(SolverClient):
     """Call `run_step` on each tick. Every order is valid for half a second of ticks.
 
     If the solver falls silent or ends, its proven fallback is performed, and then the driver decides by itself.
@@ -58,13 +58,13 @@ class Recovery(Talking):
         self._map = carla_map
         self._vehicle = driver.vehicle
         self._lights_before: Any = None
-        self._lease = Lease()
+        self._lease = JsonLease()
         self._begun = CONTINUE
         """The last directive that was given to the driver."""
         self._again = False
         """True if an answer of the solver was lost, so that it must send everything again."""
         self._refused: str | None = None
-        self._facts = Facts(self._vehicle, carla_map)
+        self._facts = WorldData(self._vehicle, carla_map)
         self.directive: dict[str, Any] = CONTINUE
         """The directive that is being performed, in its JSON form."""
         opening = self._facts.opening(driver.route, driver.acceleration_mps2)
@@ -94,7 +94,7 @@ class Recovery(Talking):
 
     def _take(self, answer: dict[str, Any], time_s: float | None) -> None:
         """Perform all of an answer or nothing of it. If it is malformed, stop."""
-        wrong = why_malformed(answer)
+        wrong = malformed_reason(answer)
         if wrong is None:
             try:
                 self._obey(answer)

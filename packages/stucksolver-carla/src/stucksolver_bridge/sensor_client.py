@@ -9,10 +9,10 @@ from __future__ import annotations
 import sys
 from typing import Any, Mapping, Sequence
 
-from stucksolver_bridge.client_base import Listener, Talking
-from stucksolver_bridge.directive_validation import why_malformed
+from stucksolver_bridge.client_base import Listener, SolverClient
+from stucksolver_bridge.directive_validation import malformed_reason
 from stucksolver_bridge.in_process_planner import route_beyond
-from stucksolver_bridge.sensor_data import SensedFacts
+from stucksolver_bridge.sensor_data import SensorData
 from stucksolver_bridge.solver_process import ANSWER_LIMIT_S, TICK_S, SolverError, SolverProcess
 
 KEPT_TICKS = 4
@@ -21,7 +21,7 @@ KEPT_TICKS = 4
 Sensors = Sequence[Mapping[str, Any]]
 
 
-class SensedDrive(Talking):
+class SensorClient(SolverClient):
     """Call `run_step` with each tick's data, and `close` at the end.
 
     `settings`: those of the solver (`stucksolver_carla.sidecar.Settings`); `perception` is set here. `sensors`: as the
@@ -45,7 +45,7 @@ class SensedDrive(Talking):
     ) -> None:
         super().__init__(on_event)
         self._vehicle, self._carla = vehicle, carla
-        self._facts = SensedFacts(vehicle, carla_map, sensors)
+        self._facts = SensorData(vehicle, carla_map, sensors)
         self._told: list[Any] | None = None
         """The last control: throttle, steering, brake, reverse, hand brake."""
         self._age = 0
@@ -89,7 +89,7 @@ class SensedDrive(Talking):
 
     def _take(self, answer: dict[str, Any], time_s: float) -> None:
         """Perform all of an answer, or brake if any part of it is malformed."""
-        wrong = why_malformed(answer)
+        wrong = malformed_reason(answer)
         if wrong is not None:
             self._told = None
             if not self._refused:

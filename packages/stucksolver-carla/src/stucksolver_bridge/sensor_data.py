@@ -37,7 +37,7 @@ NO_PICTURE = "sensors_without_picture"
 """The same without the cameras' pictures."""
 
 
-class SensedFacts:
+class SensorData:
     """Facts about one vehicle. `sensors`: the agent's sensors, as it declares them to the leaderboard."""
 
     def __init__(self, vehicle: Any, carla_map: Any, sensors: Sequence[Mapping[str, Any]]) -> None:

@@ -35,11 +35,11 @@ NEEDS = (
 Give = Callable[[str], Any]
 
 
-class Overdue(WireError):
+class SolverTimeoutError(WireError):
     """The solver has not answered within its time limit."""
 
 
-class Conversation:
+class SolverExchange:
     """`wait_s`: how long a step may take live; None in lockstep. `limit_s`: longest silence of the solver.
 
     Raises `WireError`.
@@ -122,7 +122,7 @@ class Conversation:
             if time.monotonic() >= until_s:
                 break
         if time.monotonic() - self._asked_s >= self._limit_s:
-            raise Overdue(f"no answer within {self._limit_s:g} s")
+            raise SolverTimeoutError(f"no answer within {self._limit_s:g} s")
         return None
 
     def _drop_waiting(self) -> None:

@@ -10,7 +10,7 @@ import sys
 from typing import Any, Sequence
 
 from stucksolver_bridge.message_socket import ANSWER_BYTES, VERSION, Wire, WireError
-from stucksolver_bridge.solver_exchange import WAIT_SHARE, Conversation, Give, Overdue, limit_of
+from stucksolver_bridge.solver_exchange import WAIT_SHARE, Give, SolverExchange, SolverTimeoutError, limit_of
 
 START_LIMIT_S = 120.0
 ANSWER_LIMIT_S = 120.0
@@ -73,7 +73,7 @@ class SolverProcess:
         finally:
             theirs.close()
         self._wire = Wire(ours, ANSWER_BYTES)
-        self._conversation = Conversation(self._wire, wait_s, limit_s)
+        self._conversation = SolverExchange(self._wire, wait_s, limit_s)
         self.fault: str | None = None
         self._strays_told = False
         self._greet(hello, command[0])
@@ -125,7 +125,7 @@ class SolverProcess:
             answer = self._conversation.step(tick, give)
             self._report_strays()
             return answer
-        except Overdue as error:
+        except SolverTimeoutError as error:
             self._fail(str(error))
             if self.live:
                 return None

@@ -25,7 +25,7 @@ GOING_M = 15.0
 STANDING_MPS = 0.1
 
 
-class Timers:
+class TimerBaseline:
     """Use it like `Recovery`."""
 
     fault: str | None = None

@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 from typing import Any, Sequence
 
-from stucksolver_bridge.actor_boxes import ATTRIBUTES, Bodies, Body
+from stucksolver_bridge.actor_boxes import ATTRIBUTES, ActorBoxes, BridgeActorBox
 
 ROUNDING_M = 0.001
 
 
-class Facts:
+class WorldData:
     """Facts about one ego in a client's world. Poses are in CARLA's frame: metres, degrees, y to the right of x."""
 
     def __init__(self, vehicle: Any, carla_map: Any) -> None:
         self._vehicle = vehicle
         self._world = vehicle.get_world()
         self._map = carla_map
-        self._bodies = Bodies(self._world, vehicle.id)
+        self._bodies = ActorBoxes(self._world, vehicle.id)
         self._told: set[int] = set()
         actors = self._world.get_actors()
         self._lights = list(actors.filter("*traffic_light*"))
@@ -125,7 +125,7 @@ def sign_places(sign: Any) -> list[list[float]]:
     return [_stands(sign), [middle.x, middle.y, middle.z], [half.x, half.y, half.z]]
 
 
-def _kind(body: Body) -> dict[str, Any]:
+def _kind(body: BridgeActorBox) -> dict[str, Any]:
     actor = body.actor
     known = actor.attributes
     return {

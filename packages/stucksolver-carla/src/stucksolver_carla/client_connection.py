@@ -18,7 +18,7 @@ class ServerError(RuntimeError):
 
 
 @dataclass(frozen=True)
-class Server:
+class SimulatorServer:
     """The address of a simulator."""
 
     host: str
@@ -35,7 +35,7 @@ class Server:
             raise ServerError(f"the simulator ended with exit code {self.process.returncode}; run again")
 
 
-def remote_server(host: str, port: int) -> Server:
+def remote_server(host: str, port: int) -> SimulatorServer:
     """Return a server that is already running.
 
     Raises:
@@ -48,10 +48,10 @@ def remote_server(host: str, port: int) -> Server:
     except OSError as error:
         reason = getattr(error, "strerror", None) or error
         raise ServerError(f"no CARLA server at {host}:{port}: {reason}; start one, or see --host and --port") from error
-    return Server(host, port)
+    return SimulatorServer(host, port)
 
 
-def connect(server: Server, timeout_s: float) -> Any:
+def connect(server: SimulatorServer, timeout_s: float) -> Any:
     """Return a connected client.
 
     Raises:

@@ -10,8 +10,8 @@ from stucksolver.plugins import plugins
 if TYPE_CHECKING:
     import carla
 
-    from stucksolver_carla.remote_stack import Side
-    from stucksolver_carla.session_settings import Settings
+    from stucksolver_carla.remote_stack import RemoteStack
+    from stucksolver_carla.session_settings import SessionSettings
 
 
 class SensorError(RuntimeError):
@@ -48,8 +48,8 @@ class PerceptionPlugin(Protocol):
         """Attach sensors to a vehicle. `paced`: a simulated world waits for perception. Raises `SensorError`."""
 
     def remote_stack(
-        self, opening: Mapping[str, Any], settings: Settings, ask: Callable[[str], Any], *, uses_image: bool
-    ) -> Side:
+        self, opening: Mapping[str, Any], settings: SessionSettings, ask: Callable[[str], Any], *, uses_image: bool
+    ) -> RemoteStack:
         """Return the stack of a vehicle in another process that sends its measurements.
 
         `uses_image`: a reasoner uses the camera's image. Raises `UnusableError`.

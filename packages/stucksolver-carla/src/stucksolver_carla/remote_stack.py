@@ -14,7 +14,7 @@ class UnusableError(RuntimeError):
     """What the stack sent cannot be used. The message says what, and how to fix it."""
 
 
-class Side(ABC):
+class RemoteStack(ABC):
     """One kind of stack. On each tick `begin`, `status` and `perform` are called in this order."""
 
     def begin(self, tick: Mapping[str, Any]) -> bool:

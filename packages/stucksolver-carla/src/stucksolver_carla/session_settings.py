@@ -13,14 +13,14 @@ from stucksolver.ladder import find_ladder
 from stucksolver.reasoners import Reasoner
 from stucksolver.reasoners.factory import make_reasoner
 from stucksolver.record import Recorder
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver.solver import Event, MakeScene, StuckSolver
 
 NONE = "none"
 """The name of the recovery that does nothing."""
 
 
-class Settings(Model):
+class SessionSettings(FrozenModel):
     """The arguments of `StuckSolver`, by name."""
 
     recovery: str = "rules"

@@ -8,8 +8,8 @@ import pytest
 from behavior_driver.fakes import FakeWorld
 from behavior_driver.roads import LANE_Y, straight_road
 from stucksolver_carla.drivers.behavior import BehaviorDriver, DriverOptions
-from stucksolver_carla.drivers.behavior.nearby_objects import Perception
-from stucksolver_carla.drivers.behavior.route_lane_changes import ChangeWatch, LaneChange
+from stucksolver_carla.drivers.behavior.nearby_objects import GroundTruthObjects
+from stucksolver_carla.drivers.behavior.route_lane_changes import LaneChange, LaneChangePlanner
 
 LEFT, RIGHT = LANE_Y[-1], LANE_Y[-2]
 ROADSIDE = 8.0
@@ -22,7 +22,7 @@ class Sensed:
         self.world, self.ego = world, ego
 
     def within(self, range_m):
-        found = Perception(self.world, self.ego.id, range_m)
+        found = GroundTruthObjects(self.world, self.ego.id, range_m)
         found.doubt_m = 0.3
         return found
 
@@ -79,10 +79,10 @@ def test_a_faster_stream_is_joined_in_a_gap_at_its_pace(first_m):
 
 def test_of_two_changes_the_second_looks_at_its_own_lane_even_if_the_first_was_early():
     changes = [LaneChange(45.0, 40.0, -3.5, 1.0, 250.0), LaneChange(123.0, 40.0, -3.5, 3.0, 252.0)]
-    first, second = ChangeWatch(changes, doubt_m=0.3)._due
+    first, second = LaneChangePlanner(changes, doubt_m=0.3)._due
     assert first.last_m == 123.0, "the line is in the third lane from there on"
     assert second.first_m == 85.0, "the line is in the second lane from here on"
-    assert ChangeWatch(changes)._due == changes
+    assert LaneChangePlanner(changes)._due == changes
 
 
 @pytest.mark.integration

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from behavior_driver.fakes import TICK_S, FakeWorld, box
 from behavior_driver.roads import LANE_Y, straight_road
 from stucksolver_carla.drivers.behavior import BehaviorDriver, DrivePoint, DriverOptions
-from stucksolver_carla.drivers.behavior.nearby_objects import Perception
+from stucksolver_carla.drivers.behavior.nearby_objects import GroundTruthObjects
 
 HOME = LANE_Y[-1]
 
@@ -104,7 +104,7 @@ class Sensed:
         self.world, self.ego = world, ego
 
     def within(self, range_m):
-        found = Perception(self.world, self.ego.id, range_m)
+        found = GroundTruthObjects(self.world, self.ego.id, range_m)
         found.doubt_m = 0.3
         return found
 

@@ -7,7 +7,7 @@ import pytest
 
 from stucksolver_carla.drivers.behavior.path import Projection
 from stucksolver_carla.drivers.behavior.predictive_braking import ACROSS_NOISE_MPS, entering
-from stucksolver_carla.drivers.behavior.route_bodies import RouteBodies
+from stucksolver_carla.drivers.behavior.route_bodies import RouteObjects
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 
 CAR = VehicleModel(half_length=2.45, half_width=0.95, wheelbase=2.9, wheel_lock=1.2)
@@ -18,7 +18,7 @@ def found(gap_m, nears_mps, speed_mps, passing_mps=0.0):
     """One in the lane beside, on the left, so far ahead."""
     ones = np.ones(1)
     s = HERE.s + CAR.half_length + gap_m + 2.4
-    body = RouteBodies(
+    body = RouteObjects(
         actor_id=np.array([1]),
         is_walker=np.zeros(1, dtype=bool),
         s=s * ones,

@@ -7,12 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stucksolver_carla.drivers.behavior.conflict_paths import Meeting, MeetingWay
-from stucksolver_carla.drivers.behavior.conflicting_traffic import Habits, of_one_pace, on_way
+from stucksolver_carla.drivers.behavior.conflict_paths import ConflictPath, JunctionConflicts
+from stucksolver_carla.drivers.behavior.conflicting_traffic import TurnStatistics, vehicles_on_path, with_flow_speed
 from stucksolver_carla.drivers.behavior.ego_rollout import LeadVehicle
-from stucksolver_carla.drivers.behavior.junction_yield import PATIENCE_S, SETTLED_S, START_LAG_S, GiveWay, Moving
-from stucksolver_carla.drivers.behavior.lane_speed_prior import KNOWN_S, NEW_S, PACE_S, LanePace
-from stucksolver_carla.drivers.behavior.nearby_objects import FIRST_FAR_ID, NearbyBodies
+from stucksolver_carla.drivers.behavior.junction_yield import (
+    PATIENCE_S,
+    SETTLED_S,
+    START_LAG_S,
+    EgoSpeeds,
+    JunctionYield,
+)
+from stucksolver_carla.drivers.behavior.lane_speed_prior import KNOWN_S, NEW_S, PACE_S, LaneSpeedPrior
+from stucksolver_carla.drivers.behavior.nearby_objects import FIRST_FAR_ID, NearbyObjects
 from stucksolver_carla.drivers.behavior.path import make_path
 from stucksolver_carla.drivers.behavior.profiles import PROFILES
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
@@ -39,7 +45,7 @@ def way(joins=False, goes_first=True, lights=()):
     inside = np.minimum(along, 90.0)
     x = MEET_S + (along - inside if joins else np.zeros(180))
     y = -90.0 + (inside if joins else along)
-    return MeetingWay(
+    return ConflictPath(
         x=x,
         y=y,
         yaw=np.where(along < 90.0, np.pi / 2.0, 0.0 if joins else np.pi / 2.0),
@@ -62,7 +68,7 @@ def comers(*places):
     """(metres before the meeting, m/s) of cars on the other way."""
     away, speed = np.array(places, dtype=float).reshape(-1, 2).T
     zeros = np.zeros(len(away))
-    return NearbyBodies(
+    return NearbyObjects(
         actor_id=tuple(range(len(away))),
         is_walker=np.zeros(len(away), dtype=bool),
         x=zeros + MEET_S,
@@ -78,8 +84,8 @@ def comers(*places):
 
 
 def look(around, s=AT_THE_LINE, speed=0.0, one=None, watch=None):
-    watch = watch or GiveWay([Meeting(WAIT_S, (one or way(),))], PROFILES["normal"], CAR)
-    return watch.look(LINE, s, Moving(speed, TOP_MPS), around, DT_S)
+    watch = watch or JunctionYield([JunctionConflicts(WAIT_S, (one or way(),))], PROFILES["normal"], CAR)
+    return watch.look(LINE, s, EgoSpeeds(speed, TOP_MPS), around, DT_S)
 
 
 def test_with_nobody_about_it_goes():
@@ -113,9 +119,9 @@ def test_a_red_light_holds_those_who_can_still_stop():
 
 
 def test_whoever_has_waited_takes_a_gap_that_was_too_small_at_first():
-    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR)
+    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR)
     gaps = [away for away in np.arange(20.0, 80.0, 0.5) if look(comers((away, 8.0)), watch=watch).wait_m is None]
-    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR)
+    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR)
     for _ in range(round(PATIENCE_S / DT_S)):
         look(comers((25.0, 8.0)), watch=watch)
     smaller = [away for away in np.arange(20.0, 80.0, 0.5) if look(comers((away, 8.0)), watch=watch).wait_m is None]
@@ -141,34 +147,36 @@ def test_it_joins_a_flow_behind_the_one_that_is_ahead_by_then_and_not_before_a_f
 
 
 def test_a_way_that_nobody_has_been_seen_to_take_is_not_expected_of_those_far_off():
-    one, other, habits = way(), way(joins=True), Habits()
-    far, near = (on_way(one, comers((away, 8.0)))[0] for away in (40.0, 12.0))
+    one, other, habits = way(), way(joins=True), TurnStatistics()
+    far, near = (vehicles_on_path(one, comers((away, 8.0)))[0] for away in (40.0, 12.0))
     assert habits.expect(one, far)
-    for actor in on_way(other, comers((-1.0, 8.0), (-1.0, 8.0))):
+    for actor in vehicles_on_path(other, comers((-1.0, 8.0), (-1.0, 8.0))):
         habits.see([(other, actor)])
     assert not habits.expect(one, far) and habits.expect(one, near) and habits.expect(other, far)
 
 
 def test_before_a_turn_where_others_go_first_it_slows_down_to_look():
     bend = make_path(S, np.zeros(200), np.where(np.abs(S - MEET_S) < 10.0, 5.5, 13.0))
-    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR)
-    verdict = watch.look(bend, 50.0, Moving(10.0, TOP_MPS), comers(), DT_S)
+    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR)
+    verdict = watch.look(bend, 50.0, EgoSpeeds(10.0, TOP_MPS), comers(), DT_S)
     assert verdict.look_m == pytest.approx(WAIT_S - 50.0 - CAR.half_length)
     fast = make_path(S, np.zeros(200), np.full(200, 13.0))
-    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR)
-    assert watch.look(fast, 50.0, Moving(10.0, TOP_MPS), comers(), DT_S).look_m is None
+    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR)
+    assert watch.look(fast, 50.0, EgoSpeeds(10.0, TOP_MPS), comers(), DT_S).look_m is None
 
 
 def sensed():
-    return GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
+    return JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
 
 
 def test_the_noise_of_a_streams_speeds_is_left_out_and_who_drives_otherwise_is_not():
     one = way()
-    seen = [(one, other) for other in on_way(one, comers((10.0, 9.2), (30.0, 10.0), (50.0, 10.9), (70.0, 4.0)))]
-    assert [other.speed for _, other in of_one_pace(seen)] == pytest.approx([9.6, 9.6, 9.6, 4.0])
+    seen = [
+        (one, other) for other in vehicles_on_path(one, comers((10.0, 9.2), (30.0, 10.0), (50.0, 10.9), (70.0, 4.0)))
+    ]
+    assert [other.speed for _, other in with_flow_speed(seen)] == pytest.approx([9.6, 9.6, 9.6, 4.0])
     pair = seen[:2]
-    assert of_one_pace(pair) == pair
+    assert with_flow_speed(pair) == pair
 
 
 @pytest.mark.parametrize("past_m", [0.1, 0.5, 0.9])
@@ -191,10 +199,10 @@ def test_by_sensors_it_sets_off_when_the_way_has_been_free_for_some_looks():
 
 
 def test_who_has_just_come_into_view_is_no_slower_than_those_before_until_it_is_measured():
-    one, paces = way(), LanePace()
+    one, paces = way(), LaneSpeedPrior()
 
     def seen(speed, actor_id):
-        return [(one, other._replace(actor_id=actor_id)) for other in on_way(one, comers((60.0, speed)))]
+        return [(one, other._replace(actor_id=actor_id)) for other in vehicles_on_path(one, comers((60.0, speed)))]
 
     for k in range(20):
         assert paces.of(seen(9.0, 1), DT_S * k)[0][1].speed == 9.0
@@ -210,10 +218,12 @@ def test_who_has_just_come_into_view_is_no_slower_than_those_before_until_it_is_
 @pytest.mark.parametrize(("others", "speed"), [(1, 36.0), (2, 11.0)], ids=["one drove there", "two did"])
 def test_whom_only_the_camera_sees_is_little_faster_than_those_who_drove_there(others, speed):
     """The camera's speed is an upper bound."""
-    one, paces = way(), LanePace()
+    one, paces = way(), LaneSpeedPrior()
 
     def seen(speed, *ids):
-        return [(one, other._replace(actor_id=k)) for k in ids for other in on_way(one, comers((60.0, speed)))]
+        return [
+            (one, other._replace(actor_id=k)) for k in ids for other in vehicles_on_path(one, comers((60.0, speed)))
+        ]
 
     for k in range(20):
         paces.of(seen(9.0, *range(others)), DT_S * k)
@@ -224,31 +234,31 @@ def test_whom_only_the_camera_sees_is_little_faster_than_those_who_drove_there(o
 
 @pytest.mark.parametrize(("next_m", "goes_on"), [(90.0, True), (20.0, False)], ids=["a gap behind it", "another one"])
 def test_by_sensors_one_who_has_set_off_lets_who_is_passing_go_by_and_goes_on(next_m, goes_on):
-    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
-    while watch.look(LINE, AT_THE_LINE, Moving(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
+    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
+    while watch.look(LINE, AT_THE_LINE, EgoSpeeds(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
         pass
     here = MEET_S - 2.0 - CAR.half_length - 1.2
     for _ in range(round(SETTLED_S / DT_S) + 1):
-        found = watch.look(LINE, here, Moving(2.0, TOP_MPS), comers((2.0, 6.0), (next_m, 9.0)), DT_S)
+        found = watch.look(LINE, here, EgoSpeeds(2.0, TOP_MPS), comers((2.0, 6.0), (next_m, 9.0)), DT_S)
     assert found.wait_m is not None
     assert watch.going is goes_on
 
 
 @pytest.mark.parametrize(("first_id", "gives_up"), [(1, True), (FIRST_FAR_ID, False)], ids=["LiDAR", "camera only"])
 def test_by_sensors_one_who_has_set_off_gives_up_only_for_whom_the_lidar_measures(first_id, gives_up):
-    watch = GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
-    while watch.look(LINE, AT_THE_LINE, Moving(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
+    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
+    while watch.look(LINE, AT_THE_LINE, EgoSpeeds(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
         pass
     comes = replace(comers((20.0, 8.0)), actor_id=(first_id,))
     for _ in range(round(SETTLED_S / DT_S) + 1):
-        found = watch.look(LINE, AT_THE_LINE, Moving(0.5, TOP_MPS), comes, DT_S)
+        found = watch.look(LINE, AT_THE_LINE, EgoSpeeds(0.5, TOP_MPS), comes, DT_S)
     assert (found.wait_m is not None) is gives_up
 
 
 def test_where_a_vehicle_is_that_only_the_camera_tracks_says_nothing_of_the_way_it_takes():
     turning = way(joins=True)
     for first_id, taken in ((1, True), (FIRST_FAR_ID, False)):
-        watch = GiveWay([Meeting(WAIT_S, (way(), turning))], PROFILES["normal"], CAR, sensed=True)
+        watch = JunctionYield([JunctionConflicts(WAIT_S, (way(), turning))], PROFILES["normal"], CAR, sensed=True)
         for k in range(3):
             bodies = comers((-1.0, 8.0))
             look(replace(bodies, actor_id=(first_id + k,)), watch=watch, s=AT_THE_LINE - 5.0, speed=5.0)
@@ -260,9 +270,11 @@ def least_lead_m(sensed):
     """How far off a car must be for an ego to set off before it, seven seconds before their ways join."""
     ramp = make_path(S, np.zeros(200), np.full(200, 4.0))
     for away_m in np.arange(90.0, 40.0, -1.0):
-        watch = GiveWay([Meeting(WAIT_S - 30.0, (way(joins=True),))], PROFILES["normal"], CAR, sensed=sensed)
+        watch = JunctionYield(
+            [JunctionConflicts(WAIT_S - 30.0, (way(joins=True),))], PROFILES["normal"], CAR, sensed=sensed
+        )
         s = WAIT_S - 30.5 - CAR.half_length
-        if watch.look(ramp, s, Moving(4.0, TOP_MPS), comers((away_m, 7.0)), DT_S).wait_m is not None:
+        if watch.look(ramp, s, EgoSpeeds(4.0, TOP_MPS), comers((away_m, 7.0)), DT_S).wait_m is not None:
             return away_m + 1.0
     raise AssertionError("it never waits")
 
@@ -288,9 +300,9 @@ def test_by_sensors_who_follows_on_the_common_way_is_no_leader():
     """It has joined before a car, and would brake to get behind it."""
     here = comers((0.0, 0.0))
     follower = replace(here, x=here.x + 3.0, y=np.zeros(1), yaw=np.zeros(1), vx=np.full(1, 10.0), vy=np.zeros(1))
-    joining, s = Meeting(WAIT_S, (way(joins=True),)), MEET_S + 9.5
+    joining, s = JunctionConflicts(WAIT_S, (way(joins=True),)), MEET_S + 9.5
     told = [
-        look(follower, s=s, speed=9.0, watch=GiveWay([joining], PROFILES["normal"], CAR, sensed=one))
+        look(follower, s=s, speed=9.0, watch=JunctionYield([joining], PROFILES["normal"], CAR, sensed=one))
         for one in (True, False)
     ]
     assert told[0].leader is None and told[0].wait_m is None
@@ -301,7 +313,7 @@ def test_by_sensors_an_ego_that_has_set_off_does_not_give_up_for_one_noisy_look(
     noisy_s = SETTLED_S - DT_S
     for watch, looks in (
         (sensed(), round(noisy_s / DT_S)),
-        (GiveWay([Meeting(WAIT_S, (way(),))], PROFILES["normal"], CAR), 0),
+        (JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR), 0),
     ):
         look(comers(), watch=watch, speed=2.0)
         assert watch.going

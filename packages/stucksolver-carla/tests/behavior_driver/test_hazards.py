@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behavior_driver.fakes import HALF_SIZE_M, FakeWorld, box
-from stucksolver_carla.drivers.behavior.nearby_objects import Perception
-from stucksolver_carla.drivers.behavior.path import Pose, make_path
+from stucksolver_carla.drivers.behavior.nearby_objects import GroundTruthObjects
+from stucksolver_carla.drivers.behavior.path import PlanarPose, make_path
 from stucksolver_carla.drivers.behavior.swept_path import nearest_hazards, sweep
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 
 MODEL = VehicleModel(HALF_SIZE_M[0], HALF_SIZE_M[1], 2.9, 0.7)
-START = Pose(0.0, 0.0, 0.0)
+START = PlanarPose(0.0, 0.0, 0.0)
 STRAIGHT = make_path(np.arange(0.0, 100.0), np.zeros(100), np.full(100, 10.0))
 
 
@@ -29,7 +29,7 @@ def world_with(type_id="vehicle.a", x=30.0, y=0.0, yaw=0.0, **extra):
 
 def hazards(world, path=STRAIGHT, pose=START, margin=0.3, length=60.0):
     swept = sweep(path, path.project(pose), pose, MODEL, 1.8, length)
-    return nearest_hazards(swept, Perception(world, 1).read(pose.x, pose.y), MODEL, margin, 0.5)
+    return nearest_hazards(swept, GroundTruthObjects(world, 1).read(pose.x, pose.y), MODEL, margin, 0.5)
 
 
 @given(st.floats(6.0, 55.0))
@@ -109,7 +109,7 @@ def test_the_corner_that_swings_out_in_a_bend_is_seen():
 
 def test_the_server_is_asked_for_actors_only_when_they_change():
     world = world_with()
-    perception = Perception(world, 1)
+    perception = GroundTruthObjects(world, 1)
     for _ in range(5):
         perception.read(0.0, 0.0)
     assert world.listed == 1

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stucksolver_carla.drivers.behavior import DrivePoint
-from stucksolver_carla.drivers.behavior.path import Pose, limited_speed, make_path
+from stucksolver_carla.drivers.behavior.path import PlanarPose, limited_speed, make_path
 from stucksolver_carla.drivers.behavior.route_line import given_path, rejoining_length, rejoining_path
 
 RADII = st.floats(6.0, 200.0) | st.floats(-200.0, -6.0)
@@ -36,7 +36,7 @@ def test_curvature_is_the_inverse_radius_right_positive(radius):
 def test_a_pose_is_found_where_it_was_put(radius, s, lateral, heading):
     path = arc(radius, 45.0)
     x, y, yaw = (float(v[0]) for v in path.at(np.array([s])))
-    pose = Pose(x - lateral * math.sin(yaw), y + lateral * math.cos(yaw), yaw + heading)
+    pose = PlanarPose(x - lateral * math.sin(yaw), y + lateral * math.cos(yaw), yaw + heading)
     where = path.project(pose)
     assert where.s == pytest.approx(s, abs=0.4)
     assert where.lateral == pytest.approx(lateral, abs=0.05)
@@ -65,8 +65,8 @@ def test_the_way_back_starts_at_the_ego_and_ends_on_the_route(lateral, speed):
 def test_a_path_that_passes_a_place_twice_is_followed_in_order():
     there, back = np.arange(0.0, 50.0), np.arange(50.0, 0.0, -1.0)
     path = make_path(np.concatenate([there, back]), np.zeros(100), np.full(100, 5.0))
-    assert path.project(Pose(20.0, 0.0, 0.0)).s == pytest.approx(20.0, abs=0.3)
-    assert path.project(Pose(20.0, 0.0, math.pi)).s == pytest.approx(80.0, abs=1.3)
+    assert path.project(PlanarPose(20.0, 0.0, 0.0)).s == pytest.approx(20.0, abs=0.3)
+    assert path.project(PlanarPose(20.0, 0.0, math.pi)).s == pytest.approx(80.0, abs=1.3)
 
 
 @pytest.mark.parametrize(

@@ -7,14 +7,14 @@ from functools import partial
 import numpy as np
 import pytest
 
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies
-from stucksolver_carla.drivers.behavior.path import Pose, make_path
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
+from stucksolver_carla.drivers.behavior.path import PlanarPose, make_path
 from stucksolver_carla.drivers.behavior.pull_out import (
     GAP_S,
     LEAST_GAP_S,
     accepted_gap_s,
-    clear_way_out,
-    somebody_comes,
+    find_pull_out_path,
+    is_traffic_approaching,
 )
 from stucksolver_carla.drivers.behavior.route_line import rejoining_length, rejoining_path
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
@@ -30,7 +30,7 @@ def cars(*places):
     """(x, y, speed along x) of cars."""
     x, y, speed = np.array(places, dtype=float).reshape(-1, 3).T
     zeros = np.zeros(len(x))
-    return NearbyBodies(
+    return NearbyObjects(
         actor_id=tuple(range(len(x))),
         is_walker=np.zeros(len(x), dtype=bool),
         x=x,
@@ -47,8 +47,8 @@ def cars(*places):
 
 def way_out(around):
     gentle = rejoining_length(BESIDE_M, 0.0)
-    pose = Pose(AT_M, BESIDE_M, 0.0)
-    return gentle, clear_way_out(lambda m: rejoining_path(LANE, AT_M, BESIDE_M, m), gentle, pose, around, CAR)
+    pose = PlanarPose(AT_M, BESIDE_M, 0.0)
+    return gentle, find_pull_out_path(lambda m: rejoining_path(LANE, AT_M, BESIDE_M, m), gentle, pose, around, CAR)
 
 
 def back_after_m(way):
@@ -71,37 +71,37 @@ def test_whoever_comes_within_the_time_gap_is_waited_for(speed):
     bumper_to_bumper = 2.45 + 2.3
     near = cars((AT_M - bumper_to_bumper - (GAP_S - 0.3) * speed, 0.0, speed))
     far = cars((AT_M - bumper_to_bumper - (GAP_S + 0.7) * speed, 0.0, speed))
-    assert somebody_comes(LANE, AT_M, 0.0, near, CAR)
-    assert not somebody_comes(LANE, AT_M, 0.0, far, CAR)
+    assert is_traffic_approaching(LANE, AT_M, 0.0, near, CAR)
+    assert not is_traffic_approaching(LANE, AT_M, 0.0, far, CAR)
 
 
 def test_who_is_abreast_is_waited_for_and_who_has_passed_stands_further_back_or_drives_elsewhere_is_not():
-    assert somebody_comes(LANE, AT_M, 0.0, cars((AT_M + 3.0, 0.0, 6.0)), CAR)
-    assert somebody_comes(LANE, AT_M, 0.0, cars((AT_M, 0.0, 0.0)), CAR)
+    assert is_traffic_approaching(LANE, AT_M, 0.0, cars((AT_M + 3.0, 0.0, 6.0)), CAR)
+    assert is_traffic_approaching(LANE, AT_M, 0.0, cars((AT_M, 0.0, 0.0)), CAR)
     elsewhere = cars((AT_M + 20.0, 0.0, 6.0), (AT_M - 10.0, 0.0, 0.0), (AT_M - 10.0, -3.5, 9.0))
-    assert not somebody_comes(LANE, AT_M, 0.0, elsewhere, CAR)
+    assert not is_traffic_approaching(LANE, AT_M, 0.0, elsewhere, CAR)
 
 
 def test_at_speed_only_who_is_quicker_is_waited_for():
     same = cars((AT_M - 12.0, 0.0, 8.0))
-    assert somebody_comes(LANE, AT_M, 2.0, same, CAR)
-    assert not somebody_comes(LANE, AT_M, 8.0, same, CAR)
+    assert is_traffic_approaching(LANE, AT_M, 2.0, same, CAR)
+    assert not is_traffic_approaching(LANE, AT_M, 8.0, same, CAR)
 
 
 def test_whoever_has_waited_long_takes_a_smaller_gap():
     gaps = [accepted_gap_s(waited) for waited in (0.0, 5.0, 15.0, 60.0)]
     assert gaps[0] == GAP_S and gaps[-1] == LEAST_GAP_S and gaps == sorted(gaps, reverse=True)
     close = cars((AT_M - 2.45 - 2.3 - 15.0, 0.0, 9.0))
-    assert somebody_comes(LANE, AT_M, 0.0, close, CAR, gaps[0])
-    assert not somebody_comes(LANE, AT_M, 0.0, close, CAR, gaps[-1])
+    assert is_traffic_approaching(LANE, AT_M, 0.0, close, CAR, gaps[0])
+    assert not is_traffic_approaching(LANE, AT_M, 0.0, close, CAR, gaps[-1])
 
 
 def test_with_a_wider_margin_the_way_round_what_stands_ahead_is_tighter_or_there_is_none():
     def way(away_m, margin_m):
         gentle = rejoining_length(BESIDE_M, 0.0)
         ways = partial(rejoining_path, LANE, AT_M, BESIDE_M)
-        return clear_way_out(
-            ways, gentle, Pose(AT_M, BESIDE_M, 0.0), cars((AT_M + away_m, BESIDE_M, 0.0)), CAR, margin_m
+        return find_pull_out_path(
+            ways, gentle, PlanarPose(AT_M, BESIDE_M, 0.0), cars((AT_M + away_m, BESIDE_M, 0.0)), CAR, margin_m
         )
 
     places = np.arange(6.0, 12.0, 0.1)

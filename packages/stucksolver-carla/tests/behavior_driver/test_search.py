@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stucksolver_carla.drivers.behavior.graph_search import Edge, Edges, NoWay, shortest_way
+from stucksolver_carla.drivers.behavior.graph_search import Edge, Edges, NoRouteError, shortest_way
 
 PLACES = st.lists(st.tuples(st.integers(0, 20), st.integers(0, 20)), min_size=2, max_size=12, unique=True)
 LINKS = st.lists(st.tuples(st.integers(0, 11), st.integers(0, 11), st.sampled_from([1.0, 1.0, 1.5, 3.0])), max_size=60)
@@ -33,7 +33,7 @@ def test_the_way_is_the_one_that_networkx_finds(places, links):
     try:
         expected = nx.astar_path(graph, source, target, heuristic=at_least_m, weight="length")
     except nx.NetworkXNoPath:
-        with pytest.raises(NoWay):
+        with pytest.raises(NoRouteError):
             shortest_way(edges, source, target, at_least_m)
         return
     found = shortest_way(edges, source, target, at_least_m)

@@ -10,10 +10,10 @@ from behavior_driver.roads import straight_road
 from behavior_driver.test_changing import RIGHT, Sensed
 from behavior_driver.test_give_way import AT_THE_LINE, CAR, DT_S, LINE, WAIT_S, comers, way
 from stucksolver_carla.drivers.behavior import BehaviorDriver, DriverOptions
-from stucksolver_carla.drivers.behavior.acceleration_limits import USUAL, Concerns
-from stucksolver_carla.drivers.behavior.conflict_paths import Meeting
-from stucksolver_carla.drivers.behavior.flow_speed import LOST_S, PacedConcerns
-from stucksolver_carla.drivers.behavior.junction_yield import GiveWay, Moving
+from stucksolver_carla.drivers.behavior.acceleration_limits import USUAL, AccelerationLimits
+from stucksolver_carla.drivers.behavior.conflict_paths import JunctionConflicts
+from stucksolver_carla.drivers.behavior.flow_speed import LOST_S, PacedAccelerationLimits
+from stucksolver_carla.drivers.behavior.junction_yield import EgoSpeeds, JunctionYield
 from stucksolver_carla.drivers.behavior.local_planner import LocalPlanner
 from stucksolver_carla.drivers.behavior.profiles import PROFILES
 from stucksolver_carla.drivers.behavior.swept_path import Hazard
@@ -52,12 +52,14 @@ def test_otherwise_it_keeps_to_its_limit(behind_mps, sensed):
 
 @pytest.mark.parametrize(("pace", "sensed", "flow"), [(16.0, True, 16.0), (8.5, True, 0.0), (16.0, False, 0.0)])
 def test_a_stream_is_joined_at_its_pace_if_that_is_much_faster(pace, sensed, flow):
-    watch = GiveWay([Meeting(WAIT_S, (way(joins=True),))], PROFILES["normal"], CAR, sensed=sensed)
-    watch.look(LINE, AT_THE_LINE, Moving(0.0, LIMITED_MPS), comers((10.0, pace)), DT_S)
+    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(joins=True),))], PROFILES["normal"], CAR, sensed=sensed)
+    watch.look(LINE, AT_THE_LINE, EgoSpeeds(0.0, LIMITED_MPS), comers((10.0, pace)), DT_S)
     assert watch.flow_mps == flow
 
 
-@pytest.mark.parametrize(("kind", "least_m", "most_m"), [(PacedConcerns, 0.1, 0.3), (Concerns, 0.5, 1.0)])
+@pytest.mark.parametrize(
+    ("kind", "least_m", "most_m"), [(PacedAccelerationLimits, 0.1, 0.3), (AccelerationLimits, 0.5, 1.0)]
+)
 def test_by_sensors_a_start_that_is_given_up_ends_before_the_nose_is_in_the_way(kind, least_m, most_m):
     profile = PROFILES["normal"]
     concerns = kind(profile, DriverOptions(), CAR, LocalPlanner(profile.lateral_accel, profile.deceleration))
@@ -72,9 +74,9 @@ def in_a_stream(behind_mps=13.0, later_s=0.0):
     """In a stream of 13 m/s, with the follower last seen some time ago."""
     profile = PROFILES["normal"]
     planner = LocalPlanner(profile.lateral_accel, profile.deceleration)
-    concerns = PacedConcerns(profile, DriverOptions(), CAR, planner)
-    concerns.heed(13.0, behind_mps, 30.0, DT_S)
-    concerns.heed(13.0, 0.0 if later_s else behind_mps, 30.0, later_s)
+    concerns = PacedAccelerationLimits(profile, DriverOptions(), CAR, planner)
+    concerns.set_flow_speed(13.0, behind_mps, 30.0, DT_S)
+    concerns.set_flow_speed(13.0, 0.0 if later_s else behind_mps, 30.0, later_s)
     concerns.cruise(LINE, 12.0, 30.0, "", USUAL)
     return concerns
 

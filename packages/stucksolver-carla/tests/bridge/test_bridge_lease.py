@@ -34,7 +34,7 @@ steps = st.one_of(orders, ticks, ticks, ticks, st.just("expire"))
 @pytest.mark.integration
 @given(st.lists(steps, max_size=60))
 def test_both_leases_perform_the_same(sequence):
-    ours, theirs = Lease(), bridge.Lease()
+    ours, theirs = Lease(), bridge.JsonLease()
     for step in sequence:
         if step == "expire":
             ours.expire()
@@ -67,7 +67,7 @@ FIELDS = ("kind", "path", "expires_ticks", "brake_mps2", "behavior", "reverse")
 @pytest.mark.integration
 @given(st.dictionaries(st.sampled_from(FIELDS), JUNK).map(lambda form: {"kind": "execute", **form}) | JUNK)
 def test_whatever_is_said_something_can_be_performed(form):
-    held = bridge.Lease()
+    held = bridge.JsonLease()
     held.renew(form)
     for k in range(30):
         due = held.tick(0.0, 0.0, path_is_done=False, at_rest=k > 20)
@@ -75,7 +75,7 @@ def test_whatever_is_said_something_can_be_performed(form):
 
 
 def test_the_same_as_before_renews_and_what_has_expired_must_be_said_again():
-    held, order = bridge.Lease(), {"kind": "execute", "path": [{"x_m": 0.0, "y_m": 0.0, "speed_mps": 1.0}] * 2}
+    held, order = bridge.JsonLease(), {"kind": "execute", "path": [{"x_m": 0.0, "y_m": 0.0, "speed_mps": 1.0}] * 2}
     held.renew(order)
     for _ in range(50):
         held.renew(None)
@@ -90,7 +90,7 @@ def test_the_same_as_before_renews_and_what_has_expired_must_be_said_again():
 
 @pytest.mark.parametrize("wrong", [7, "go", [], {}, {"kind": "drive"}, {"kind": "execute", "path": "ahead"}])
 def test_what_cannot_be_performed_is_stood_still_at(wrong):
-    held = bridge.Lease()
+    held = bridge.JsonLease()
     held.renew({"kind": "continue"})
     held.renew(wrong)
     assert held.fault and held.order == bridge.STAND

@@ -9,17 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stucksolver_bridge.actor_boxes import Body, Placed
+from stucksolver_bridge.actor_boxes import BridgeActorBox, PlacedBox
 from stucksolver_bridge.clearance import STEP_M, free_way_m
-from stucksolver_bridge.path_line import Line
+from stucksolver_bridge.path_line import PathLine
 
-AHEAD = Line([(0.0, 0.0, 5.0), (60.0, 0.0, 5.0)])
+AHEAD = PathLine([(0.0, 0.0, 5.0), (60.0, 0.0, 5.0)])
 CAR = (2.4, 1.0)
 
 
 def box(x, y, z=0.5, length=4.0, width=2.0, yaw=0.0, name=7):
-    body = Body(SimpleNamespace(id=name), length / 2, width / 2, 0.5, (0.0, 0.0, 0.5), 0.0)
-    return Placed(body, x, y, z, yaw, 0.0, 0.0)
+    body = BridgeActorBox(SimpleNamespace(id=name), length / 2, width / 2, 0.5, (0.0, 0.0, 0.5), 0.0)
+    return PlacedBox(body, x, y, z, yaw, 0.0, 0.0)
 
 
 @pytest.mark.integration
@@ -57,7 +57,7 @@ def test_what_touches_already_may_be_left(thing):
 
 
 def test_backing_away_from_what_is_touched_in_front_is_free():
-    back = Line([(0.0, 0.0, 1.0), (-10.0, 0.0, 1.0)])
+    back = PathLine([(0.0, 0.0, 1.0), (-10.0, 0.0, 1.0)])
     assert free_way_m(back, 0.0, 8.0, CAR, 0.0, [box(4.35, 0.0)], backwards=True) == math.inf
     assert free_way_m(back, 0.0, 8.0, CAR, 0.0, [box(-4.35, 0.0)], backwards=True) == 0.0
 

@@ -11,7 +11,7 @@ import pytest
 
 from stucksolver_bridge import message_socket, solver_exchange
 from stucksolver_bridge.message_socket import Wire, WireError
-from stucksolver_bridge.solver_exchange import MOST_STRAYS, OLD_TICKS, Conversation, Overdue, limit_of
+from stucksolver_bridge.solver_exchange import MOST_STRAYS, OLD_TICKS, SolverExchange, SolverTimeoutError, limit_of
 
 TICK_S = 0.05
 LIMIT_S = 120.0
@@ -118,11 +118,11 @@ POLL = select.poll
 
 
 def live(other):
-    return Conversation(Wire(other.ours, message_socket.ANSWER_BYTES), 0.5 * TICK_S, LIMIT_S)
+    return SolverExchange(Wire(other.ours, message_socket.ANSWER_BYTES), 0.5 * TICK_S, LIMIT_S)
 
 
 def lockstep(other, limit_s=LIMIT_S):
-    return Conversation(Wire(other.ours, message_socket.ANSWER_BYTES), None, limit_s)
+    return SolverExchange(Wire(other.ours, message_socket.ANSWER_BYTES), None, limit_s)
 
 
 def ticks(clock, talk, count, **more):
@@ -216,7 +216,7 @@ def test_step_waiting_world_gets_any_answer_within_the_limit(other, clock):
     talk = lockstep(other)
     other.later = [(1000.0 + LIMIT_S - 1.0, framed({"thought": "long", "number": 1}))]
     assert talk.step({}, str) == {"thought": "long"}
-    with pytest.raises(Overdue, match="no answer within 120 s"):
+    with pytest.raises(SolverTimeoutError, match="no answer within 120 s"):
         talk.step({}, str)
     assert clock.now_s == pytest.approx(1000.0 + 2 * LIMIT_S - 1.0, abs=0.01)
 
@@ -225,7 +225,7 @@ def test_step_waiting_world_gets_any_answer_within_the_limit(other, clock):
 def test_one_byte_a_second_does_not_put_the_limit_off(other, clock, talks):
     other.later = [(1000.0 + k, b"\x00\x00\x20\x00"[k : k + 1] if k < 4 else b"x") for k in range(4000)]
     talk = talks(other)
-    with pytest.raises(Overdue):
+    with pytest.raises(SolverTimeoutError):
         for _ in range(round(2 * LIMIT_S / TICK_S)):
             begun = clock.now_s
             talk.step({}, str)

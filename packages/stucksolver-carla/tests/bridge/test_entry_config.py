@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from stucksolver_bridge.entry_config import Config, ConfigError, read_config
-from stucksolver_bridge.guidance_script import Speaker
+from stucksolver_bridge.guidance_script import GuidancePlayer
 
 
 def written(tmp_path, content):
@@ -78,9 +78,9 @@ def test_lines_of_a_guidance_script_are_said_once_when_their_time_has_come(tmp_p
         {"when": {"place_m": 50}, "say": ["slower"]},
     ]
     path = written(tmp_path, {"version": 1, "routes": {"2101": lines}})
-    speaker = Speaker(str(path), "2101")
+    speaker = GuidancePlayer(str(path), "2101")
     assert speaker.due(10.0, 0.0, 5.0) == []
     assert speaker.due(16.0, 20.0, 0.0) == ["please overtake them"]
     assert speaker.due(17.0, 20.0, 0.0) == []
     assert speaker.due(18.0, 60.0, 4.0) == ["slower"]
-    assert Speaker(str(path), "9").due(99.0, 99.0, 0.0) == []
+    assert GuidancePlayer(str(path), "9").due(99.0, 99.0, 0.0) == []

@@ -9,17 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stucksolver_bridge.path_line import Line
+from stucksolver_bridge.path_line import PathLine
 
-STRAIGHT = Line([(0.0, 0.0, 5.0), (10.0, 0.0, 5.0), (20.0, 0.0, 0.0)])
+STRAIGHT = PathLine([(0.0, 0.0, 5.0), (10.0, 0.0, 5.0), (20.0, 0.0, 0.0)])
 places = st.floats(-50, 50)
 
 
 def test_a_path_needs_two_points_at_different_places():
     with pytest.raises(ValueError, match="two points"):
-        Line([(1.0, 2.0, 3.0), (1.0, 2.0, 0.0)])
+        PathLine([(1.0, 2.0, 3.0), (1.0, 2.0, 0.0)])
     with pytest.raises(ValueError, match="two points"):
-        Line([])
+        PathLine([])
 
 
 @given(s=st.floats(-5, 25), beside=st.floats(-3, 3))
@@ -32,7 +32,7 @@ def test_every_point_of_a_path_lies_where_its_arc_length_says(points, part):
     steps = [math.dist(a, b) for a, b in itertools.pairwise(points)]
     if min(steps) < 0.01:
         return
-    line = Line([(x, y, 1.0) for x, y in points])
+    line = PathLine([(x, y, 1.0) for x, y in points])
     assert line.length_m == pytest.approx(sum(steps))
     here, on = line.at(part * line.length_m), line.at(min(part * line.length_m + 0.01, line.length_m))
     assert math.dist(here[:2], on[:2]) <= 0.01 + 1e-6

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from stucksolver.plan import Execute, PathPoint, SafeStop
 from stucksolver.plan.behaviors import KeepLane, Wait
 from stucksolver.plan.directive import directive_adapter
-from stucksolver_bridge.directive_validation import MOST_POINTS, why_malformed
+from stucksolver_bridge.directive_validation import MOST_POINTS, malformed_reason
 
 POINTS = tuple(PathPoint(x_m=float(x), y_m=0.5, speed_mps=4.0, no_stop=x > 10) for x in range(30))
 DRIVE = Execute(behavior=KeepLane(distance_m=30.0, speed_mps=4.0), path=POINTS, ignore=("17",))
@@ -37,7 +37,7 @@ GOOD = [
 
 @pytest.mark.parametrize("answer", GOOD)
 def test_what_the_solver_says_can_be_performed(answer):
-    assert why_malformed(json.loads(json.dumps(answer))) is None
+    assert malformed_reason(json.loads(json.dumps(answer))) is None
 
 
 def spoilt():
@@ -74,12 +74,12 @@ def spoilt():
 
 @pytest.mark.parametrize("answer", list(spoilt()))
 def test_one_thing_that_is_wrong_is_named(answer):
-    assert why_malformed(answer)
+    assert malformed_reason(answer)
 
 
 @pytest.mark.parametrize("name", ["follow", "hold", "release"])
 def test_what_the_driver_does_must_come_with_its_directive(name):
-    assert "directive" in why_malformed({"orders": [[name, FOLLOW if name == "follow" else None]]})
+    assert "directive" in malformed_reason({"orders": [[name, FOLLOW if name == "follow" else None]]})
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_what_the_driver_does_must_come_with_its_directive(name):
     ],
 )
 def test_other_orders_are_looked_at_as_well(order):
-    assert why_malformed({"directive": {"kind": "continue"}, "orders": [order]})
+    assert malformed_reason({"directive": {"kind": "continue"}, "orders": [order]})
 
 
 ANYTHING = st.recursive(
@@ -104,9 +104,9 @@ ANYTHING = st.recursive(
 @given(ANYTHING)
 def test_nothing_is_raised_whatever_is_said(answer):
     for one in (answer, {"directive": answer}, {"orders": [["follow", answer]]}, {"orders": answer}):
-        assert why_malformed(one) is None or isinstance(why_malformed(one), str)
+        assert malformed_reason(one) is None or isinstance(malformed_reason(one), str)
 
 
 def test_a_huge_list_is_refused_without_being_looked_through():
     huge = [object()] * (MOST_POINTS + 1)
-    assert "entries" in why_malformed({"directive": {"kind": "execute", "path": huge}})
+    assert "entries" in malformed_reason({"directive": {"kind": "execute", "path": huge}})

@@ -65,7 +65,7 @@ def helped(town, monkeypatch):
     facts = SimpleNamespace(opening=lambda *_: {}, tick=dict, give=None)
     monkeypatch.setattr(recovery_client, "SolverProcess", FakeSolver)
     monkeypatch.setattr(recovery_client, "Facts", lambda *_: facts)
-    return recovery_client.Recovery(FakeDriver(), town, carla, {}, "python")
+    return recovery_client.RecoveryClient(FakeDriver(), town, carla, {}, "python")
 
 
 def test_a_route_to_the_end_of_a_road_is_driven(town, helped):

@@ -16,7 +16,7 @@ from own_street import Street
 
 from stucksolver.record import replay
 from stucksolver.record.recorder import RUN_ENDED
-from stucksolver_bridge import Lease, SolverError, SolverProcess
+from stucksolver_bridge import JsonLease, SolverError, SolverProcess
 from stucksolver_bridge.message_socket import Wire, WireError
 
 pytestmark = pytest.mark.integration
@@ -175,7 +175,7 @@ def test_half_a_message_a_huge_one_and_noise_are_faults_of_the_wire():
 def test_a_stack_of_ones_own_stops_when_the_solver_is_stopped_and_goes_on_with_it(solver):
     solver.close()
     live = SolverProcess(sys.executable, {"settings": {**SETTINGS, "clock": "wall"}})
-    street, lease, stopped = Street(), Lease(), 0
+    street, lease, stopped = Street(), JsonLease(), 0
 
     def tick():
         status = street.status()

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from stucksolver_bridge.directive_validation import why_malformed
-from stucksolver_bridge.sensor_data import SensedFacts, numbers
+from stucksolver_bridge.directive_validation import malformed_reason
+from stucksolver_bridge.sensor_data import SensorData, numbers
 from stucksolver_bridge.shared_memory import SharedFrames
 from stucksolver_carla.perception_interface import SensorError
 from stucksolver_perception.carla.declared_sensors import rig_of
@@ -88,7 +88,7 @@ def both():
 @contextmanager
 def sides(declared):
     vehicle = StubVehicle()
-    facts = SensedFacts(vehicle, None, declared)
+    facts = SensorData(vehicle, None, declared)
     facts._world = SimpleNamespace(get_snapshot=lambda: vehicle.get_world().get_snapshot())
     opening = {"frames": {"fd": facts.frames.fd, "size": facts.frames.size}, "xodr": ""}
     reader = SharedMeasurements(opening, rig_of(declared, RIG), facts.give, StubClock())
@@ -244,5 +244,5 @@ def test_numbers_are_finite_or_nothing():
     ],
 )
 def test_a_control_that_cannot_be_performed_is_refused(control):
-    assert why_malformed({"orders": [["control", [0.5, -1.0, 0.0, False, False]]]}) is None
-    assert why_malformed({"orders": [["control", control]]}) is not None
+    assert malformed_reason({"orders": [["control", [0.5, -1.0, 0.0, False, False]]]}) is None
+    assert malformed_reason({"orders": [["control", control]]}) is not None

@@ -80,7 +80,7 @@ def made(tmp_path, monkeypatch):
 
     def make(clock, answers, end, **options):
         python, told = scripted(tmp_path, answers, end), []
-        one = recovery_client.Recovery(Driver(), None, CARLA, clock, python, on_event=told.append, **options)
+        one = recovery_client.RecoveryClient(Driver(), None, CARLA, clock, python, on_event=told.append, **options)
         one.told = told
         started.append(one)
         return one
@@ -259,7 +259,7 @@ def told_by(monkeypatch):
     monkeypatch.setattr(recovery_client, "SolverProcess", Says)
 
     def make(*answers):
-        one = recovery_client.Recovery(Driver(), None, CARLA, {}, "python")
+        one = recovery_client.RecoveryClient(Driver(), None, CARLA, {}, "python")
         one.solver.answers += answers
         return one
 

@@ -7,12 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stucksolver.guard import Approvals, Guard, RejectCode
-from stucksolver.plan.behaviors import Abort, BackUp, Creep, KeepLane
+from stucksolver.plan.behaviors import AbortAction, BackUp, Creep, KeepLane
 from stucksolver.record import Recorder, replay
 from stucksolver.scene import ControlKind, LightState, TrafficControl
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver import EventKind
-from stucksolver.solver.surroundings_monitor import Senses
+from stucksolver.solver.surroundings_monitor import SurroundingsMonitor
 from worlds import World, drive, red_light, straight_road, stubborn, thing
 
 ROAD = straight_road()
@@ -28,7 +28,12 @@ class Street:
     """A stack that shows its lights as it is told to, and a solver's senses that look at it, now and then or often."""
 
     def __init__(self, x=60.0, speed=0.0, every_s=0.6):
-        self.world, self.senses, self.now_s, self.every_s = World(ROAD, x=x, speed=speed), Senses(), 0.0, every_s
+        self.world, self.senses, self.now_s, self.every_s = (
+            World(ROAD, x=x, speed=speed),
+            SurroundingsMonitor(),
+            0.0,
+            every_s,
+        )
 
     def look(self, *states, x=None, line_x=LINE_X, speed=None, controls=None, **more):
         """One look at a line with a light for each of the states, or with these controls."""
@@ -97,7 +102,7 @@ def test_red_light_lost_while_a_plan_runs_towards_it_ends_the_plan():
     assert GUARD.recheck(proven, FrenetScene(street.seen)).accepted
     street.look(x=55.0, speed=4.5)
     verdict = GUARD.recheck(proven, FrenetScene(street.seen))
-    assert set(verdict.codes) == {RejectCode.RED_LIGHT} and verdict.abort is Abort.STOP
+    assert set(verdict.codes) == {RejectCode.RED_LIGHT} and verdict.abort is AbortAction.STOP
 
 
 @pytest.mark.parametrize("speed", [0.6, 2.0, 4.0, 5.5])

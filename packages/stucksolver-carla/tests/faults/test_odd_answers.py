@@ -16,7 +16,7 @@ from stucksolver import CONTINUE, StuckSolver
 from stucksolver.guard import RejectCode
 from stucksolver.plan import Analysis, CauseCode, Decision, Observation, RecoveryPlan
 from stucksolver.plan.behaviors import BorrowOncomingLane, KeepLane, Wait
-from stucksolver.reasoners import Answer, RuleReasoner, Trace
+from stucksolver.reasoners import ReasonerAnswer, ReasonerTrace, RuleReasoner
 from stucksolver.record import Recorder, replay
 from stucksolver.scene.bounded_values import DEEPEST, MalformedError, read_again
 from stucksolver.solver import EventKind
@@ -149,27 +149,27 @@ ANSWERS = {
     "nothing": None,
     "a text": "overtake",
     "one that raises": Raises(),
-    "a class": Answer,
+    "a class": ReasonerAnswer,
     "a decision alone": decision(RecoveryPlan(behaviors=(WAIT,))),
-    "no decision": Answer(None, "odd"),
-    "a decision that raises": Answer(Raises(), "odd"),
-    "a name that is none": Answer(decision(None), 7),
-    "a name that raises": Answer(decision(None), Raises()),
-    "a name without end": Answer(decision(None), "x" * HUGE),
-    "a trace that is none": Answer(decision(None), "odd", "trace"),
-    "a trace of a million": Answer(decision(None), "odd", Trace.model_construct(answers=("x",) * HUGE)),
-    "a cost that is no number": Answer(decision(None), "odd", Trace.model_construct(usd=math.nan)),
-    "no observation": Answer(decision(None, observation=None), "odd"),
-    "a million participants": Answer(
+    "no decision": ReasonerAnswer(None, "odd"),
+    "a decision that raises": ReasonerAnswer(Raises(), "odd"),
+    "a name that is none": ReasonerAnswer(decision(None), 7),
+    "a name that raises": ReasonerAnswer(decision(None), Raises()),
+    "a name without end": ReasonerAnswer(decision(None), "x" * HUGE),
+    "a trace that is none": ReasonerAnswer(decision(None), "odd", "trace"),
+    "a trace of a million": ReasonerAnswer(decision(None), "odd", ReasonerTrace.model_construct(answers=("x",) * HUGE)),
+    "a cost that is no number": ReasonerAnswer(decision(None), "odd", ReasonerTrace.model_construct(usd=math.nan)),
+    "no observation": ReasonerAnswer(decision(None, observation=None), "odd"),
+    "a million participants": ReasonerAnswer(
         decision(None, observation=Observation.model_construct(controls=(), participants=(1,) * HUGE, summary="")),
         "odd",
     ),
-    "a reason that raises": Answer(decision(None, rationale=Raises()), "odd"),
-    "a reason that no record holds": Answer(decision(None, rationale="\ud800"), "odd"),
-    "a cause that is none": Answer(
+    "a reason that raises": ReasonerAnswer(decision(None, rationale=Raises()), "odd"),
+    "a reason that no record holds": ReasonerAnswer(decision(None, rationale="\ud800"), "odd"),
+    "a cause that is none": ReasonerAnswer(
         decision(None, analysis=Analysis.model_construct(steps=(), immobilized="yes", cause="a", reason="")), "odd"
     ),
-    **{f"a plan: {name}": Answer(decision(one), "odd") for name, one in PLANS.items()},
+    **{f"a plan: {name}": ReasonerAnswer(decision(one), "odd") for name, one in PLANS.items()},
 }
 
 
@@ -211,7 +211,7 @@ def asked(answer, seconds=6.0, **options):
 def test_step_odd_answer_is_refused_with_a_code(what):
     seen = asked(ANSWERS[what])
     failed = [event for event in seen.events if event.kind is EventKind.FAILED]
-    assert failed and all(event.verdict.codes == (RejectCode.UNSOUND,) for event in failed)
+    assert failed and all(event.verdict.codes == (RejectCode.IMPLAUSIBLE,) for event in failed)
     assert all(len(event.text) < 500 and "\n" not in event.text for event in failed)
     assert set(seen.directives) == {CONTINUE}
     assert EventKind.DECIDED not in seen.kinds()
@@ -228,7 +228,7 @@ def test_step_huge_plan_takes_as_little_work_as_a_small_one(what):
 
 def test_step_sound_answer_is_the_same_as_before():
     """What is validated again is what the reasoner said."""
-    sound = Answer(decision(RecoveryPlan(behaviors=(PASS,))), "odd", Trace(answers=("yes",), usd=0.1))
+    sound = ReasonerAnswer(decision(RecoveryPlan(behaviors=(PASS,))), "odd", ReasonerTrace(answers=("yes",), usd=0.1))
     seen = asked(sound, 20.0)
     decided = next(event for event in seen.events if event.kind is EventKind.DECIDED)
     assert (decided.decision, decided.reasoner, decided.trace) == (sound.decision, "odd", sound.trace)
@@ -255,7 +255,7 @@ def test_check_odd_plan_is_refused_and_raises_nothing(what):
     world, asks = World(straight_road(), [thing("lead", 60.0)]), Asks(PLANS[what])
     with counted() as calls:
         drive(world, 2.0, reasoner=asks, ladder=BRIEF)
-    assert asks.verdict.startswith(f"{RejectCode.UNSOUND.value}:")
+    assert asks.verdict.startswith(f"{RejectCode.IMPLAUSIBLE.value}:")
     assert calls[0] < 2_000_000
 
 

@@ -23,8 +23,8 @@ from stucksolver.reasoners.faulty import make_faulty  # noqa: E402
 from stucksolver.record import replay  # noqa: E402
 from stucksolver.record.recorder import RUN_ENDED  # noqa: E402
 from stucksolver.solver import EventKind  # noqa: E402
-from stucksolver_carla.client_connection import Server  # noqa: E402
-from stucksolver_carla.observer import NoSuchCar, Watching  # noqa: E402
+from stucksolver_carla.client_connection import SimulatorServer  # noqa: E402
+from stucksolver_carla.observer import VehicleNotFoundError, VehicleObserver  # noqa: E402
 from stucksolver_eval.simulator_server import carlette_server  # noqa: E402
 
 pytestmark = pytest.mark.integration
@@ -32,13 +32,13 @@ T = TypeVar("T")
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[Server]:
+def server() -> Iterator[SimulatorServer]:
     with carlette_server("demo_town") as found:
         yield found
 
 
 @pytest.fixture(scope="module")
-def client(server: Server) -> Ride:
+def client(server: SimulatorServer) -> Ride:
     """One for all tests: a second client that changes the settings of a world that stands waits a second for it."""
     return Ride(server.host, server.port)
 
@@ -98,7 +98,7 @@ def test_a_hostile_reasoner_touches_nobody(ride: Ride, name: str) -> None:
 
 @pytest.mark.slow
 def test_after_a_kill_in_the_middle_of_a_plan_the_record_is_good_and_the_stack_drives_itself(
-    server: Server, ride: Ride, tmp_path: Path
+    server: SimulatorServer, ride: Ride, tmp_path: Path
 ) -> None:
     program = Path(__file__).with_name("ride.py")
     command = [sys.executable, str(program), server.host, str(server.port), str(tmp_path)]
@@ -126,11 +126,13 @@ def while_ticking(ride: Ride, make: Callable[[], T]) -> T:
     return made.result()
 
 
-def test_a_watcher_changes_nothing_and_sees_it_all(server: Server, ride: Ride, tmp_path: Path) -> None:
+def test_a_watcher_changes_nothing_and_sees_it_all(server: SimulatorServer, ride: Ride, tmp_path: Path) -> None:
     ride.place()
     world = carla.Client(server.host, server.port).get_world()
     before = world.get_settings()
-    watching = while_ticking(ride, lambda: Watching(world, "hero", profile("default"), tmp_path, lambda event: None))
+    watching = while_ticking(
+        ride, lambda: VehicleObserver(world, "hero", profile("default"), tmp_path, lambda event: None)
+    )
     errors: list[Exception] = []
     over = threading.Event()
 
@@ -159,7 +161,7 @@ def test_a_watcher_changes_nothing_and_sees_it_all(server: Server, ride: Ride, t
     assert all(replay(file).matches for file in watching.files) and len(watching.files) == 1
 
 
-def test_the_command_shows_the_state_and_ends_cleanly_on_ctrl_c(server: Server, ride: Ride) -> None:
+def test_the_command_shows_the_state_and_ends_cleanly_on_ctrl_c(server: SimulatorServer, ride: Ride) -> None:
     ride.place()
     code = "import sys; from stucksolver.commands import main; sys.exit(main(sys.argv[1:]))"
     command = [sys.executable, "-c", code, "watch", "--host", server.host, "--port", str(server.port)]
@@ -178,7 +180,9 @@ def test_the_command_shows_the_state_and_ends_cleanly_on_ctrl_c(server: Server, 
 
 
 @pytest.mark.slow
-def test_a_watch_of_so_many_seconds_writes_the_end_of_its_record(server: Server, ride: Ride, tmp_path: Path) -> None:
+def test_a_watch_of_so_many_seconds_writes_the_end_of_its_record(
+    server: SimulatorServer, ride: Ride, tmp_path: Path
+) -> None:
     ride.place()
     code = "import sys; from stucksolver.commands import main; sys.exit(main(sys.argv[1:]))"
     command = [sys.executable, "-c", code, "watch", "--host", server.host, "--port", str(server.port)]
@@ -192,8 +196,8 @@ def test_a_watch_of_so_many_seconds_writes_the_end_of_its_record(server: Server,
     assert report.matches and report.ended == RUN_ENDED
 
 
-def test_a_car_that_is_not_there_is_named_with_those_that_are(server: Server, ride: Ride) -> None:
+def test_a_car_that_is_not_there_is_named_with_those_that_are(server: SimulatorServer, ride: Ride) -> None:
     ride.place()
     world = carla.Client(server.host, server.port).get_world()
-    with pytest.raises(NoSuchCar, match=r"no vehicle has the role 'villain'; there are: hero, scenario"):
-        while_ticking(ride, lambda: Watching(world, "villain", profile("default"), None, lambda event: None))
+    with pytest.raises(VehicleNotFoundError, match=r"no vehicle has the role 'villain'; there are: hero, scenario"):
+        while_ticking(ride, lambda: VehicleObserver(world, "villain", profile("default"), None, lambda event: None))

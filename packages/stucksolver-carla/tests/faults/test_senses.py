@@ -15,9 +15,9 @@ from stucksolver.guard import RejectCode
 from stucksolver.plan import Execute
 from stucksolver.scene import CameraImage, ObjectKind
 from stucksolver.solver import EventKind
-from stucksolver.solver.camera_health import CameraWatch
-from stucksolver.solver.monotonic_time import Timeline
-from stucksolver.solver.surroundings_monitor import HOLD_S, SAME_S, Senses
+from stucksolver.solver.camera_health import CameraHealth
+from stucksolver.solver.monotonic_time import MonotonicTime
+from stucksolver.solver.surroundings_monitor import HOLD_S, SAME_S, SurroundingsMonitor
 from worlds import LANE_M, World, drive, ladder, red_light, straight_road, stubborn, thing
 
 TWO_WAY = straight_road()
@@ -84,7 +84,7 @@ def test_surroundings_that_stop_coming_before_the_commit_point_end_the_plan(faul
 
 
 def test_a_sensor_that_stamps_old_frames_anew_is_found_out_while_driving():
-    senses, world = Senses(), stuck(speed=5.0)
+    senses, world = SurroundingsMonitor(), stuck(speed=5.0)
     old = world.surroundings()
     ages = []
     for k in range(20):
@@ -161,7 +161,7 @@ def jpeg(size):
 
 
 def test_a_black_image_is_left_out_of_the_scene():
-    watch, scene = CameraWatch(), stuck().scene()
+    watch, scene = CameraHealth(), stuck().scene()
     bright = scene.model_copy(update={"image": jpeg(30_000)})
     black = scene.model_copy(update={"image": jpeg(640 * 360 // 64)})
     assert watch.checked(bright, 0.0) == (bright, None)
@@ -169,7 +169,7 @@ def test_a_black_image_is_left_out_of_the_scene():
 
 
 def test_a_frozen_image_is_found_out_once_the_vehicle_has_moved():
-    watch, scene = CameraWatch(), stuck().scene().model_copy(update={"image": jpeg(30_000)})
+    watch, scene = CameraHealth(), stuck().scene().model_copy(update={"image": jpeg(30_000)})
     assert watch.checked(scene, 10.0)[1] is None
     assert watch.checked(scene, 10.2)[1] is None
     assert watch.checked(scene, 12.0) == (scene.model_copy(update={"image": None}), "the camera image is frozen")
@@ -210,7 +210,7 @@ def test_a_flickering_oncoming_car_is_never_met(phase):
 @example(gone=[False] * 3 + [True] * 10)
 @given(gone=st.lists(st.booleans(), min_size=3, max_size=60))
 def test_an_object_is_kept_for_a_second_where_it_must_be_and_no_longer(gone):
-    senses, now, last = Senses(), 0.0, None
+    senses, now, last = SurroundingsMonitor(), 0.0, None
     world = World(TWO_WAY, [thing("car", 100.0, LANE_M, speed=-8.0)])
     for k, missing in enumerate(gone):
         now = 0.1 * k
@@ -231,7 +231,7 @@ def test_an_object_is_kept_for_a_second_where_it_must_be_and_no_longer(gone):
 @pytest.mark.parametrize(("kind", "sd_m", "kept"), [("car", None, True), ("car", 0.2, False), ("bicycle", 0.2, True)])
 def test_what_a_tracker_has_ended_is_kept_only_if_it_is_vulnerable(kind, sd_m, kept):
     one = thing("it", 100.0, LANE_M, kind=ObjectKind(kind), speed=3.0).model_copy(update={"position_sd_m": sd_m})
-    seen, senses = World(TWO_WAY, [one, thing("other", 80.0)]).surroundings(), Senses()
+    seen, senses = World(TWO_WAY, [one, thing("other", 80.0)]).surroundings(), SurroundingsMonitor()
     senses.look(lambda: seen, 0.0)
     later = seen.model_copy(update={"objects": seen.objects[1:], "frame": seen.frame + 1, "time_s": seen.time_s + 0.1})
     shown = senses.look(lambda: later, 0.1)
@@ -261,7 +261,7 @@ def test_a_position_that_jumps_by_3_m_before_the_commit_point_ends_the_plan(by):
 
 
 def test_driving_fast_is_no_jump():
-    senses, world = Senses(), World(TWO_WAY, speed=30.0, cruise_mps=30.0)
+    senses, world = SurroundingsMonitor(), World(TWO_WAY, speed=30.0, cruise_mps=30.0)
     for _ in range(100):
         assert senses.look(world.surroundings, world.time_s).age_s == 0.0
         world.drive(CONTINUE)
@@ -300,7 +300,7 @@ def test_a_clock_that_jumps_leaves_the_plan_as_it_was(jump_s, when_s, undisturbe
 
 @given(steps=st.lists(st.one_of(st.floats(0.0, 0.2), st.floats(-1e6, 1e6)), max_size=50))
 def test_the_solvers_own_time_never_runs_back_nor_leaps(steps):
-    timeline, now, own = Timeline(), 100.0, []
+    timeline, now, own = MonotonicTime(), 100.0, []
     status = stuck().status()
     for step in steps:
         now += step

@@ -16,7 +16,7 @@ from planner_stage import LEFT, LitWorld, drive
 import stucksolver_bridge
 import stucksolver_carla
 from stucksolver_bridge import in_process_planner
-from stucksolver_bridge.in_process_planner import OwnPlanner, PlannerError
+from stucksolver_bridge.in_process_planner import InProcessPlanner, PlannerError
 from stucksolver_carla.drivers.behavior import DriverOptions
 from stucksolver_carla.drivers.planner import PlannerDriver
 
@@ -85,7 +85,7 @@ def test_the_entry_drives_with_the_planner_where_its_configuration_says_so(entry
 def test_it_does_not_brake_for_the_end_of_the_plan_which_the_evaluator_ends() -> None:
     world = LitWorld()
     ego = world.add_ego(10.0, LEFT, 0.0, 8.0)
-    driver = OwnPlanner(ego, "normal", world.map)
+    driver = InProcessPlanner(ego, "normal", world.map)
     driver.set_plan(plan_along(world, 10, 120))
     drive(world, ego, driver, 10.0)
     assert ego.x > 95.0
@@ -95,12 +95,12 @@ def test_it_does_not_brake_for_the_end_of_the_plan_which_the_evaluator_ends() ->
 def test_a_python_without_stucksolver_is_told_what_to_do(monkeypatch) -> None:
     monkeypatch.setattr(in_process_planner, "MODULE", "nowhere_to_be_found")
     with pytest.raises(PlannerError, match="leave 'driver' at 'agent'"):
-        OwnPlanner(None, "normal", None)
+        InProcessPlanner(None, "normal", None)
 
 
 def test_a_plan_of_one_point_is_refused() -> None:
     world = LitWorld()
-    driver = OwnPlanner(world.add_ego(10.0, LEFT), "normal", world.map)
+    driver = InProcessPlanner(world.add_ego(10.0, LEFT), "normal", world.map)
     with pytest.raises(ValueError, match="two waypoints"):
         driver.set_plan(plan_along(world, 10, 11))
 

@@ -7,8 +7,8 @@ import pytest
 
 pytest.importorskip("carla")
 
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies
-from stucksolver_carla.drivers.behavior.path import Pose, make_path
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
+from stucksolver_carla.drivers.behavior.path import PlanarPose, make_path
 from stucksolver_carla.drivers.behavior.predictive_braking import TurnRates, allowed_acceleration
 from stucksolver_carla.drivers.behavior.route_bodies import on_route
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
@@ -19,7 +19,7 @@ LINE = make_path(np.arange(0.0, 300.0), np.zeros(300), np.full(300, 30.0))
 
 def one(x, y, vx, vy):
     """A car that drives where it points."""
-    return NearbyBodies(
+    return NearbyObjects(
         actor_id=(7,),
         is_walker=np.zeros(1, np.bool_),
         x=np.array([x]),
@@ -35,7 +35,7 @@ def one(x, y, vx, vy):
 
 
 def allowed(around, speed=8.0, wished=1.0, turning=0.0):
-    where = LINE.project(Pose(50.0, 0.0, 0.0))
+    where = LINE.project(PlanarPose(50.0, 0.0, 0.0))
     return allowed_acceleration(
         LINE, where, speed, wished, on_route(LINE, 50.0, around), around, np.array([turning]), MODEL
     )

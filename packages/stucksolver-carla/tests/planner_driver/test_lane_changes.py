@@ -8,7 +8,7 @@ import pytest
 from planner_stage import LEFT, RIGHT, LitWorld, drive
 
 from stucksolver_carla.drivers.behavior import DriverOptions
-from stucksolver_carla.drivers.behavior.lateral_offsets import Shift, offset_of
+from stucksolver_carla.drivers.behavior.lateral_offsets import LateralShift, offset_of
 from stucksolver_carla.drivers.behavior.route_lane_changes import lane_changes
 from stucksolver_carla.drivers.planner import PlannerDriver
 
@@ -66,7 +66,7 @@ def test_a_stream_faster_than_the_limit_is_joined_without_being_run_into(gap_m) 
 
 def test_shifts_to_either_side_add_up_and_end_where_they_began() -> None:
     s = np.linspace(0.0, 100.0, 201)
-    right, left = Shift(0.5, 10.0, 20.0, 40.0, 50.0), Shift(-0.3, 60.0, 70.0, 80.0, 90.0)
+    right, left = LateralShift(0.5, 10.0, 20.0, 40.0, 50.0), LateralShift(-0.3, 60.0, 70.0, 80.0, 90.0)
     offset = offset_of([right, left], s)
     assert offset.max() == pytest.approx(0.5)
     assert offset.min() == pytest.approx(-0.3)

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from planner_stage import RIGHT, LitWorld
 
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import make_path
 from stucksolver_carla.drivers.behavior.route_bodies import on_route
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 from stucksolver_carla.drivers.planner import PlannerDriver
-from stucksolver_carla.drivers.planner.adjacent_lane_widths import Sides
+from stucksolver_carla.drivers.planner.adjacent_lane_widths import AdjacentLaneWidths
 from stucksolver_carla.drivers.planner.blockers import Blockers
 from stucksolver_carla.drivers.planner.pass_planner import (
-    Situation,
+    PassContext,
     cost_s,
     group_of,
     is_clear,
@@ -34,7 +34,7 @@ def bodies(*rows):
     columns = np.array(rows, dtype=np.float64).reshape(len(rows), 6).T
     x, y, length, width, vx, vy = columns
     flat = np.zeros(len(rows))
-    return NearbyBodies(
+    return NearbyObjects(
         actor_id=tuple(range(len(rows))),
         is_walker=np.zeros(len(rows), np.bool_),
         x=x,
@@ -51,8 +51,8 @@ def bodies(*rows):
 
 def situation(*rows, s=50.0, speed=0.0, left_same=0.0, left_oncoming=3.5, right_same=0.0):
     widths = np.tile([1.75, left_same, left_oncoming, right_same], (400, 1))
-    sides = Sides(np.arange(0.0, 400.0), widths)
-    return Situation(s, 0.0, speed, 13.0, on_route(LINE, s, bodies(*rows)), sides, MODEL)
+    sides = AdjacentLaneWidths(np.arange(0.0, 400.0), widths)
+    return PassContext(s, 0.0, speed, 13.0, on_route(LINE, s, bodies(*rows)), sides, MODEL)
 
 
 def ways(here, first=0):
@@ -156,7 +156,7 @@ def test_what_is_slow_for_a_reason_of_its_own_is_passed_and_a_queue_is_not(
     row, stood_s, hazard, line_m, is_worth
 ) -> None:
     here, blockers = situation(row), Blockers()
-    here = here._replace(sides=Sides(np.arange(0.0, 400.0), np.tile([1.75, 0.0, 3.5, 0.0], (400, 1))))
+    here = here._replace(sides=AdjacentLaneWidths(np.arange(0.0, 400.0), np.tile([1.75, 0.0, 3.5, 0.0], (400, 1))))
     blockers.see(here.bodies, 100.0)
     found = blockers.first(here, 100.0 + stood_s, line_m, hazard)
     assert (found == 0) == is_worth

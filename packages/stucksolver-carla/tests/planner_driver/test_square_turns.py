@@ -14,14 +14,14 @@ from planner_stage import RIGHT, LitWorld
 from test_streams import MODEL, PROFILE
 
 from stucksolver_carla.drivers.behavior.acceleration_limits import USUAL
-from stucksolver_carla.drivers.behavior.conflict_paths import Meeting, MeetingWay
-from stucksolver_carla.drivers.behavior.junction_yield import Moving
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies
+from stucksolver_carla.drivers.behavior.conflict_paths import ConflictPath, JunctionConflicts
+from stucksolver_carla.drivers.behavior.junction_yield import EgoSpeeds
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import limited_speed, make_path
 from stucksolver_carla.drivers.behavior.route_line import curve_speed
 from stucksolver_carla.drivers.planner import PlannerDriver, unprotected_turn
-from stucksolver_carla.drivers.planner.square_turns import RADIUS_M, squared, stream_ways
-from stucksolver_carla.drivers.planner.unprotected_turn import CrossingGiveWay
+from stucksolver_carla.drivers.planner.square_turns import RADIUS_M, stream_ways, with_square_turn
+from stucksolver_carla.drivers.planner.unprotected_turn import UnprotectedTurnYield
 
 WIDE_M = 20.0
 """Radius of the lanes' own arc."""
@@ -48,7 +48,7 @@ def oncoming(line):
     s = np.arange(0.0, 200.0)
     x = 180.0 - s
     meets, parts = (180.0 - float(np.interp(one, line.s, line.x)) for one in (near[-1], near[0]))
-    return MeetingWay(
+    return ConflictPath(
         x=x, y=0.0 * s + ONCOMING_Y, yaw=0.0 * s + np.pi, s=s, inside_s=90.0, meets_s=meets, parts_s=parts,
         route_meets_s=float(near[0]), route_parts_s=float(near[-1]), straight=True, bend_mps=70.0, joins=False,
         approach=(1, 0, 1), goes_first=True, lights=(),
@@ -56,12 +56,12 @@ def oncoming(line):
 
 
 def met_on(line):
-    return Meeting(WAIT_S, (oncoming(line),))
+    return JunctionConflicts(WAIT_S, (oncoming(line),))
 
 
 def square_line():
     line = wide_turn()
-    found = squared(line, met_on(line), 1.0, anywhere)
+    found = with_square_turn(line, met_on(line), 1.0, anywhere)
     assert found is not None
     bounds = limited_speed(found.line.s, curve_speed(found.line.curvature, PROFILE.lateral_accel), 2.5)
     return replace(found.line, speed=bounds)
@@ -74,18 +74,18 @@ def cars(*places):
     """Cars that come at 9 m/s along the oncoming lane, with their centres at these x."""
     n = len(places)
     one = np.ones(n)
-    return NearbyBodies(
+    return NearbyObjects(
         tuple(range(10, 10 + n)), np.zeros(n, np.bool_), np.array(places, dtype=np.float64), one * ONCOMING_Y,
         one * np.pi, one * 2.4, one * 0.95, one * 0.0, one * 1.5, -9.0 * one, 0.0 * one,
     )  # fmt: skip
 
 
 def watch():
-    return CrossingGiveWay([met_on(SQUARE)], PROFILE, MODEL, SQUARE, WAIT_S)
+    return UnprotectedTurnYield([met_on(SQUARE)], PROFILE, MODEL, SQUARE, WAIT_S)
 
 
 def look(gives_way, front, speed, around):
-    return gives_way.look(SQUARE, front - MODEL.half_length, Moving(speed, 12.0), around, 0.05)
+    return gives_way.look(SQUARE, front - MODEL.half_length, EgoSpeeds(speed, 12.0), around, 0.05)
 
 
 def test_a_square_turn_is_shorter_in_the_way_of_the_stream_and_ends_where_the_wide_one_does() -> None:
@@ -98,7 +98,7 @@ def test_a_square_turn_is_shorter_in_the_way_of_the_stream_and_ends_where_the_wi
 
 def test_places_beyond_the_turn_move_by_as_much_as_the_line_is_longer() -> None:
     line = wide_turn()
-    found = squared(line, met_on(line), 1.0, anywhere)
+    found = with_square_turn(line, met_on(line), 1.0, anywhere)
     assert found is not None
     assert found.moved(np.array([10.0, line.length])) == pytest.approx([10.0, found.line.length])
 
@@ -109,28 +109,28 @@ def test_where_the_road_ends_at_the_junction_the_square_turn_joins_the_lanes_own
     def near_the_lanes(x, y, z):
         return y > -8.75 or float(np.hypot(line.x - x, line.y - y).min()) < 1.75
 
-    found = squared(line, met_on(line), 0.9, near_the_lanes)
+    found = with_square_turn(line, met_on(line), 0.9, near_the_lanes)
     assert found is not None
     assert 0.0 < found.longer_m < SQUARE.length - line.length
 
 
 def test_a_turn_that_would_leave_the_road_stays_as_it_is() -> None:
     line = wide_turn()
-    assert squared(line, met_on(line), 1.0, lambda x, y, z: False) is None
+    assert with_square_turn(line, met_on(line), 1.0, lambda x, y, z: False) is None
 
 
 def test_a_straight_drive_and_a_right_turn_stay_as_they_are() -> None:
     line, right = make_path(np.arange(150.0), np.zeros(150), np.full(150, 30.0)), wide_turn()
     right = make_path(right.x, -right.y, right.speed)
     meeting = met_on(wide_turn())
-    assert squared(line, meeting, 1.0, anywhere) is None
-    assert squared(right, meeting, 1.0, anywhere) is None
+    assert with_square_turn(line, meeting, 1.0, anywhere) is None
+    assert with_square_turn(right, meeting, 1.0, anywhere) is None
 
 
 def test_only_straight_oncoming_traffic_with_the_right_of_way_is_a_stream() -> None:
     way = oncoming(SQUARE)
     others = (replace(way, straight=False), replace(way, joins=True), replace(way, goes_first=False))
-    assert stream_ways(SQUARE, Meeting(WAIT_S, (way, *others))) == [way]
+    assert stream_ways(SQUARE, JunctionConflicts(WAIT_S, (way, *others))) == [way]
 
 
 def sets_off(spacing_m):
@@ -171,7 +171,9 @@ def test_it_stops_before_the_way_of_whoever_comes_ahead_of_the_stream() -> None:
         oncoming(SQUARE), x=0.0 * s + 66.0, y=s - 50.0, yaw=0.0 * s + np.pi / 2.0, s=s, inside_s=40.0, meets_s=48.0,
         parts_s=52.0, route_meets_s=64.0, route_parts_s=68.0,
     )  # fmt: skip
-    gives_way = CrossingGiveWay([Meeting(WAIT_S, (oncoming(SQUARE), across))], PROFILE, MODEL, SQUARE, WAIT_S)
+    gives_way = UnprotectedTurnYield(
+        [JunctionConflicts(WAIT_S, (oncoming(SQUARE), across))], PROFILE, MODEL, SQUARE, WAIT_S
+    )
     comes = replace(cars(66.0), y=np.full(1, -16.0), yaw=np.full(1, np.pi / 2.0), vx=np.zeros(1), vy=np.full(1, 9.0))
     found = look(gives_way, WAIT_S + 1.0, 2.0, comes)
     assert found.wait_m is not None
@@ -195,10 +197,10 @@ def joining_watch(front):
         oncoming(SQUARE), x=s, y=0.0 * s, yaw=0.0 * s, inside_s=50.0, meets_s=70.0, parts_s=85.0, route_meets_s=70.0,
         route_parts_s=85.0, joins=True,
     )  # fmt: skip
-    gives_way = CrossingGiveWay([Meeting(WAIT_S, (way,))], PROFILE, MODEL, line, WAIT_S)
+    gives_way = UnprotectedTurnYield([JunctionConflicts(WAIT_S, (way,))], PROFILE, MODEL, line, WAIT_S)
     ahead = replace(cars(120.0), yaw=np.zeros(1), vx=np.full(1, 14.0), y=np.zeros(1))
     for place, speed in ((WAIT_S - 1.0, 0.0), (front, 8.0)):
-        gives_way.look(line, place - MODEL.half_length, Moving(speed, 8.0), ahead, 0.05)
+        gives_way.look(line, place - MODEL.half_length, EgoSpeeds(speed, 8.0), ahead, 0.05)
     return gives_way
 
 
@@ -208,8 +210,8 @@ def test_a_stream_that_it_has_joined_sets_its_pace_until_it_drives_in_its_lane()
 
 
 def test_it_counts_on_no_more_acceleration_than_the_car_has() -> None:
-    assert unprotected_turn.pull_mps2(1.0) > 3.5
-    assert unprotected_turn.pull_mps2(12.0) < 2.2
+    assert unprotected_turn.max_acceleration(1.0) > 3.5
+    assert unprotected_turn.max_acceleration(12.0) < 2.2
 
 
 @pytest.mark.parametrize(("ahead_m", "presses"), [(1.0, True), (-1.0, False)])
@@ -218,7 +220,7 @@ def test_it_chooses_another_way_into_a_stream_before_the_junction_only(ahead_m, 
     driver = PlannerDriver(world.add_ego(20.0, RIGHT, 0.0, 0.0))
     driver.set_destination(world.map.get_waypoint(carla.Location(150.0, RIGHT, 0.0)).transform.location)
     line, front = driver._planner.route_line, driver._planner.route_s + driver._model.half_length
-    waits_at = Meeting(front + ahead_m, (replace(oncoming(SQUARE), joins=True),)), 30.0
+    waits_at = JunctionConflicts(front + ahead_m, (replace(oncoming(SQUARE), joins=True),)), 30.0
     driver._give_way = SimpleNamespace(waits_at=waits_at)
     driver._presses_on(line, driver._sides, driver._motion())
     assert (driver._stream_s is not None) == presses

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 
 from stucksolver_carla.drivers.behavior.acceleration_limits import USUAL
-from stucksolver_carla.drivers.behavior.conflict_paths import Meeting, MeetingWay
-from stucksolver_carla.drivers.behavior.ego_rollout import Met
-from stucksolver_carla.drivers.behavior.flow_speed import FlowConcerns, pace_behind_mps
-from stucksolver_carla.drivers.behavior.junction_yield import GiveWayDecision, Moving
+from stucksolver_carla.drivers.behavior.conflict_paths import ConflictPath, JunctionConflicts
+from stucksolver_carla.drivers.behavior.ego_rollout import PredictedConflict
+from stucksolver_carla.drivers.behavior.flow_speed import FlowAccelerationLimits, rear_flow_speed_mps
+from stucksolver_carla.drivers.behavior.junction_yield import EgoSpeeds, YieldDecision
 from stucksolver_carla.drivers.behavior.local_planner import LocalPlanner
 from stucksolver_carla.drivers.behavior.options import DriverOptions
 from stucksolver_carla.drivers.behavior.path import make_path
 from stucksolver_carla.drivers.behavior.profiles import profile_named
-from stucksolver_carla.drivers.behavior.route_bodies import RouteBodies
+from stucksolver_carla.drivers.behavior.route_bodies import RouteObjects
 from stucksolver_carla.drivers.behavior.swept_path import Hazard
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
-from stucksolver_carla.drivers.planner.flow_merge import StreamGiveWay
+from stucksolver_carla.drivers.planner.flow_merge import FlowMergeYield
 
 PROFILE, MODEL = profile_named("normal"), VehicleModel(2.4, 1.0, 2.9, 1.2)
 LINE = make_path(np.arange(0.0, 300.0), np.zeros(300), np.full(300, 30.0))
@@ -27,7 +27,7 @@ LINE = make_path(np.arange(0.0, 300.0), np.zeros(300), np.full(300, 30.0))
 
 def concerns(flow_mps):
     planner = LocalPlanner(PROFILE.lateral_accel, PROFILE.deceleration)
-    found = FlowConcerns(PROFILE, DriverOptions(), MODEL, planner)
+    found = FlowAccelerationLimits(PROFILE, DriverOptions(), MODEL, planner)
     found.flow_mps = flow_mps
     found.cruise(LINE, 8.0, 30.0, "", USUAL)
     return found
@@ -36,7 +36,7 @@ def concerns(flow_mps):
 def way(meets_s, parts_s, joins=False):
     """A way that goes first and meets the route there."""
     s = np.arange(0.0, 100.0)
-    return MeetingWay(
+    return ConflictPath(
         x=s,
         y=s,
         yaw=0.0 * s,
@@ -56,8 +56,8 @@ def way(meets_s, parts_s, joins=False):
 
 
 def gone(meeting, met, front, speed):
-    found = Met(met, frozenset(), None)
-    return StreamGiveWay([meeting], PROFILE, MODEL)._gone(meeting, found, front, speed)
+    found = PredictedConflict(met, frozenset(), None)
+    return FlowMergeYield([meeting], PROFILE, MODEL)._gone(meeting, found, front, speed)
 
 
 @pytest.mark.parametrize(("flow_mps", "faster"), [(0.0, False), (5.0, False), (12.0, True)])
@@ -86,21 +86,21 @@ def test_it_brakes_for_what_stands_is_too_near_or_slower_than_the_stream(hazard)
 
 def test_one_past_the_line_stops_before_the_way_of_somebody_that_it_has_not_entered() -> None:
     crossed, ahead, joined = way(20.0, 26.0), way(30.0, 40.0), way(42.0, 50.0, joins=True)
-    meeting = Meeting(18.0, (crossed, ahead, joined))
+    meeting = JunctionConflicts(18.0, (crossed, ahead, joined))
     assert gone(meeting, (joined,), 24.0, 3.0).wait_m == pytest.approx(6.0)
-    assert gone(meeting, (joined,), 29.5, 9.0) == GiveWayDecision(None, frozenset())
+    assert gone(meeting, (joined,), 29.5, 9.0) == YieldDecision(None, frozenset())
 
 
 def test_one_that_has_crept_up_to_the_others_still_waits() -> None:
-    watch = StreamGiveWay([], PROFILE, MODEL)
+    watch = FlowMergeYield([], PROFILE, MODEL)
     assert not watch._must_go(0.3, -0.5)
     assert watch._must_go(4.0, -0.5)
     assert watch._must_go(0.3, -3.0)
 
 
 def test_nobody_sets_the_pace_on_an_empty_road() -> None:
-    assert StreamGiveWay([], PROFILE, MODEL)._top_mps(Moving(5.0, 8.0), []) == 8.0
-    assert not math.isinf(StreamGiveWay([], PROFILE, MODEL).flow_mps)
+    assert FlowMergeYield([], PROFILE, MODEL)._top_mps(EgoSpeeds(5.0, 8.0), []) == 8.0
+    assert not math.isinf(FlowMergeYield([], PROFILE, MODEL).flow_mps)
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_nobody_sets_the_pace_on_an_empty_road() -> None:
 def test_the_pace_of_who_follows_closely_in_the_same_lane_is_kept(gap_m, aside_m, speed, pace) -> None:
     x = 100.0 - 4.8 - gap_m
     zero, flags = np.zeros(1), np.zeros(1, np.bool_)
-    bodies = RouteBodies(
+    bodies = RouteObjects(
         np.array([5]), flags, np.array([x]), np.array([aside_m]), zero + 2.4, zero + 0.9, zero + 11.0, zero
     )
-    assert pace_behind_mps(bodies, 100.0, 0.0, 10.9, MODEL.half_length) == pace
+    assert rear_flow_speed_mps(bodies, 100.0, 0.0, 10.9, MODEL.half_length) == pace

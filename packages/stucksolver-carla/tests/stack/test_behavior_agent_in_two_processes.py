@@ -13,8 +13,8 @@ carla = pytest.importorskip("carla")
 from test_behavior_agent import agent_on, collisions_of, past, put, run  # noqa: E402
 from townstage import CAR  # noqa: E402
 
-from stucksolver_bridge import AgentDriver, Recovery, SolverError  # noqa: E402
-from stucksolver_bridge.timer_baseline import Timers  # noqa: E402
+from stucksolver_bridge import AgentDriver, RecoveryClient, SolverError  # noqa: E402
+from stucksolver_bridge.timer_baseline import TimerBaseline  # noqa: E402
 
 pytestmark = pytest.mark.integration
 
@@ -24,7 +24,7 @@ PARKED = (11, -1, 60.0)
 def beside(stage, car, agent, **settings):
     """The agent with a solver process beside it, and what that tells."""
     told = []
-    recovery = Recovery(
+    recovery = RecoveryClient(
         AgentDriver(agent, carla),
         stage.map,
         carla,
@@ -74,7 +74,7 @@ def test_timers_reverse_and_then_overtake_looking_at_nothing(stage):
     put(stage, CAR, PARKED)
     car, agent = agent_on(stage)
     told = []
-    timers = Timers(AgentDriver(agent, carla), told.append)
+    timers = TimerBaseline(AgentDriver(agent, carla), told.append)
     came = run(stage, car, timers, 70.0, past(stage, car, PARKED))
     assert came, told
     assert [e["text"] for e in told if e["kind"] == "started"][:2] == ["reverse", "overtake left"]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stucksolver_perception.carla.known_posts import POST_M, KnownPosts
-from stucksolver_perception.carla.perceived_objects import SensedBodies
+from stucksolver_perception.carla.perceived_objects import PerceivedBoxes
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.tracking import Track
 
@@ -58,7 +58,7 @@ def test_everything_else_stays_what_it_is(other: dict[str, Any]) -> None:
 
 
 def test_a_driver_by_sensors_keeps_the_distance_of_a_thing_from_a_post() -> None:
-    read: Any = SensedBodies.__new__(SensedBodies)
+    read: Any = PerceivedBoxes.__new__(PerceivedBoxes)
     read._eyes, read._range_m = SimpleNamespace(percept=None, now_s=0.0), 60.0
     read._near, read._far = SimpleNamespace(told=lambda _: (SEEN,)), SimpleNamespace(told=lambda _: ())
     read._posts = KnownPosts([POST])

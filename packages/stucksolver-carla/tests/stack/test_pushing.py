@@ -13,18 +13,18 @@ from fake_agents import FakeAgent, RoadOption  # noqa: E402
 from townstage import CAR  # noqa: E402
 
 import stucksolver_carla  # noqa: E402
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies  # noqa: E402
-from stucksolver_carla.stack.contact import Footprint, Pushing  # noqa: E402
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects  # noqa: E402
+from stucksolver_carla.stack.contact import EgoFootprint, PushDetector  # noqa: E402
 
 START, PARKED = (11, -1, 20.0), (11, -1, 50.0)
-EGO_AT_5 = Footprint(0.0, 0.0, 0.0, 0.0, 2.4, 0.9, 5.0, 0.0)
+EGO_AT_5 = EgoFootprint(0.0, 0.0, 0.0, 0.0, 2.4, 0.9, 5.0, 0.0)
 
 
 def around(*bodies, top=1.5):
     """Cars as (x, y, vx)."""
     x, y, vx = (np.array(column, dtype=float) for column in zip(*bodies, strict=True))
     same = np.zeros(len(bodies))
-    return NearbyBodies(
+    return NearbyObjects(
         actor_id=tuple(range(1, len(bodies) + 1)),
         is_walker=same.astype(bool),
         x=x,
@@ -52,17 +52,17 @@ def around(*bodies, top=1.5):
     ids=["bumper to bumper", "askew", "just struck", "a car ahead as quick", "brushed", "in the next lane"],
 )
 def test_what_moves_as_one_with_the_ego_is_pushed(body, is_pushed):
-    assert (Pushing().look(EGO_AT_5, around(body)) == {1}) == is_pushed
+    assert (PushDetector().look(EGO_AT_5, around(body)) == {1}) == is_pushed
 
 
 def test_who_stands_pushes_nothing_and_a_bridge_is_not_pushed():
     at_rest = EGO_AT_5._replace(vx=0.0)
-    assert not Pushing().look(at_rest, around((4.8, 0.0, 0.0)))
-    assert not Pushing().look(EGO_AT_5, around((4.8, 0.0, 5.0), top=7.0))
+    assert not PushDetector().look(at_rest, around((4.8, 0.0, 0.0)))
+    assert not PushDetector().look(EGO_AT_5, around((4.8, 0.0, 5.0), top=7.0))
 
 
 def test_what_was_pushed_rolls_on_until_it_stands_or_speeds_up():
-    pushing, ego = Pushing(), EGO_AT_5._replace(vx=1.0)
+    pushing, ego = PushDetector(), EGO_AT_5._replace(vx=1.0)
     assert pushing.look(EGO_AT_5, around((4.8, 0.0, 5.0))) == {1}
     assert pushing.look(ego, around((8.0, 0.0, 3.0))) == {1}
     assert not pushing.now

@@ -11,7 +11,7 @@ carla = pytest.importorskip("carla")
 from stucksolver.plan import Directive, Execute  # noqa: E402
 from stucksolver.reasoners import RuleReasoner  # noqa: E402
 from stucksolver.solver import Event, EventKind, StuckSolver  # noqa: E402
-from stucksolver_carla.client_connection import Server  # noqa: E402
+from stucksolver_carla.client_connection import SimulatorServer  # noqa: E402
 from stucksolver_carla.drivers.behavior import BehaviorDriver  # noqa: E402
 from stucksolver_carla.stack import CarlaStack  # noqa: E402
 from stucksolver_eval.scenarios.families.street import into_gear  # noqa: E402
@@ -22,7 +22,7 @@ DT_S = 0.05
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[Server]:
+def server() -> Iterator[SimulatorServer]:
     with carlette_server("demo_town") as found:
         yield found
 
@@ -30,7 +30,7 @@ def server() -> Iterator[Server]:
 class Crossing:
     """The ego on its way through a junction whose light stays as it is set."""
 
-    def __init__(self, server: Server) -> None:
+    def __init__(self, server: SimulatorServer) -> None:
         client = carla.Client(server.host, server.port)
         client.set_timeout(60.0)
         self.world = client.load_world("demo_town")
@@ -81,7 +81,7 @@ class Crossing:
 
 
 @pytest.mark.slow
-def test_before_a_red_light_the_ego_waits_whatever_is_said_and_goes_at_green(server: Server) -> None:
+def test_before_a_red_light_the_ego_waits_whatever_is_said_and_goes_at_green(server: SimulatorServer) -> None:
     crossing = Crossing(server)
     with crossing.solver:
         crossing.show(carla.TrafficLightState.Red)

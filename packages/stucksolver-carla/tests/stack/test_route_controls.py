@@ -9,14 +9,14 @@ carla = pytest.importorskip("carla")
 from towns import demo_road  # noqa: E402
 
 from stucksolver.scene import ControlKind, LightState  # noqa: E402
-from stucksolver_carla.stack.traffic_controls import RouteControls  # noqa: E402
+from stucksolver_carla.stack.traffic_controls import RouteTrafficControls  # noqa: E402
 
 TO_JUNCTION = ((11, 1, 100.0), (21, -1, 60.0))
 INTO_JUNCTION_200 = ((13, -1, 100.0), (25, 1, 60.0))
 
 
-def controls(stage, ends) -> RouteControls:
-    return RouteControls(list(stage.world.get_actors().filter("*traffic_light*")), demo_road(*ends))
+def controls(stage, ends) -> RouteTrafficControls:
+    return RouteTrafficControls(list(stage.world.get_actors().filter("*traffic_light*")), demo_road(*ends))
 
 
 @pytest.mark.parametrize("ends", [TO_JUNCTION, INTO_JUNCTION_200])

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stucksolver_carla.drivers.behavior.nearby_objects import Perception
+from stucksolver_carla.drivers.behavior.nearby_objects import GroundTruthObjects
 from stucksolver_perception.carla.known_posts import KnownPosts
-from stucksolver_perception.carla.perceived_objects import SensedBodies, is_flat
+from stucksolver_perception.carla.perceived_objects import PerceivedBoxes, is_flat
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.tracking import Track
 
@@ -60,7 +60,7 @@ def test_only_debris_that_is_low_and_wide_is_flat(what: tuple[str, float, float,
 
 def test_a_driver_by_sensors_drives_over_loose_dirt_and_brakes_for_the_rest() -> None:
     tracks = (thing("debris", 1.4, 1.1, 0.15, 1), thing("debris", 0.6, 0.5, 0.35, 2), thing("car", 4.5, 1.9, 1.5, 3))
-    read: Any = SensedBodies.__new__(SensedBodies)
+    read: Any = PerceivedBoxes.__new__(PerceivedBoxes)
     read._eyes, read._range_m = SimpleNamespace(percept=None, now_s=0.0), 60.0
     read._near, read._far = SimpleNamespace(told=lambda _: tracks), SimpleNamespace(told=lambda _: ())
     read._posts = KnownPosts([])
@@ -68,5 +68,5 @@ def test_a_driver_by_sensors_drives_over_loose_dirt_and_brakes_for_the_rest() ->
 
 
 def test_ground_truth_leaves_no_doubt_and_sensors_do() -> None:
-    assert Perception.doubt_m == 0.0
-    assert SensedBodies.doubt_m > 0.0
+    assert GroundTruthObjects.doubt_m == 0.0
+    assert PerceivedBoxes.doubt_m > 0.0

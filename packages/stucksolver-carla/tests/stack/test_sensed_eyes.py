@@ -14,7 +14,7 @@ from stucksolver_carla.client_connection import connect
 from stucksolver_carla.drivers.behavior import BehaviorDriver
 from stucksolver_carla.stack import CarlaStack
 from stucksolver_eval.simulator_server import carlette_server, set_synchronous
-from stucksolver_perception.carla import Eyes, SensorFault
+from stucksolver_perception.carla import EgoPerception, SensorFault
 from stucksolver_perception.lidar.lidar_miscalibration import LidarAlignment
 from stucksolver_perception.lidar_labels import LABELS
 
@@ -50,8 +50,8 @@ def street(world: Any) -> Iterator[tuple[Any, Any]]:
     world.tick()
 
 
-def looked(world: Any, ego: Any, ticks: int = TICKS, fault: SensorFault | None = None) -> Eyes:
-    eyes = Eyes(ego, world.get_map(), seed=3, fault=fault)
+def looked(world: Any, ego: Any, ticks: int = TICKS, fault: SensorFault | None = None) -> EgoPerception:
+    eyes = EgoPerception(ego, world.get_map(), seed=3, fault=fault)
     for _ in range(ticks):
         world.tick()
         eyes.tick()

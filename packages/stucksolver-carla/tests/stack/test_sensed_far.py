@@ -19,13 +19,18 @@ from stucksolver.scene.frenet import RoadFrame
 from stucksolver_carla.drivers.behavior.nearby_objects import FIRST_FAR_ID
 from stucksolver_perception.camera.camera_sight_distance import CameraSight, SightModel
 from stucksolver_perception.camera.far_detector import FarDetections
-from stucksolver_perception.carla.far_vehicle_reports import FASTEST_MPS, NEAREST_M, FarOnLanes, as_told
-from stucksolver_perception.carla.lane_sight import SensedSight
-from stucksolver_perception.carla.perceived_objects import SensedTracker, bodies, stand_ins
-from stucksolver_perception.cycle_data import Percept
+from stucksolver_perception.carla.far_vehicle_reports import (
+    FASTEST_MPS,
+    NEAREST_M,
+    FarVehicleReports,
+    to_reported_track,
+)
+from stucksolver_perception.carla.lane_sight import SensorLaneSight
+from stucksolver_perception.carla.perceived_objects import PerceivedTracker, actor_proxies, bodies
+from stucksolver_perception.cycle_data import PerceptionResult
 from stucksolver_perception.far_tracking import FIRST_ID, FarTrack
-from stucksolver_perception.far_view import FarLook, FarView
-from stucksolver_perception.free_space import AZIMUTHS, CELL_M, SeenSpace
+from stucksolver_perception.far_view import FarImage, FarView
+from stucksolver_perception.free_space import AZIMUTHS, CELL_M, FreeSpace
 from stucksolver_perception.measurements import Floats, PoseEstimate
 from stucksolver_perception.rig import load_rig
 
@@ -70,7 +75,7 @@ def far(
 
 def told(track: FarTrack) -> tuple[float, float, float, float]:
     """Metres ahead and offset of the track that is made of it, and its velocity along and across the road."""
-    made = as_told(track, MAP, 0.0)
+    made = to_reported_track(track, MAP, 0.0)
     assert made is not None
     s, d, heading = (float(one[0]) for one in FRAME.to_road(np.array([[made.x_m, made.y_m]])))
     c, n = math.cos(heading), math.sin(heading)
@@ -108,7 +113,7 @@ def test_a_few_looks_make_nobody_go_away_in_an_oncoming_lane() -> None:
 
 
 def test_nothing_is_claimed_of_who_drives_ahead_until_its_rate_is_known() -> None:
-    assert as_told(far(80.0, OWN_D, rate=5.0, rate_sd=8.0), MAP, 0.0) is None
+    assert to_reported_track(far(80.0, OWN_D, rate=5.0, rate_sd=8.0), MAP, 0.0) is None
     assert told(far(80.0, OWN_D, rate=5.0, rate_sd=2.0))[2] == pytest.approx(5.0, abs=0.1)
 
 
@@ -118,12 +123,12 @@ def test_in_our_own_lane_only_a_rate_beyond_doubt_is_believed_to_come() -> None:
 
 
 def test_who_is_on_no_lane_is_not_told_of() -> None:
-    assert as_told(far(100.0, 40.0, rate=-10.0, rate_sd=1.0), MAP, 0.0) is None
+    assert to_reported_track(far(100.0, 40.0, rate=-10.0, rate_sd=1.0), MAP, 0.0) is None
 
 
 def test_nobody_is_told_to_be_where_the_lidar_sees_everything() -> None:
     assert told(far(50.0, ONCOMING_D, rate=-10.0, rate_sd=2.0, sd=25.0))[0] == pytest.approx(NEAREST_M, abs=1.5)
-    assert as_told(far(NEAREST_M - 1.0, ONCOMING_D, rate=-10.0, rate_sd=2.0), MAP, 0.0) is None
+    assert to_reported_track(far(NEAREST_M - 1.0, ONCOMING_D, rate=-10.0, rate_sd=2.0), MAP, 0.0) is None
 
 
 def test_both_drivers_and_the_solver_are_told() -> None:
@@ -132,9 +137,9 @@ def test_both_drivers_and_the_solver_are_told() -> None:
     eyes: Any = SimpleNamespace(
         percept=percept, now_s=1.5, vehicle=SimpleNamespace(get_world=lambda: world, get_speed_limit=lambda: 50.0)
     )
-    body = bodies(FarOnLanes(MAP).told(percept), 1.5)
+    body = bodies(FarVehicleReports(MAP).reported_tracks(percept), 1.5)
     ego: Any = SimpleNamespace(x=0.0, y=0.0, yaw=0.0, half_length=2.4, half_width=1.0, speed=0.0)
-    tracker = SensedTracker(eyes)
+    tracker = PerceivedTracker(eyes)
     tracker.watch = lambda ego, now_s: body  # type: ignore[method-assign]
     (thing,) = tracker.update(ego, 1.5)
     assert body.actor_id == (FIRST_ID,)
@@ -144,20 +149,20 @@ def test_both_drivers_and_the_solver_are_told() -> None:
     (s, *_), *_ = FRAME.to_road(np.array([[thing.x_m, thing.y_m]]))
     assert s - ARC_M == pytest.approx(100.0 - 16.0 - 8.0, abs=1.0)
     assert (body.x[0], -body.y[0]) == pytest.approx((thing.x_m, thing.y_m))
-    assert [one.type_id for one in stand_ins(percept, [FIRST_ID])] == ["vehicle.sensed"]
+    assert [one.type_id for one in actor_proxies(percept, [FIRST_ID])] == ["vehicle.sensed"]
 
 
 # ---- how far lanes are seen
 
 
-def space(reach_m: float, blocked_m: float = math.inf, only: float | None = None) -> SeenSpace:
+def space(reach_m: float, blocked_m: float = math.inf, only: float | None = None) -> FreeSpace:
     """The ground seen so far all around, and something tall at a distance, in all directions or in one (rad)."""
     cells = np.zeros((AZIMUTHS, 170), bool)
     cells[:, int(3.0 / CELL_M) : int(reach_m / CELL_M)] = True
     blocked = np.full(AZIMUTHS, math.inf)
     where = slice(None) if only is None else int((only + math.pi) / math.tau * AZIMUTHS)
     blocked[where] = blocked_m
-    return SeenSpace(cells, blocked, np.zeros(AZIMUTHS), (0.0, 0.0))
+    return FreeSpace(cells, blocked, np.zeros(AZIMUTHS), (0.0, 0.0))
 
 
 def recall() -> SightModel:
@@ -169,20 +174,20 @@ def recall() -> SightModel:
 
 
 def seen_from(
-    seen: SeenSpace | None = None, far_tracks: tuple[FarTrack, ...] = (), blockers: Floats = NOTHING
-) -> Percept:
+    seen: FreeSpace | None = None, far_tracks: tuple[FarTrack, ...] = (), blockers: Floats = NOTHING
+) -> PerceptionResult:
     none = np.zeros(0)
     nobody = FarDetections(1.0, none, none, none, none, none, np.zeros(0, np.int64), none, DAY)
-    view = FarView((FarLook(nobody, pose(), blockers),), CameraSight(RIG.camera, recall()), recall())
+    view = FarView((FarImage(nobody, pose(), blockers),), CameraSight(RIG.camera, recall()), recall())
     about = {"tracks": (), "attributes": {}, "lights": {}, "far": nobody, "picture_time_s": 1.0}
-    return Percept(pose=pose(), seen=seen or space(50.0), far_tracks=far_tracks, far_view=view, **about)
+    return PerceptionResult(pose=pose(), seen=seen or space(50.0), far_tracks=far_tracks, far_view=view, **about)
 
 
-def sight(percept: Percept) -> dict[str, tuple[float, float]]:
+def sight(percept: PerceptionResult) -> dict[str, tuple[float, float]]:
     eyes: Any = SimpleNamespace(percept=percept)
     x, y, yaw = place(0.0)
     ego = EgoState(x_m=x, y_m=y, yaw_rad=yaw, speed_mps=0.0, length_m=4.8, width_m=1.9)
-    found = SensedSight(eyes, FRAME).of_lanes(ego, ARC_M, ())
+    found = SensorLaneSight(eyes, FRAME).of_lanes(ego, ARC_M, ())
     return {one.lane_id.split("@")[0]: (one.ahead_m, one.behind_m) for one in found}
 
 
@@ -226,7 +231,7 @@ def test_what_was_seen_a_moment_ago_is_known_but_for_who_may_have_come_in_since(
     eyes: Any = SimpleNamespace(percept=replace(seen_from(space(50.0)), far_view=None))
     x, y, yaw = place(0.0)
     ego = EgoState(x_m=x, y_m=y, yaw_rad=yaw, speed_mps=0.0, length_m=4.8, width_m=1.9)
-    looker = SensedSight(eyes, FRAME)
+    looker = SensorLaneSight(eyes, FRAME)
 
     def oncoming(time_s: float, reach_m: float) -> float:
         seen = replace(seen_from(space(reach_m)), far_view=None, pose=pose(time_s))

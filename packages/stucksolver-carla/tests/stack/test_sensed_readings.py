@@ -19,7 +19,7 @@ from stucksolver_perception.carla.sensor_conversion import (
     wheel_speed_mps,
 )
 from stucksolver_perception.carla.sensor_mounting import placed
-from stucksolver_perception.rig import Mount
+from stucksolver_perception.rig import SensorMount
 
 FLIP = np.diag([1.0, -1.0, 1.0, 1.0])
 """Between CARLA's axes (y right) and ours (y left)."""
@@ -36,12 +36,12 @@ def felt(acceleration=(0.0, 0.0, 0.0), turning=(0.0, 0.0, 0.0), compass=0.0):
 
 
 def test_a_point_to_the_right_of_the_sensor_is_to_our_right_and_as_high_as_the_mount():
-    points = lidar_points(swept([10.0, 2.0, -1.0, 0.5]), Mount(x_m=1.0, y_m=0.0, z_m=2.5).to_vehicle())
+    points = lidar_points(swept([10.0, 2.0, -1.0, 0.5]), SensorMount(x_m=1.0, y_m=0.0, z_m=2.5).to_vehicle())
     assert points.tolist() == [[11.0, -2.0, 1.5, 0.5]]
 
 
 def test_a_sensor_turned_to_the_left_sees_ahead_of_it_what_is_on_our_left():
-    turned = Mount(x_m=0.0, y_m=0.0, z_m=0.0, yaw_deg=90.0)
+    turned = SensorMount(x_m=0.0, y_m=0.0, z_m=0.0, yaw_deg=90.0)
     points = lidar_points(swept([10.0, 0.0, 0.0, 1.0]), turned.to_vehicle())
     assert points[0, :3].tolist() == pytest.approx([0.0, 10.0, 0.0], abs=1e-5)
 
@@ -58,7 +58,7 @@ def test_a_sweep_without_points_is_empty():
 )
 def test_carla_puts_a_sensor_where_the_rig_says(place, yaw, pitch, roll):
     x, y, z = place
-    mount = Mount(x_m=x, y_m=y, z_m=z, yaw_deg=yaw, pitch_deg=pitch, roll_deg=roll)
+    mount = SensorMount(x_m=x, y_m=y, z_m=z, yaw_deg=yaw, pitch_deg=pitch, roll_deg=roll)
     carlas = np.array(placed(mount).get_matrix())
     np.testing.assert_allclose(FLIP @ carlas @ FLIP, mount.to_vehicle(), atol=1e-5)
 

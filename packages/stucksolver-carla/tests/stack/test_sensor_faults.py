@@ -18,12 +18,12 @@ from stucksolver_perception.carla.sensor_faults import (
     STRAY_REACH_M,
     SensorFault,
 )
-from stucksolver_perception.carla.sensor_suite import Measured
+from stucksolver_perception.carla.sensor_suite import TickMeasurements
 from stucksolver_perception.measurements import CameraFrame, GnssFix, ImuSample, LidarSweep, WheelSpeed
 from stucksolver_perception.rig import load_rig
 
 CHANGES = {"lidar": "sweep", "camera": "picture", "gnss": "fix"}
-"""The field of `Measured` by the first word of a fault's name."""
+"""The field of `TickMeasurements` by the first word of a fault's name."""
 FROM_S = 1.0
 
 
@@ -32,7 +32,7 @@ def measured(time_s, picture=True):
     random = np.random.default_rng(round(time_s * 100.0))
     points = random.uniform(-50.0, 50.0, (2000, 4)).astype(np.float32)
     rgb = random.integers(0, 150, (240, 320, 3), np.uint8)
-    return Measured(
+    return TickMeasurements(
         sweep=LidarSweep(time_s, points),
         picture=CameraFrame(time_s, rgb) if picture else None,
         imu=ImuSample(time_s, (0.0, 0.0, 9.81), (0.0, 0.0, 0.0)),
@@ -82,7 +82,7 @@ def test_what_was_measured_is_not_written_to(name):
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_tick_without_measurements_passes(name):
     fault = SensorFault(name)
-    nothing = Measured(sweep=None, picture=None, imu=None, fix=None, wheels=WheelSpeed(0.0, 0.0))
+    nothing = TickMeasurements(sweep=None, picture=None, imu=None, fix=None, wheels=WheelSpeed(0.0, 0.0))
     after = fault.after(nothing, 0.0)
     assert (after.sweep, after.picture, after.fix) == (None, None, None)
 

@@ -7,8 +7,8 @@ import pytest
 
 from stucksolver.scene import SignWord
 from stucksolver_perception.camera.sign_reader import SignReaderError
-from stucksolver_perception.camera.sign_words import FoundWord
-from stucksolver_perception.carla.sign_worker import DELAY_S, PERIOD_S, STOOD_S, SignWatch
+from stucksolver_perception.camera.sign_words import DetectedWord
+from stucksolver_perception.carla.sign_worker import DELAY_S, PERIOD_S, STOOD_S, SignWorker
 from stucksolver_perception.measurements import CameraFrame, PoseEstimate
 from stucksolver_perception.rig import load_rig
 
@@ -29,7 +29,7 @@ class Reader:
             raise self._error
         self.crops.append((crop.shape, enlarge))
         bright = np.argwhere(crop[..., 0] > 128)
-        return (FoundWord(SignWord.STOP, float(bright[:, 1].mean()), 0.0),) if len(bright) else ()
+        return (DetectedWord(SignWord.STOP, float(bright[:, 1].mean()), 0.0),) if len(bright) else ()
 
 
 def picture(time_s):
@@ -40,7 +40,7 @@ def picture(time_s):
 
 def drive(reader, seconds, speed=lambda time_s: 0.0, every_s=0.2, until_s=np.inf):
     """What is told on each tick."""
-    watch = SignWatch(RIG, reader, {}, paced=True)
+    watch = SignWorker(RIG, reader, {}, paced=True)
     told, frame = [], None
     for k in range(round(seconds / TICK_S)):
         now_s = k * TICK_S

@@ -18,7 +18,7 @@ from test_behavior_agent import run as run_free  # noqa: E402
 from test_carla_stack import speed_of  # noqa: E402
 from townstage import CAR  # noqa: E402
 
-from stucksolver_bridge import AgentDriver, Recovery  # noqa: E402
+from stucksolver_bridge import AgentDriver, RecoveryClient  # noqa: E402
 from stucksolver_bridge.agent_plan import make_agent  # noqa: E402
 
 pytestmark = pytest.mark.integration
@@ -72,7 +72,7 @@ def stuck(stage):
 
     def make(clock):
         settings = {"ladder": "evaluation", "clock": clock}
-        made.append(Recovery(driver, stage.map, carla, settings, sys.executable, on_event=told.append))
+        made.append(RecoveryClient(driver, stage.map, carla, settings, sys.executable, on_event=told.append))
         return made[0]
 
     yield car, make, told

@@ -10,8 +10,8 @@ from test_behaviours_on_the_simulator import watch_collisions  # noqa: E402
 from townstage import TICK_S, Stage  # noqa: E402
 
 from carlette.maps.build import map_xml  # noqa: E402
-from carlette.maps.build.plan import End, Node, Plan, Street  # noqa: E402
-from carlette.maps.build.sections import PASSING, SOLID, Lane, two_way  # noqa: E402
+from carlette.maps.build.plan import End, JunctionNode, Plan, PlannedStreet  # noqa: E402
+from carlette.maps.build.sections import PASSING, SOLID, LaneSpec, two_way  # noqa: E402
 from carlette.maps.reference_lines import Pose2D  # noqa: E402
 from stucksolver.solver import EventKind, StuckSolver  # noqa: E402
 from stucksolver_eval.simulator_server import carlette_server  # noqa: E402
@@ -20,8 +20,8 @@ pytestmark = pytest.mark.integration
 
 LANE_M, LENGTH_M, BARRIER_AT_M = 5.0, 240.0, 120.0
 """Lanes wide enough for three legs; the straight road, and where along it the barriers stand."""
-WIDE = two_way("wide", (Lane("driving", LANE_M, SOLID),), PASSING, 30.0)
-NO_PASSING = two_way("no passing", (Lane("driving", LANE_M, SOLID),), SOLID, 30.0)
+WIDE = two_way("wide", (LaneSpec("driving", LANE_M, SOLID),), PASSING, 30.0)
+NO_PASSING = two_way("no passing", (LaneSpec("driving", LANE_M, SOLID),), SOLID, 30.0)
 
 
 def town(middle=WIDE):
@@ -29,10 +29,10 @@ def town(middle=WIDE):
 
     def bend(y, bearing):
         via = (Pose2D(LENGTH_M / 2, y, 0.0),)
-        return Street("Bend", End("West", bearing), End("East", 180.0 - bearing), WIDE, via)
+        return PlannedStreet("Bend", End("West", bearing), End("East", 180.0 - bearing), WIDE, via)
 
-    straight = Street("Straight", End("West", 0.0), End("East", 180.0), middle)
-    nodes = [Node("West", 0.0, 0.0, crosswalks=False), Node("East", LENGTH_M, 0.0, crosswalks=False)]
+    straight = PlannedStreet("Straight", End("West", 0.0), End("East", 180.0), middle)
+    nodes = [JunctionNode("West", 0.0, 0.0, crosswalks=False), JunctionNode("East", LENGTH_M, 0.0, crosswalks=False)]
     return map_xml(Plan("closed", nodes, [straight, bend(110.0, 90.0), bend(-110.0, -90.0)]))
 
 

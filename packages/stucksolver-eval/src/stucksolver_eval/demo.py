@@ -9,18 +9,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from stucksolver.atomic_files import require_writable
-from stucksolver_eval.guidance import Line, When
+from stucksolver_eval.guidance import ScriptLine, ScriptTrigger
 from stucksolver_eval.passenger import PassengerSpec
 from stucksolver_eval.report import write_report
 from stucksolver_eval.results.run_log import RunLog
-from stucksolver_eval.results.store import Store
+from stucksolver_eval.results.store import ResultStore
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.job import RouteJob
-from stucksolver_eval.runner.route_process import Task, drive_task
+from stucksolver_eval.runner.route_process import RouteTask, drive_task
 from stucksolver_eval.streets.finder import choose_street
-from stucksolver_eval.streets.routes import Where, look_on_map, street_route
+from stucksolver_eval.streets.routes import SimulatorTarget, street_route, with_map
 from stucksolver_eval.systems.factory import check_arm
-from stucksolver_eval.systems.spec import PRIVILEGED, SENSORS, ArmSpec
+from stucksolver_eval.systems.spec import PRIVILEGED, SENSORS, SystemSpec
 
 if TYPE_CHECKING:
     import carla
@@ -36,7 +36,7 @@ KINDS = {"one_lane": "one lane each way", "multi_lane": "several lanes"}
 
 
 @dataclass(frozen=True)
-class Situation:
+class DemoSituation:
     """One of the two situations: the scenario type, a short description, and the length of street that it needs (m)."""
 
     type: str
@@ -44,8 +44,8 @@ class Situation:
     length_m: int
 
 
-PARKED_CAR = Situation("ParkedCarInLane", "parked car", 170)
-CYCLISTS = Situation("SlowCyclists", "two slow cyclists", 260)
+PARKED_CAR = DemoSituation("ParkedCarInLane", "parked car", 170)
+CYCLISTS = DemoSituation("SlowCyclists", "two slow cyclists", 260)
 SITUATIONS = (PARKED_CAR, CYCLISTS)
 ARMS = ((PARKED_CAR, ALONE), (PARKED_CAR, HELPED), (CYCLISTS, HELPED), (CYCLISTS, GUIDED))
 SPOKEN = ((PARKED_CAR, GUIDED), (CYCLISTS, GUIDED))
@@ -85,7 +85,7 @@ class DemoSpec:
     """Address of a passenger server for desks: people can talk to the car that StuckSolver helps."""
 
     @property
-    def arms(self) -> tuple[tuple[Situation, str], ...]:
+    def arms(self) -> tuple[tuple[DemoSituation, str], ...]:
         """Return the drives in order."""
         return ARMS if self.say is None else SPOKEN
 
@@ -105,13 +105,13 @@ def demo(spec: DemoSpec, say: Callable[[str], None]) -> tuple[list[RunLog], Path
     """
     check_arm(_arm(spec, HELPED))
     require_writable(spec.out / "runs")
-    where = Where(spec.map_name, spec.maps, spec.seed, spec.host, spec.port)
-    found = look_on_map(where, lambda world, carla_map: {one: _found(spec, one, carla_map) for one in SITUATIONS})
+    where = SimulatorTarget(spec.map_name, spec.maps, spec.seed, spec.host, spec.port)
+    found = with_map(where, lambda world, carla_map: {one: _found(spec, one, carla_map) for one in SITUATIONS})
     runs: list[RunLog] = []
     for k, (situation, arm) in enumerate(spec.arms, 1):
         label = f"[{k}/{len(spec.arms)}] {situation.name}: {arm}"
         route, title = found[situation]
-        log = _driven(Task(_job(spec, route, arm), spec.out / "runs" / f"{k}"), partial(_progress, say, label))
+        log = _driven(RouteTask(_job(spec, route, arm), spec.out / "runs" / f"{k}"), partial(_progress, say, label))
         runs.append(log.model_copy(update={"scenario": title, "arm": arm}))
         say(f"{label}: {log.result.status} after {log.result.duration_s:.0f} s\n")
     report = spec.out / "report.html"
@@ -119,7 +119,7 @@ def demo(spec: DemoSpec, say: Callable[[str], None]) -> tuple[list[RunLog], Path
     return runs, report
 
 
-def _found(spec: DemoSpec, situation: Situation, carla_map: carla.Map) -> tuple[Route, str]:
+def _found(spec: DemoSpec, situation: DemoSituation, carla_map: carla.Map) -> tuple[Route, str]:
     """Return the best street on the map for a situation, and its title."""
     street = choose_street(carla_map, spec.road, spec.seed, situation.length_m)
     oncoming = spec.oncoming if street.kind == "one_lane" else 0
@@ -131,23 +131,23 @@ def _found(spec: DemoSpec, situation: Situation, carla_map: carla.Map) -> tuple[
     return street_route(route_id, spec.map_name, street.waypoints, situation.type, parameters), title
 
 
-def _driven(task: Task, progress: Callable[[float], None]) -> RunLog:
+def _driven(task: RouteTask, progress: Callable[[float], None]) -> RunLog:
     """Return one drive's replay.
 
     Raises:
         RunError: There is none.
     """
     drive_task(task, progress)
-    return Store(task.folder).run_log(task.job.route, task.job.seed)
+    return ResultStore(task.folder).run_log(task.job.route, task.job.seed)
 
 
 def _progress(say: Callable[[str], None], label: str, elapsed_s: float) -> None:
     say(f"{label} … {elapsed_s:.0f} s")
 
 
-def _arm(spec: DemoSpec, arm: str) -> ArmSpec:
+def _arm(spec: DemoSpec, arm: str) -> SystemSpec:
     recovery = "none" if arm == ALONE else spec.recovery
-    return ArmSpec(
+    return SystemSpec(
         driver=spec.driver,
         recovery=recovery,
         clock=spec.clock,
@@ -158,7 +158,7 @@ def _arm(spec: DemoSpec, arm: str) -> ArmSpec:
 
 
 def _job(spec: DemoSpec, route: Route, arm: str) -> RouteJob:
-    words = Line(when=When(time_s=SAY_S), say=(spec.say or WORDS,))
+    words = ScriptLine(when=ScriptTrigger(time_s=SAY_S), say=(spec.say or WORDS,))
     return RouteJob(
         route=route,
         seed=spec.seed,

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stucksolver.scene.boxes import HalfSize, Pose, separation, time_to_contact
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies, Perception
-from stucksolver_eval.results.outcome import Noted
+from stucksolver_carla.drivers.behavior.nearby_objects import GroundTruthObjects, NearbyObjects
+from stucksolver_eval.results.outcome import TimedInfraction
 
 if TYPE_CHECKING:
     import carla
@@ -42,12 +42,12 @@ class NearMissWatch:
     """Counts each near miss once while it lasts, and again after a separation."""
 
     def __init__(self, world: carla.World, ego: carla.Vehicle) -> None:
-        self._perception = Perception(world, ego.id, LOOK_RANGE_M)
+        self._perception = GroundTruthObjects(world, ego.id, LOOK_RANGE_M)
         box = ego.bounding_box.extent
         self._half = (float(box.x), float(box.y))
         self._next_s = 0.0
         self._near: frozenset[int] = frozenset()
-        self.found: list[Noted] = []
+        self.found: list[TimedInfraction] = []
 
     def update(self, time_s: float, transform: carla.Transform, velocity: carla.Vector3D) -> None:
         """Look around, five times a second. `transform` and `velocity` are the ego's, from the `carla` client."""
@@ -58,10 +58,12 @@ class NearMissWatch:
         seen = self._perception.read(place.x, place.y)
         near = self._near_ones(seen, transform, velocity) if len(seen) else frozenset()
         for actor_id in sorted(near - self._near):
-            self.found.append(Noted(kind="near_miss", time_s=round(time_s, 2), text=f"near miss with actor {actor_id}"))
+            self.found.append(
+                TimedInfraction(kind="near_miss", time_s=round(time_s, 2), text=f"near miss with actor {actor_id}")
+            )
         self._near = near
 
-    def _near_ones(self, seen: NearbyBodies, transform: carla.Transform, velocity: carla.Vector3D) -> frozenset[int]:
+    def _near_ones(self, seen: NearbyObjects, transform: carla.Transform, velocity: carla.Vector3D) -> frozenset[int]:
         place, yaw = transform.location, math.radians(transform.rotation.yaw)
         level = (seen.top > place.z - BELOW_M) & (seen.bottom < place.z + ABOVE_M)
         near = level & is_near(

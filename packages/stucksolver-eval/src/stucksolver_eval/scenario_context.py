@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from stucksolver_eval.actors import ActorPool, Cars
+from stucksolver_eval.actors import ActorPool, SimulatedCars
 from stucksolver_eval.routes.route_line import RouteLine
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class Setting:
+class ScenarioContext:
     """One route in one world. `client`, `world`, `map` and `hero` are objects of the `carla` client.
 
     The world is in synchronous mode with `dt_s` as its fixed step.
@@ -37,6 +37,6 @@ class Setting:
         return ActorPool(self.client, self.world, self.hero)
 
     @cached_property
-    def cars(self) -> Cars:
+    def cars(self) -> SimulatedCars:
         """The actors that drive."""
-        return Cars(self.cast, self.dt_s)
+        return SimulatedCars(self.cast, self.dt_s)

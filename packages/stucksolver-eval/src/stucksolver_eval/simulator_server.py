@@ -10,7 +10,7 @@ import threading
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from stucksolver_carla.client_connection import Server, ServerError, remote_server
+from stucksolver_carla.client_connection import ServerError, SimulatorServer, remote_server
 
 if TYPE_CHECKING:
     import carla
@@ -26,7 +26,7 @@ SERVED = ("0.9.15", "0.9.16")
 @contextlib.contextmanager
 def carlette_server(
     map_name: str, maps: str | None = None, seed: int = 0, *, scenery: bool = False, stands: bool = False
-) -> Iterator[Server]:
+) -> Iterator[SimulatorServer]:
     """Start a carlette on a free port. It ends on exit, and by itself if this process ends.
 
     With `scenery` cameras and LiDARs measure from their first tick on. Without it a route may be half driven before the
@@ -68,7 +68,7 @@ def open_server(
     *,
     scenery: bool = False,
     stands: bool = False,
-) -> contextlib.AbstractContextManager[Server]:
+) -> contextlib.AbstractContextManager[SimulatorServer]:
     """Start our own carlette (see `carlette_server`), or use the server at `host`.
 
     Raises:
@@ -98,7 +98,7 @@ def set_synchronous(world: carla.World, dt_s: float | None) -> None:
     world.apply_settings(settings)
 
 
-def _listening(process: subprocess.Popen[str], limit_s: float) -> Server:
+def _listening(process: subprocess.Popen[str], limit_s: float) -> SimulatorServer:
     """Wait for the line with the address."""
     assert process.stdout is not None and process.stderr is not None
     watchdog = threading.Timer(limit_s, process.kill)
@@ -115,7 +115,7 @@ def _listening(process: subprocess.Popen[str], limit_s: float) -> Server:
     host, _, port = line.split("listening on ", 1)[1].split()[0].rpartition(":")
     threading.Thread(target=_drain, args=(process.stdout,), daemon=True).start()
     threading.Thread(target=_drain, args=(process.stderr,), daemon=True).start()
-    return Server(host, int(port), process)
+    return SimulatorServer(host, int(port), process)
 
 
 def _drain(stream: object) -> None:

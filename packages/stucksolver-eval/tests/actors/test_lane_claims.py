@@ -13,8 +13,8 @@ carla = pytest.importorskip("carla")
 
 from carlette.maps import DEMO_TOWN  # noqa: E402
 from stucksolver_eval.actors import LanePath  # noqa: E402
-from stucksolver_eval.actors.cars import Car, Cars  # noqa: E402
-from stucksolver_eval.actors.lane_path import Crossing, StopOnPath  # noqa: E402
+from stucksolver_eval.actors.cars import Car, SimulatedCars  # noqa: E402
+from stucksolver_eval.actors.lane_path import JunctionSpan, StopOnPath  # noqa: E402
 
 GREEN, RED = carla.TrafficLightState.Green, carla.TrafficLightState.Red
 
@@ -43,7 +43,7 @@ def turn_deg(one: Any, other: Any) -> float:
     return float(one.transform.rotation.yaw - other.transform.rotation.yaw)
 
 
-def crossing_of(one: Car) -> Crossing:
+def crossing_of(one: Car) -> JunctionSpan:
     return one.path.crossings[0]
 
 
@@ -51,7 +51,7 @@ def test_who_is_held_by_a_red_light_gives_up_its_claim_to_the_junction() -> None
     here, there = ways_that_meet()
     light = SimpleNamespace(state=GREEN)
     first, second = car(1, here, light), car(2, there, SimpleNamespace(state=GREEN))
-    cars = Cars(None, 0.05)  # type: ignore[arg-type]
+    cars = SimulatedCars(None, 0.05)  # type: ignore[arg-type]
     assert cars._stop_in(first, 0.0) is None
     assert cars._stop_in(second, 0.0) is not None, "their ways meet, and the first one was first"
     light.state = RED
@@ -66,7 +66,7 @@ def test_who_is_held_by_a_red_light_gives_up_its_claim_to_the_junction() -> None
 def test_nobody_crosses_before_a_car_that_will_not_brake() -> None:
     here, there = ways_that_meet()
     flowing, waiting = car(1, here, SimpleNamespace(state=GREEN)), car(2, there, SimpleNamespace(state=GREEN))
-    cars = Cars(None, 0.05)  # type: ignore[arg-type]
+    cars = SimulatedCars(None, 0.05)  # type: ignore[arg-type]
     flowing.constant, flowing.yields = True, False
     flowing.s = crossing_of(flowing).enter_s - 6.0 * flowing.wish_mps - 10.0
     cars._press_on(flowing)

@@ -11,8 +11,8 @@ carla = pytest.importorskip("carla")
 
 import numpy as np  # noqa: E402
 
-from stucksolver_eval.systems.system_under_test import Now  # noqa: E402
-from stucksolver_eval.systems.timer_baseline import TimersArm  # noqa: E402
+from stucksolver_eval.systems.system_under_test import TickInfo  # noqa: E402
+from stucksolver_eval.systems.timer_baseline import TimerSystem  # noqa: E402
 
 
 class Driver:
@@ -41,18 +41,18 @@ def street() -> Any:
     return SimpleNamespace(waypoints=points, s_m=np.arange(100.0), project=lambda place: round(place.x))
 
 
-def stand(seconds: float, moves_at_s: float = 1e9) -> tuple[TimersArm, Driver]:
+def stand(seconds: float, moves_at_s: float = 1e9) -> tuple[TimerSystem, Driver]:
     ego = SimpleNamespace(
         get_transform=lambda: carla.Transform(carla.Location(10.0, 0.0, 0.0)),
         get_location=lambda: carla.Location(10.0, 0.0, 0.0),
     )
     driver = Driver()
-    arm = TimersArm(ego, driver, street())  # type: ignore[arg-type]
+    arm = TimerSystem(ego, driver, street())  # type: ignore[arg-type]
     for k in range(round(seconds / 0.05)):
         time_s = k * 0.05
         moving = time_s >= moves_at_s
         place_m = 10.0 + 5.0 * max(time_s - moves_at_s, 0.0)
-        assert arm.step(Now(time_s, 5.0 if moving else 0.0, place_m)) == "control"
+        assert arm.step(TickInfo(time_s, 5.0 if moving else 0.0, place_m)) == "control"
     arm.close(seconds)
     return arm, driver
 

@@ -15,7 +15,7 @@ from stucksolver_carla.drivers.behavior import RoutePoint  # noqa: E402
 from stucksolver_eval.background_traffic import Background  # noqa: E402
 from stucksolver_eval.background_traffic.lanes import route_junctions  # noqa: E402
 from stucksolver_eval.routes.route_line import RouteLine  # noqa: E402
-from stucksolver_eval.scenarios import Play, Setting  # noqa: E402
+from stucksolver_eval.scenarios import ScenarioContext, ScenarioPlayer  # noqa: E402
 from stucksolver_eval.simulator_server import carlette_server  # noqa: E402
 
 pytestmark = pytest.mark.integration
@@ -53,9 +53,9 @@ class Drive:
         place.location.z += 0.3
         self.hero = self.world.spawn_actor(blueprint, place)
         self.world.tick()
-        self.setting = Setting(client, self.world, carla_map, self.hero, self.route, random.Random(5))
+        self.setting = ScenarioContext(client, self.world, carla_map, self.hero, self.route, random.Random(5))
         self.background = Background(self.setting, empty=empty)
-        self.play = Play([], self.setting, self.background)
+        self.play = ScenarioPlayer([], self.setting, self.background)
         self.index = 0
 
     def run(self, seconds: float, speed_mps: float | None = None) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import carla
 import numpy as np
 
-from stucksolver_eval.criteria import Criterion, Moment
+from stucksolver_eval.criteria import Criterion, EgoTick
 from stucksolver_eval.criteria.route_position import RouteWalk
 
 DT_S = 0.05
@@ -31,8 +31,8 @@ def moment(
     speed_mps: float = 5.0,
     suspended: frozenset[str] = frozenset(),
     background_mps: tuple[float, ...] = (),
-) -> Moment:
-    return Moment(
+) -> EgoTick:
+    return EgoTick(
         frame=round(time_s / DT_S),
         time_s=time_s,
         transform=carla.Transform(carla.Location(x, y, 0.0)),

@@ -11,7 +11,7 @@ carla = pytest.importorskip("carla")
 
 from carlette.maps import DEMO_TOWN  # noqa: E402
 from stucksolver_carla.drivers.behavior.routing import trace_route  # noqa: E402
-from stucksolver_eval.criteria import Moment  # noqa: E402
+from stucksolver_eval.criteria import EgoTick  # noqa: E402
 from stucksolver_eval.criteria.outside_lanes import OutsideLanes, between  # noqa: E402
 from stucksolver_eval.criteria.route_position import RouteWalk  # noqa: E402
 from stucksolver_eval.routes.route_line import RouteLine  # noqa: E402
@@ -55,7 +55,7 @@ def driven(aside_m: float, suspended: frozenset[str] = frozenset(), back_at: int
         ahead = transform.get_forward_vector()
         place = transform.location + carla.Location(left * right.x + 0.1 * ahead.x, left * right.y + 0.1 * ahead.y, 0.0)
         here = carla.Transform(place, transform.rotation)
-        criterion.update(Moment(k, 0.05 * k, here, carla.Vector3D(), suspended=suspended))
+        criterion.update(EgoTick(k, 0.05 * k, here, carla.Vector3D(), suspended=suspended))
     return criterion
 
 

@@ -20,12 +20,12 @@ from guests import AsksForSonar, ForLeaderboard
 from stucksolver_eval.drivers import AgentError, check_driver
 from stucksolver_eval.drivers.agent import checked
 from stucksolver_eval.drivers.leaderboard import LeaderboardAgent, _Listening
-from stucksolver_eval.drivers.user_agent_driver import GuestDriver
+from stucksolver_eval.drivers.user_agent_driver import UserAgentDriver
 from stucksolver_eval.runner.job import RouteJob
-from stucksolver_eval.runner.route_process import Task, run_task
+from stucksolver_eval.runner.route_process import RouteTask, run_task
 from stucksolver_eval.suites import load_routes
-from stucksolver_eval.systems.factory import ArmError, check_arm
-from stucksolver_eval.systems.spec import ArmSpec
+from stucksolver_eval.systems.factory import SystemSpecError, check_arm
+from stucksolver_eval.systems.spec import SystemSpec
 
 ROOT = Path(__file__).parents[4]
 
@@ -41,7 +41,7 @@ def found(monkeypatch):
 
 def driven(driver, folder):
     route = load_routes("dev", (ROUTE,))[0]
-    return run_task(Task(RouteJob(route, 1, ArmSpec(driver=driver)), folder))
+    return run_task(RouteTask(RouteJob(route, 1, SystemSpec(driver=driver)), folder))
 
 
 @pytest.mark.parametrize(
@@ -56,8 +56,8 @@ def driven(driver, folder):
     ],
 )
 def test_what_is_no_driver_is_said_before_anything_is_driven(words, told):
-    with pytest.raises(ArmError, match=told):
-        check_arm(ArmSpec(driver=words))
+    with pytest.raises(SystemSpecError, match=told):
+        check_arm(SystemSpec(driver=words))
 
 
 @pytest.mark.parametrize("words", ["behavior", "behavior:cautious", "guests:ForLeaderboard@x.json", "guests:Nonsense"])
@@ -100,7 +100,7 @@ class Guest:
 @pytest.mark.parametrize("told", [lambda d: d.follow([]), lambda d: d.hold(), lambda d: d.hold(3.0)])
 def test_the_agent_is_asked_for_a_control_only_while_it_drives_itself(told):
     guest, helper = Guest(), Helper()
-    driver = GuestDriver(guest, "mine:Agent", helper)
+    driver = UserAgentDriver(guest, "mine:Agent", helper)
     assert driver.run_step().by == "guest"
     told(driver)
     assert driver.run_step().by == "helper" and guest.steps == 1
@@ -111,7 +111,7 @@ def test_the_agent_is_asked_for_a_control_only_while_it_drives_itself(told):
 
 def test_the_agent_hears_of_every_route():
     guest = Guest()
-    driver = GuestDriver(guest, "mine:Agent", Helper())
+    driver = UserAgentDriver(guest, "mine:Agent", Helper())
     driver.set_route(("x",))
     driver.set_destination("there")
     assert guest.routes == [("a", "b")] * 2

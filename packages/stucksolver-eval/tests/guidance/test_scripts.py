@@ -9,16 +9,16 @@ from random import Random
 import pytest
 
 from stucksolver.solver import Question
-from stucksolver_eval.guidance import GuidanceError, Line, Speaker, read_script
+from stucksolver_eval.guidance import GuidanceError, ScriptLine, ScriptPlayer, read_script
 
 
-def line(**when: float) -> Line:
-    return Line.model_validate({"when": when, "say": ["please overtake", "go around it"]})
+def line(**when: float) -> ScriptLine:
+    return ScriptLine.model_validate({"when": when, "say": ["please overtake", "go around it"]})
 
 
-def spoken(one: Line, *moments: tuple[float, float, float]) -> list[float]:
+def spoken(one: ScriptLine, *moments: tuple[float, float, float]) -> list[float]:
     """The times at which something is said."""
-    speaker = Speaker([one], Random(1))
+    speaker = ScriptPlayer([one], Random(1))
     return [time_s for time_s, place_m, speed in moments if speaker.due(time_s, place_m, speed)]
 
 
@@ -36,9 +36,11 @@ def test_or_after_so_long_at_a_stand() -> None:
 
 
 def test_the_seed_chooses_the_wording() -> None:
-    said = {Speaker([line(time_s=0)], Random(seed)).due(0, 0, 0)[0][1] for seed in range(20)}
+    said = {ScriptPlayer([line(time_s=0)], Random(seed)).due(0, 0, 0)[0][1] for seed in range(20)}
     assert said == {"please overtake", "go around it"}
-    assert Speaker([line(time_s=0)], Random(3)).due(0, 0, 0) == Speaker([line(time_s=0)], Random(3)).due(0, 0, 0)
+    assert ScriptPlayer([line(time_s=0)], Random(3)).due(0, 0, 0) == ScriptPlayer([line(time_s=0)], Random(3)).due(
+        0, 0, 0
+    )
 
 
 def script(folder: Path, data: object) -> Path:
@@ -74,18 +76,18 @@ def question(number: int, to: str = "operator") -> Question:
     return Question(id=f"q{number}", time_s=0.0, kind="approval", to=to, text="May I?")
 
 
-def answers(to: str = "operator", after_s: float = 4.0) -> Line:
-    return Line.model_validate({"when": {"asked": to, "after_s": after_s}, "answer": "yes", "by": to})
+def answers(to: str = "operator", after_s: float = 4.0) -> ScriptLine:
+    return ScriptLine.model_validate({"when": {"asked": to, "after_s": after_s}, "answer": "yes", "by": to})
 
 
 def test_a_question_is_answered_after_a_while_and_by_who_was_asked() -> None:
-    speaker = Speaker([answers()], Random(1))
+    speaker = ScriptPlayer([answers()], Random(1))
     moments = [(10.0, question(1, "passenger")), (20.0, question(2)), (23.9, question(2)), (24.0, question(2))]
     assert [t for t, asked in moments if speaker.due(t, 0.0, 0.0, asked)] == [24.0]
 
 
 def test_a_new_question_is_thought_about_anew() -> None:
-    speaker = Speaker([answers()], Random(1))
+    speaker = ScriptPlayer([answers()], Random(1))
     moments = [(1.0, question(1)), (4.0, question(2)), (6.0, None), (6.5, question(3)), (9.0, question(3))]
     assert not [t for t, asked in moments if speaker.due(t, 0.0, 0.0, asked)]
     assert speaker.due(10.6, 0.0, 0.0, question(3))[0][1] == "yes"

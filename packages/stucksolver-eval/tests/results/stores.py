@@ -10,10 +10,10 @@ import numpy as np
 from stucksolver.atomic_files import write_text
 from stucksolver_eval.criteria import Infraction
 from stucksolver_eval.results.checkpoint import RouteRecord, make_record
-from stucksolver_eval.results.manifest import Manifest, suite_digest
+from stucksolver_eval.results.manifest import EvaluationManifest, suite_digest
 from stucksolver_eval.results.metric_info import NAMES, MetricInfo
 from stucksolver_eval.results.outcome import RouteOutcome
-from stucksolver_eval.results.store import Store
+from stucksolver_eval.results.store import ResultStore
 from stucksolver_eval.routes import Position, Route, RoutePose, ScenarioSpec
 
 ORIGIN = Position(0.0, 0.0, 0.0)
@@ -28,7 +28,7 @@ CRASH = Infraction("collisions_vehicle", 1.0, "collision")
 ROUTES = (route(1), route(2, "T_Junction"))
 
 
-def manifest(**changes: Any) -> Manifest:
+def manifest(**changes: Any) -> EvaluationManifest:
     usual: dict[str, Any] = {
         "suite": "two",
         "suite_digest": suite_digest(ROUTES),
@@ -39,7 +39,7 @@ def manifest(**changes: Any) -> Manifest:
         "clock": "lockstep",
         "perception": "privileged",
     }
-    return Manifest(**(usual | changes))
+    return EvaluationManifest(**(usual | changes))
 
 
 def record(of: Route, completion: float = 100.0, failure: str | None = None, *infractions: Infraction) -> RouteRecord:
@@ -69,13 +69,13 @@ def metric_info(ticks: int = 40) -> MetricInfo:
     return info
 
 
-def begun(folder: Path, **changes: Any) -> Store:
-    store = Store(folder)
+def begun(folder: Path, **changes: Any) -> ResultStore:
+    store = ResultStore(folder)
     store.begin(manifest(**changes), ROUTES, resume=False)
     return store
 
 
-def keep(store: Store, of: Route, seed: int, kept: RouteRecord) -> None:
+def keep(store: ResultStore, of: Route, seed: int, kept: RouteRecord) -> None:
     """Write a driven route's files."""
     name = kept.save_name
     metric_info().write(store.folder / f"seed-{seed}" / "metrics" / name)

@@ -24,9 +24,9 @@ from stucksolver_eval.report.comparison import write_comparison
 from stucksolver_eval.report.evaluation import write_evaluation
 from stucksolver_eval.results.checkpoint import save_name
 from stucksolver_eval.results.manifest import suite_digest
-from stucksolver_eval.results.outcome import Noted
+from stucksolver_eval.results.outcome import TimedInfraction
 from stucksolver_eval.results.run_log import ActorInfo, DecisionMoment, LogEvent, MapView, Marking, RunLog
-from stucksolver_eval.results.store import Store
+from stucksolver_eval.results.store import ResultStore
 from stucksolver_eval.routes import Position, Route, RoutePose, ScenarioSpec
 
 PAYLOADS = (
@@ -116,10 +116,10 @@ def hostile_log(bad: str, result) -> RunLog:
     )
 
 
-def hostile_store(folder: Path, bad: str, *, recorded: bool, **changes: object) -> Store:
+def hostile_store(folder: Path, bad: str, *, recorded: bool, **changes: object) -> ResultStore:
     """A store whose every name and text is hostile: one drive with a replay, one with a record."""
     routes = tuple(hostile_route(bad, number) for number in (1, 2))
-    store = Store(folder)
+    store = ResultStore(folder)
     names = dict.fromkeys(("driver", "recovery", "reasoner", "clock", "perception", "simulator", "command"), bad)
     about = manifest(suite=f"{bad}/{bad}", guidance=bad, prompt=bad, suite_digest=suite_digest(routes), **names)
     store.begin(about.model_copy(update=changes), routes, resume=False)
@@ -129,7 +129,7 @@ def hostile_store(folder: Path, bad: str, *, recorded: bool, **changes: object) 
         keep(store, route, 1, kept)
         outcome = store.outcome(route, 1)
         assert outcome is not None
-        noted = Noted(kind=bad, time_s=1.0, text=bad)
+        noted = TimedInfraction(kind=bad, time_s=1.0, text=bad)
         outcome = outcome.model_copy(update={"reason": f"line\n{bad}", "infractions": (noted,), "arm": bad})
         store.write_outcome(route, outcome)
         kept_at = store.record(route, 1)

@@ -22,12 +22,12 @@ def test_its_ladder_is_the_default_one_but_for_the_solid_line():
 
 
 def test_a_row_counts_drives_questions_and_calls():
-    drives = [memory.Outcome(True, 0, 0, 90.0), memory.Outcome(False, 2, 1, 20.0)]
+    drives = [memory.MemoryRunResult(True, 0, 0, 90.0), memory.MemoryRunResult(False, 2, 1, 20.0)]
     assert memory._row("lessons: 2", drives) == "| lessons: 2 | 1 of 2 | 2 | 1 | 55.0 |"
 
 
 def test_each_line_of_the_table_has_the_columns_of_its_head():
-    page = memory.page([memory._row("before", [memory.Outcome(True, 0, 0, 100.0)])])
+    page = memory.page([memory._row("before", [memory.MemoryRunResult(True, 0, 0, 100.0)])])
     table = [line for line in page.splitlines() if line.startswith("|")]
     assert len(table) == 3
     assert len({line.count("|") for line in table}) == 1

@@ -17,8 +17,8 @@ from stucksolver_eval.report.evaluation import evaluation_page, write_evaluation
 from stucksolver_eval.report.tables import summary_json
 from stucksolver_eval.results.checkpoint import checkpoint_text
 from stucksolver_eval.results.metric_info import NAMES, read_metric_info
-from stucksolver_eval.results.outcome import InterventionRecord, Spoken
-from stucksolver_eval.results.store import Store, StoreError
+from stucksolver_eval.results.outcome import InterventionRecord, SpokenGuidance
+from stucksolver_eval.results.store import ResultStore, StoreError
 
 SPEED = Infraction("min_speed_infractions", 1.0, "on average at 80.0% of it", 80.0)
 
@@ -91,7 +91,7 @@ def test_results_of_another_version_are_named(tmp_path: Path) -> None:
 
 def test_what_is_no_evaluation_is_named(tmp_path: Path) -> None:
     with pytest.raises(StoreError, match="is not a result folder of"):
-        summarize(Store(tmp_path))
+        summarize(ResultStore(tmp_path))
 
 
 def test_a_route_is_done_when_its_outcome_is_there_and_it_did_not_crash(tmp_path: Path) -> None:
@@ -131,7 +131,7 @@ def test_recoveries_and_words_are_written_by_kind(tmp_path: Path) -> None:
     plan = InterventionRecord(
         start_s=1.0, end_s=2.0, place_m=0.0, rung="rules", behaviors=("nudge",), moves=True, finished=True
     )
-    said = Spoken(kind="helpful", time_s=0.5, text="go")
+    said = SpokenGuidance(kind="helpful", time_s=0.5, text="go")
     found = outcome(ROUTES[0], interventions=(plan,), guidance=(said,), track=((1.0, 0.0), (2.0, 20.0)))
     store.write_outcome(ROUTES[0], found)
     data = json.loads(summary_json(summarize(store)))["recovery"]

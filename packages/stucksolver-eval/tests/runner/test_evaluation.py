@@ -20,7 +20,7 @@ import route_crashers  # noqa: E402
 
 from carlette.maps import DEMO_TOWN  # noqa: E402
 from stucksolver.commands import main  # noqa: E402
-from stucksolver_eval.results.store import Store  # noqa: E402
+from stucksolver_eval.results.store import ResultStore  # noqa: E402
 from stucksolver_eval.routes import Position, Route, RoutePose, ScenarioSpec, write_routes  # noqa: E402
 from stucksolver_eval.runner import route_process  # noqa: E402
 
@@ -121,7 +121,7 @@ def test_routes_without_guidance_are_taken_from_the_same_arm_without_it(
 def test_one_crashed_route_is_told_and_the_rest_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(route_process, "_work", route_crashers.crash_on_one)
     assert evaluate(suite(tmp_path, 2), tmp_path / "out") == 1
-    store = Store(tmp_path / "out")
+    store = ResultStore(tmp_path / "out")
     first, second = (store.outcome(route, 1) for route in store.routes())
     assert first is not None and second is not None
     assert (first.state, second.state) == ("crashed", "driven")
@@ -131,7 +131,7 @@ def test_one_crashed_route_is_told_and_the_rest_go_on(tmp_path: Path, monkeypatc
 def test_a_trigger_off_the_route_is_named(tmp_path: Path) -> None:
     far = ScenarioSpec("Far_1", "Accident", RoutePose(Position(5000.0, 0.0, 0.0), 0.0), {"distance": {"value": "40"}})
     assert evaluate(suite(tmp_path, 1, far), tmp_path / "out") == 1
-    store = Store(tmp_path / "out")
+    store = ResultStore(tmp_path / "out")
     outcome = store.outcome(store.routes()[0], 1)
     assert outcome is not None and outcome.state == "invalid"
     assert "Far_1" in outcome.reason and "off the route" in outcome.reason
@@ -139,7 +139,7 @@ def test_a_trigger_off_the_route_is_named(tmp_path: Path) -> None:
 
 def test_a_map_that_is_missing_is_named_with_where_it_was_searched(tmp_path: Path) -> None:
     assert evaluate(suite(tmp_path, 1, town="Nowhere"), tmp_path / "out", "--maps", str(tmp_path)) == 1
-    store = Store(tmp_path / "out")
+    store = ResultStore(tmp_path / "out")
     outcome = store.outcome(store.routes()[0], 1)
     assert outcome is not None and outcome.state == "crashed"
     assert "Nowhere" in outcome.reason and str(tmp_path) in outcome.reason
@@ -169,7 +169,7 @@ def test_what_cannot_be_run_is_refused_before_anything_is_written(
 
 
 def test_a_driven_route_is_complete_and_its_motion_is_kept_tick_by_tick(plain: tuple[Path, Path]) -> None:
-    store = Store(plain[1])
+    store = ResultStore(plain[1])
     route, _ = store.routes()
     record, outcome = store.record(route, 1), store.outcome(route, 1)
     assert record is not None and outcome is not None

@@ -9,17 +9,17 @@ import pytest
 pytest.importorskip("carla")
 
 from stucksolver_eval.runner.evaluate import EvaluationSpec, manifest_of
-from stucksolver_eval.systems.spec import ArmSpec
+from stucksolver_eval.systems.spec import SystemSpec
 from stucksolver_language.llm.prompt import prompt_name
 
 
 @pytest.mark.parametrize(
     ("arm", "prompt"),
     [
-        (ArmSpec(recovery="rules"), ""),
-        (ArmSpec(recovery="openai:gpt-4o"), prompt_name()),
-        (ArmSpec(recovery="rules", reasoner="openai:gpt-4o"), prompt_name()),
+        (SystemSpec(recovery="rules"), ""),
+        (SystemSpec(recovery="openai:gpt-4o"), prompt_name()),
+        (SystemSpec(recovery="rules", reasoner="openai:gpt-4o"), prompt_name()),
     ],
 )
-def test_the_prompts_version_stands_where_a_model_is_asked(arm: ArmSpec, prompt: str) -> None:
+def test_the_prompts_version_stands_where_a_model_is_asked(arm: SystemSpec, prompt: str) -> None:
     assert manifest_of(EvaluationSpec(suite="dev", out=Path("out"), arm=arm), ()).prompt == prompt

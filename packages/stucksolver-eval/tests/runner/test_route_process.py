@@ -19,8 +19,8 @@ from stucksolver_eval.routes import Position, Route
 from stucksolver_eval.runner import isolated_process as process
 from stucksolver_eval.runner import route_process
 from stucksolver_eval.runner.job import RouteJob
-from stucksolver_eval.runner.route_process import Task, run_task
-from stucksolver_eval.systems.spec import ArmSpec
+from stucksolver_eval.runner.route_process import RouteTask, run_task
+from stucksolver_eval.systems.spec import SystemSpec
 
 pytestmark = pytest.mark.integration
 STREET = (Position(128.0, 1.75, 0.0), Position(297.0, 1.75, 0.0))
@@ -46,9 +46,9 @@ def _own(process: psutil.Process) -> bool:
         return True
 
 
-def task(folder: Path, limit_s: float | None = None) -> Task:
+def task(folder: Path, limit_s: float | None = None) -> RouteTask:
     route = Route("7", "demo_town", STREET)
-    return Task(RouteJob(route=route, seed=1, arm=ArmSpec(), background=False, limit_s=limit_s), folder)
+    return RouteTask(RouteJob(route=route, seed=1, arm=SystemSpec(), background=False, limit_s=limit_s), folder)
 
 
 def reason(folder: Path) -> str:

@@ -19,31 +19,31 @@ from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.routes import Position, Route, RoutePose, ScenarioSpec, WeatherKey
 from stucksolver_eval.runner.evaluate import EvaluationSpec
 from stucksolver_eval.runner.immobilization_watch import ImmobilizationWatch
-from stucksolver_eval.runner.isolated_process import NotWanted
+from stucksolver_eval.runner.isolated_process import RunCancelledError
 from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.runner.pool import run_tasks
 from stucksolver_eval.runner.progress import ProgressDisplay
-from stucksolver_eval.runner.route_process import Task, run_task
+from stucksolver_eval.runner.route_process import RouteTask, run_task
 from stucksolver_eval.runner.sweep import SweepError, parse_sweep, sweep_specs
 from stucksolver_eval.runner.weather import between
-from stucksolver_eval.systems.spec import ArmSpec
+from stucksolver_eval.systems.spec import SystemSpec
 
 HERE = Position(0.0, 0.0, 0.0)
 
 
-def task(number: int) -> Task:
+def task(number: int) -> RouteTask:
     spec = ScenarioSpec("a", "Accident", RoutePose(HERE, 0.0), {})
-    return Task(RouteJob(Route(str(number), "t", (HERE, HERE), (), (spec,)), 1, ArmSpec()), Path("x"))
+    return RouteTask(RouteJob(Route(str(number), "t", (HERE, HERE), (), (spec,)), 1, SystemSpec()), Path("x"))
 
 
-def outcome_of(one: Task, **changes: Any) -> RouteOutcome:
+def outcome_of(one: RouteTask, **changes: Any) -> RouteOutcome:
     return RouteOutcome(route_id=one.job.route.id, scenario="Accident", town="t", seed=1, arm="", **changes)
 
 
 def test_every_task_is_told_of_once_and_so_many_run_at_a_time() -> None:
     together = threading.Barrier(3, timeout=100)
 
-    def runner(one: Task, progress: Callable[[float], None], wanted: Callable[[], bool]) -> RouteOutcome:
+    def runner(one: RouteTask, progress: Callable[[float], None], wanted: Callable[[], bool]) -> RouteOutcome:
         progress(1.0)
         together.wait()
         return outcome_of(one)
@@ -54,7 +54,7 @@ def test_every_task_is_told_of_once_and_so_many_run_at_a_time() -> None:
 
 
 def test_a_full_disk_stops_everything() -> None:
-    def runner(one: Task, progress: Callable[[float], None], wanted: Callable[[], bool]) -> RouteOutcome:
+    def runner(one: RouteTask, progress: Callable[[float], None], wanted: Callable[[], bool]) -> RouteOutcome:
         raise OutputError("no room")
 
     with pytest.raises(OutputError, match="no room"):
@@ -64,13 +64,13 @@ def test_a_full_disk_stops_everything() -> None:
 def test_who_stops_listening_goes_on_when_all_have_ended() -> None:
     ended: list[str] = []
 
-    def runner(one: Task, progress: Callable[[float], None], wanted: Callable[[], bool]) -> RouteOutcome:
+    def runner(one: RouteTask, progress: Callable[[float], None], wanted: Callable[[], bool]) -> RouteOutcome:
         progress(1.0)
         while wanted():
             time.sleep(0.01)
         time.sleep(0.2)
         ended.append(one.job.route.id)
-        raise NotWanted
+        raise RunCancelledError
 
     listening = run_tasks([task(k) for k in range(5)], 2, runner)
     next(listening)
@@ -81,7 +81,7 @@ def test_who_stops_listening_goes_on_when_all_have_ended() -> None:
 def test_what_is_not_wanted_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> None:
     """A process that was killed by the end of all is not tried once more."""
     monkeypatch.setattr("multiprocessing.process.BaseProcess.start", lambda self: pytest.fail("a process was begun"))
-    with pytest.raises(NotWanted):
+    with pytest.raises(RunCancelledError):
         run_task(task(1), wanted=lambda: False)
 
 
@@ -125,7 +125,7 @@ def test_on_a_terminal_it_shows_the_time_left_and_the_scores_so_far() -> None:
 
 
 def test_a_sweep_is_every_combination_in_a_folder_of_its_own() -> None:
-    spec = EvaluationSpec("dev", Path("out"), ArmSpec(recovery="rules"))
+    spec = EvaluationSpec("dev", Path("out"), SystemSpec(recovery="rules"))
     specs = sweep_specs(spec, parse_sweep(["v_min=3.6,18", "dt=0.5,1"]))
     assert list(specs) == ["v_min=3.6,dt=0.5", "v_min=3.6,dt=1", "v_min=18,dt=0.5", "v_min=18,dt=1"]
     last = specs["v_min=18,dt=1"]

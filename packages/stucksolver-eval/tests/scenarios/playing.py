@@ -17,7 +17,7 @@ from stucksolver_eval.actors import Car, ScenarioActor
 from stucksolver_eval.background_traffic import Background
 from stucksolver_eval.routes import Route, ScenarioSpec, read_routes
 from stucksolver_eval.routes.route_line import RouteLine
-from stucksolver_eval.scenarios import Play, Scenario, Setting
+from stucksolver_eval.scenarios import Scenario, ScenarioContext, ScenarioPlayer
 
 TICK_S = 0.05
 HERO = "vehicle.lincoln.mkz_2020"
@@ -45,9 +45,9 @@ class Playing:
         self.route = _from_trigger(RouteLine.trace(self.map, route.waypoints), self.spec, before_m)
         self.hero = _hero(world, self.route)
         world.tick()
-        self.setting = Setting(client, world, self.map, self.hero, self.route, random.Random(1))
+        self.setting = ScenarioContext(client, world, self.map, self.hero, self.route, random.Random(1))
         self.background = Background(self.setting) if traffic else None
-        self.play = Play([self.spec], self.setting, self.background)
+        self.play = ScenarioPlayer([self.spec], self.setting, self.background)
         self._index = 0
         self._car: Car | None = None
 

@@ -12,8 +12,14 @@ carla = pytest.importorskip("carla")
 from playing import Playing, shipped  # noqa: E402
 
 from stucksolver_eval.routes import Position, RoutePose, ScenarioSpec  # noqa: E402
-from stucksolver_eval.scenarios import SCENARIOS, Scenario, ScenarioError, Unsupported, load_all  # noqa: E402
-from stucksolver_eval.scenarios.parameters import Choice, Number, Place, Range, parameters_of  # noqa: E402
+from stucksolver_eval.scenarios import SCENARIOS, Scenario, ScenarioError, UnsupportedScenarioError, load_all  # noqa: E402
+from stucksolver_eval.scenarios.parameters import (  # noqa: E402
+    ChoiceParameter,
+    LocationParameter,
+    NumberParameter,
+    RangeParameter,
+    parameters_of,
+)
 from stucksolver_eval.scenarios.registry import scenario, scenario_type  # noqa: E402
 from stucksolver_eval.scenarios.scenario_docs import PAGE, page  # noqa: E402
 
@@ -113,10 +119,10 @@ def test_two_types_of_one_name_are_refused():
 class Stub:
     """A scenario's parameters alone."""
 
-    number = Number("distance", 12.0)
-    gaps = Range("frequency", (20.0, 100.0))
-    side = Choice("direction", "right", options=("left", "right"))
-    place = Place("start_actor_flow", None)
+    number = NumberParameter("distance", 12.0)
+    gaps = RangeParameter("frequency", (20.0, 100.0))
+    side = ChoiceParameter("direction", "right", options=("left", "right"))
+    place = LocationParameter("start_actor_flow", None)
 
     def __init__(self, **parameters):
         trigger = RoutePose(Position(0, 0, 0), 0)
@@ -179,14 +185,14 @@ def test_a_trigger_point_off_the_route_is_refused(theatre):
 
 @pytest.mark.integration
 def test_a_scenario_on_a_map_that_lacks_what_it_needs_is_unsupported(theatre):
-    with pytest.raises(Unsupported, match=r"ParkingCutIn.* is unsupported here: .* no parking lane"):
+    with pytest.raises(UnsupportedScenarioError, match=r"ParkingCutIn.* is unsupported here: .* no parking lane"):
         begin(theatre, moved("Accident_1", type="ParkingCutIn", parameters={}))
 
 
 @pytest.mark.integration
 def test_a_blueprint_that_is_missing_makes_it_unsupported(theatre):
     parameters = {**shipped()["DynamicObjectCrossing_1"].scenarios[0].parameters, "blocker_model": value("static.no")}
-    with pytest.raises(Unsupported, match=r"the blueprint library has no static\.no"):
+    with pytest.raises(UnsupportedScenarioError, match=r"the blueprint library has no static\.no"):
         begin(theatre, moved("DynamicObjectCrossing_1", parameters=parameters))
 
 

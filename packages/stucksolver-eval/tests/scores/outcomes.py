@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from stucksolver_eval.results.outcome import ImmobilizationEpisode, InterventionRecord, Noted, RouteOutcome, Spoken
+from stucksolver_eval.results.outcome import (
+    ImmobilizationEpisode,
+    InterventionRecord,
+    RouteOutcome,
+    SpokenGuidance,
+    TimedInfraction,
+)
 
 
 def outcome(**changes: Any) -> RouteOutcome:
@@ -38,9 +44,9 @@ def plan(start_s: float, end_s: float, place_m: float | None = None, moves: bool
     )
 
 
-def noted(time_s: float, kind: str = "collisions_vehicle") -> Noted:
-    return Noted(kind=kind, time_s=time_s, text="")
+def noted(time_s: float, kind: str = "collisions_vehicle") -> TimedInfraction:
+    return TimedInfraction(kind=kind, time_s=time_s, text="")
 
 
-def spoken(time_s: float, kind: str, help: str = "") -> Spoken:
-    return Spoken(kind=kind, time_s=time_s, text="", help=help)
+def spoken(time_s: float, kind: str, help: str = "") -> SpokenGuidance:
+    return SpokenGuidance(kind=kind, time_s=time_s, text="", help=help)

@@ -9,7 +9,7 @@ import pytest
 from outcomes import noted, outcome, spoken
 
 from stucksolver_eval.metrics.guidance_effect import help_figures
-from stucksolver_eval.result_pages.guided import UsageError, main, pairs_of
+from stucksolver_eval.result_pages.guided import GuidedPageError, main, pairs_of
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def test_what_is_worse_is_told_as_harm() -> None:
 
 @pytest.mark.parametrize("arguments", [[], ["dev"], ["dev=one"], ["=a,b"], ["dev=a,b,c"], ["dev=a,"]])
 def test_wrong_arguments_are_told_how_they_look(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(UsageError, match="SUITE=UNGUIDED,GUIDED"):
+    with pytest.raises(GuidedPageError, match="SUITE=UNGUIDED,GUIDED"):
         pairs_of(arguments)
     assert main(arguments) == 2
     assert capsys.readouterr().err.startswith("error: ")

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 from outcomes import noted, outcome, plan, spell, spoken
 
-from stucksolver_eval.metrics.recovery import RecoveryFigures, key_of, recovery_figures
+from stucksolver_eval.metrics.recovery import RecoveryMetrics, key_of, recovery_figures
 from stucksolver_eval.results.outcome import QueryRecord, RouteOutcome
 
 
-def figures(alone: RouteOutcome | None = None, **changes: Any) -> RecoveryFigures:
+def figures(alone: RouteOutcome | None = None, **changes: Any) -> RecoveryMetrics:
     return recovery_figures([outcome(**changes)], None if alone is None else {key_of(alone): alone})
 
 

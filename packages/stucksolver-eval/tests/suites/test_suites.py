@@ -16,7 +16,7 @@ from stucksolver_eval.guidance import read_script  # noqa: E402 (needs carla)
 from stucksolver_eval.guidance.assignment import drawn  # noqa: E402
 from stucksolver_eval.routes.route_line import RouteLine  # noqa: E402 (needs carla)
 from stucksolver_eval.scenarios import SCENARIOS  # noqa: E402
-from stucksolver_eval.sites.parameter_draws import IntervalDraw, OneOf, Ride  # noqa: E402
+from stucksolver_eval.sites.parameter_draws import IntervalDraw, RideDistanceDraw, WordDraw  # noqa: E402
 from stucksolver_eval.suites import SuiteError, build, shipped_guidance, suite, suite_names  # noqa: E402
 from stucksolver_eval.suites.weather_presets import FIELDS, PRESETS  # noqa: E402
 
@@ -138,10 +138,10 @@ def test_parameters_are_complete_and_within_the_published_ranges():
             if isinstance(one, IntervalDraw):
                 assert one.first[0] <= float(given["from"]) <= one.first[1]
                 assert one.last[0] <= float(given["to"]) <= one.last[1]
-            elif isinstance(one, OneOf):
+            elif isinstance(one, WordDraw):
                 assert given["value"] in one.words
             else:
-                least = 40 if isinstance(one, Ride) else one.low
+                least = 40 if isinstance(one, RideDistanceDraw) else one.low
                 assert least <= float(given["value"]) <= one.high
         if scenario.type in FLOWS:
             assert {"start_actor_flow", "end_actor_flow"} <= set(scenario.parameters)

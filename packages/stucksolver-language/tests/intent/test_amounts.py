@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stucksolver.interpreter import find_reader
-from stucksolver.scene import GuidanceIntent, Limits
+from stucksolver.scene import GuidanceIntent, GuidanceLimits
 from stucksolver_language.intent.quantities import LARGEST, read_amounts
 
 READER = find_reader()
@@ -61,7 +61,7 @@ NOT_SAID = (
 
 @pytest.mark.parametrize("text", SAID)
 def test_amounts_that_are_meant_for_the_vehicle_are_read(text):
-    assert read_amounts(text).limits == Limits(**SAID[text])
+    assert read_amounts(text).limits == GuidanceLimits(**SAID[text])
 
 
 @pytest.mark.parametrize("text", NOT_SAID)
@@ -78,7 +78,7 @@ def test_words_without_an_amount_reach_the_network_unchanged(text):
 
 @given(st.integers(0, 9999), st.sampled_from(["m", "feet", "km/h", "mph", "seconds", "minutes"]))
 def test_no_amount_is_beyond_belief(number, unit):
-    limits = read_amounts(f"go, wait, reverse {number} {unit}").limits or Limits()
+    limits = read_amounts(f"go, wait, reverse {number} {unit}").limits or GuidanceLimits()
     assert (limits.distance_m or 0.0) <= LARGEST["distance"]
     assert (limits.speed_mps or 0.0) <= LARGEST["speed"]
     assert (limits.wait_s or 0.0) <= LARGEST["time"]
@@ -87,10 +87,10 @@ def test_no_amount_is_beyond_belief(number, unit):
 @pytest.mark.parametrize(
     ("text", "intent", "limits"),
     [
-        ("overtake them at 20 km/h", GuidanceIntent.OVERTAKE, Limits(speed_mps=5.56)),
-        ("go round it, but not faster than 10 km/h", GuidanceIntent.OVERTAKE, Limits(speed_mps=2.78)),
-        ("back up three metres", GuidanceIntent.BACK_UP, Limits(distance_m=3.0)),
-        ("hang on for 20 seconds", GuidanceIntent.WAIT, Limits(wait_s=20.0)),
+        ("overtake them at 20 km/h", GuidanceIntent.OVERTAKE, GuidanceLimits(speed_mps=5.56)),
+        ("go round it, but not faster than 10 km/h", GuidanceIntent.OVERTAKE, GuidanceLimits(speed_mps=2.78)),
+        ("back up three metres", GuidanceIntent.BACK_UP, GuidanceLimits(distance_m=3.0)),
+        ("hang on for 20 seconds", GuidanceIntent.WAIT, GuidanceLimits(wait_s=20.0)),
     ],
 )
 def test_the_reader_carries_them_beside_the_intent(text, intent, limits):

@@ -11,15 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tokenizers import Tokenizer
 
-from stucksolver.interpreter import NoReader, ScriptedReader, find_reader
+from stucksolver.interpreter import NoInterpreter, ScriptedInterpreter, find_reader
 from stucksolver.scene import GuidanceIntent
 from stucksolver.scene.interpretation import MOVES, STAYS
-from stucksolver_language.intent.intent_decoder import INTENT, INTENTS, LOGITS, Doubt, read_fields
-from stucksolver_language.intent.network import DATA, NetworkReader, ReaderError, unpacked
+from stucksolver_language.intent.intent_decoder import INTENT, INTENTS, LOGITS, ConfidenceThresholds, read_fields
+from stucksolver_language.intent.network import DATA, InterpreterError, NetworkInterpreter, unpacked
 from stucksolver_language.intent.tokenization import MAX_TOKENS, encoded
 
 READER = find_reader()
-DOUBT = Doubt(temperature=1.0, move=0.7, against=0.15, stay=0.3, reroute=0.7)
+DOUBT = ConfidenceThresholds(temperature=1.0, move=0.7, against=0.15, stay=0.3, reroute=0.7)
 BLIND = Path(__file__).parents[4] / "results" / "words"
 
 
@@ -45,7 +45,7 @@ def test_what_may_also_mean_to_stay_is_asked_back():
 
 
 def test_another_route_is_asked_for_with_a_bound_of_its_own_and_nothing_else_is():
-    doubt = Doubt(temperature=1.0, move=0.9, against=0.15, stay=0.3, reroute=0.5)
+    doubt = ConfidenceThresholds(temperature=1.0, move=0.9, against=0.15, stay=0.3, reroute=0.5)
     assert read_fields(numbers(reroute=2.0, go=1.0), doubt, "test").intent is GuidanceIntent.REROUTE
     assert read_fields(numbers(turn_round=2.0, go=1.0), doubt, "test").intent is GuidanceIntent.UNCLEAR
     assert read_fields(numbers(reroute=2.0, no=1.5), doubt, "test").intent is GuidanceIntent.UNCLEAR
@@ -165,21 +165,21 @@ def test_four_bits_hold_numbers_from_minus_eight_to_seven():
 
 
 def test_without_its_packages_nothing_is_understood():
-    assert NoReader().read("overtake", "").intent is GuidanceIntent.UNCLEAR
-    assert "[language]" in NoReader().why
+    assert NoInterpreter().read("overtake", "").intent is GuidanceIntent.UNCLEAR
+    assert "[language]" in NoInterpreter().why
 
 
 def test_the_scripted_reader_knows_its_sentences_only():
-    reader = ScriptedReader({"go": READER.read("go", "")})
+    reader = ScriptedInterpreter({"go": READER.read("go", "")})
     assert reader.read("go", "").intent is GuidanceIntent.GO
     assert reader.read("go on", "").intent is GuidanceIntent.UNCLEAR
 
 
 def test_broken_weights_are_named(tmp_path):
-    with pytest.raises(ReaderError, match="weights cannot be loaded"):
-        NetworkReader(tmp_path).read("go", "")
-    with pytest.raises(ReaderError, match=r"card\.json"):
-        _ = NetworkReader(tmp_path).name
+    with pytest.raises(InterpreterError, match="weights cannot be loaded"):
+        NetworkInterpreter(tmp_path).read("go", "")
+    with pytest.raises(InterpreterError, match=r"card\.json"):
+        _ = NetworkInterpreter(tmp_path).name
 
 
 STANDING = "Standing behind a stopped van, hazard lights on."

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stucksolver.interpreter import find_reader
-from stucksolver.scene import REQUESTS, Claim, GuidanceIntent, Reading
+from stucksolver.scene import REQUESTS, Claim, GuidanceIntent, Interpretation
 from stucksolver.scene.interpretation import MOVES, STAYS
 from stucksolver.word_safeguards.alarms import calls_to_stop
 from stucksolver.word_safeguards.evidence import GIVES
@@ -85,7 +85,7 @@ def test_restraint_request_to_get_out_is_kept(text):
 
 
 READINGS = st.builds(
-    Reading,
+    Interpretation,
     intent=st.sampled_from(GuidanceIntent),
     negated=st.booleans(),
     claims=st.lists(st.sampled_from(Claim), unique=True, max_size=3).map(tuple),
@@ -121,7 +121,7 @@ def test_restraint_alarm_never_asks_to_move(text):
 @pytest.mark.parametrize("text", ["", "hm", "you know what I mean", "der da", "ça là"])
 def test_restraint_claim_without_words_for_it_gives_nothing(claim, text):
     """The network alone gives no permission: the words must say it too. `long_stay` has too many wordings for that."""
-    reading = Reading(intent="none", claims=(claim,), confidence=0.9, likely="none", reader="any")
+    reading = Interpretation(intent="none", claims=(claim,), confidence=0.9, likely="none", reader="any")
     if claim is not Claim.LONG_STAY:
         assert not restrained(reading, text).claims
 
@@ -146,15 +146,15 @@ def test_restraint_other_words_with_stop_are_no_call(text):
 @pytest.mark.parametrize("text", ["a " * 250, "stop " * 99, "he isn't " * 60, "there's a " * 50, "the the kid " * 40])
 def test_restraint_long_text_is_read_at_once(text):
     """No pattern needs more than linear work: a pathological one would not end at all."""
-    restrained(Reading(intent="none", confidence=0.9, likely="none", reader="any"), text[:500])
+    restrained(Interpretation(intent="none", confidence=0.9, likely="none", reader="any"), text[:500])
 
 
 def test_restraint_left_out_of_json_where_nothing_was_said():
     plain = READER.read("what a lovely day", "")
     assert {"denied", "danger"}.isdisjoint(plain.model_dump())
-    assert Reading.model_validate(plain.model_dump()) == plain
+    assert Interpretation.model_validate(plain.model_dump()) == plain
     barred = READER.read("that's a dog, not a bag", "")
-    assert Reading.model_validate_json(barred.model_dump_json()) == barred
+    assert Interpretation.model_validate_json(barred.model_dump_json()) == barred
     assert barred.danger and Claim.SOFT_OBJECT in barred.denied
 
 

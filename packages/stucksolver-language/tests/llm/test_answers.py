@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stucksolver.guard import Guard
-from stucksolver.reasoners import ReasonerError, Trace
+from stucksolver.reasoners import ReasonerError, ReasonerTrace
 from stucksolver.reasoners.reasoner import parse_trace
 from stucksolver.scene import LightState, LineKind, ObjectKind
 from stucksolver.solver.state_machine.execution import Execution
@@ -76,7 +76,7 @@ def test_numbers_that_are_not_finite_are_refused(number):
 
 
 def test_a_recorded_answer_is_read_again_by_its_format():
-    trace = Trace(format=FORMAT, answers=("first", TEXT))
+    trace = ReasonerTrace(format=FORMAT, answers=("first", TEXT))
     assert parse_trace(trace, SCENE) == parse_answer(TEXT, SCENE)
 
 

@@ -10,7 +10,7 @@ import pytest
 from chat_server import behaviors_of
 
 from stucksolver.plan import GuidanceIntent, WaitReason
-from stucksolver.reasoners import Trace
+from stucksolver.reasoners import ReasonerTrace
 from stucksolver.reasoners.reasoner import parse_trace
 from stucksolver.scene import Guidance, LineKind
 from stucksolver_language.llm import AnswerError, parse_answer
@@ -103,6 +103,6 @@ def test_with_words_only_what_can_be_done_is_done():
 
 def test_answers_recorded_before_this_was_checked_can_be_read_again():
     text = changed(SCENE, ("analysis/steps/S2.5/answer", None))
-    assert parse_trace(Trace(format="llm-decide-1", answers=(text,)), SCENE).plan is not None
+    assert parse_trace(ReasonerTrace(format="llm-decide-1", answers=(text,)), SCENE).plan is not None
     with pytest.raises(AnswerError):
-        parse_trace(Trace(format="llm-decide-2", answers=(text,)), SCENE)
+        parse_trace(ReasonerTrace(format="llm-decide-2", answers=(text,)), SCENE)

@@ -15,19 +15,19 @@ from stucksolver.guard.verdict import OK
 from stucksolver.ladder import parse_ladder, profile_text
 from stucksolver.plan import CauseCode, Intent, RecoveryPlan, WaitReason
 from stucksolver.plan.behaviors import REGISTRY
-from stucksolver.plan.behaviors.registry import why_foreign
-from stucksolver.reasoners import Request, RuleReasoner, parse_trace
+from stucksolver.plan.behaviors.registry import unknown_behavior_reason
+from stucksolver.reasoners import ReasonerRequest, RuleReasoner, parse_trace
 from stucksolver.reasoners.factory import make_reasoner
 from stucksolver.reasoners.reasoner import ACCEPTED
 from stucksolver.reasoners.registry import ReasonerNameError
 from stucksolver.record import Recorder, replay
-from stucksolver.scene import CandidateWaypoint, Guidance, LineKind, ObjectKind, PastAttempt, Scene
+from stucksolver.scene import CandidateWaypoint, FailedAttempt, Guidance, LineKind, ObjectKind, Scene
 from stucksolver.solver import StuckSolver
 from stucksolver_language.llm.prompt import user_text
 from stucksolver_language.llm.prompt_parser import PromptError, read_prompt
-from stucksolver_language.student import Choice, DistilledReasoner
+from stucksolver_language.student import DistilledReasoner, SelectionPolicy
 from stucksolver_language.student.candidates import candidates
-from stucksolver_language.student.chain_codec import MOST_TOKENS, Chain, ChainError, read_chain, write_chain
+from stucksolver_language.student.chain_codec import MOST_TOKENS, ChainError, ReasoningChain, read_chain, write_chain
 from stucksolver_language.student.feature_encoding import MOST, WIDTHS, encode, encode_plans
 from stucksolver_language.student.network import CARD, DATA, WEIGHTS, read_card
 from stucksolver_language.student.scene_codec import FIELDS, ROWS, VERSION, SceneTextError, read_scene, write_scene
@@ -53,7 +53,7 @@ def scenes(draw) -> Scene:
     things = [thing(f"o {n}", x, y, kind=kind) for n, (x, y, kind) in enumerate(draw(st.lists(places, max_size=40)))]
     controls = (red_light(draw(st.floats(-5.0, 60.0))),) if draw(st.booleans()) else ()
     attempts = tuple(
-        PastAttempt(time_s=0.0, behaviors=(name,), outcome="no")
+        FailedAttempt(time_s=0.0, behaviors=(name,), outcome="no")
         for name in draw(st.lists(st.sampled_from(list(REGISTRY)), max_size=3))
     )
     words = draw(st.none() | st.sampled_from(WORDS))
@@ -138,7 +138,7 @@ def test_a_chain_survives_its_codes():
     nudge = {"name": "nudge", "side": "left", "offset_m": 0.5, "distance_m": 5.0}
     plan = RecoveryPlan.model_validate({"behaviors": [nudge, {"name": "drive_over", "object_id": name}]})
     seen, cause = ((name, Intent.OBSTRUCTING),), CauseCode.STATIC_OBSTACLE
-    chain = Chain((0,), seen, None, True, cause, None, (0.12, 0.5), plan)
+    chain = ReasoningChain((0,), seen, None, True, cause, None, (0.12, 0.5), plan)
     assert read_chain(write_chain(chain)) == chain
 
 
@@ -180,12 +180,12 @@ def test_every_behaviour_of_the_registry_is_in_the_vocabulary():
 @given(scenes())
 @settings(max_examples=60, deadline=None)
 def test_its_answer_is_short_and_valid_wherever_it_is_read(student, one):
-    answer = student.decide(Request(one))
+    answer = student.decide(ReasonerRequest(one))
     text = answer.trace.answers[-1]
     assert len(text.split()) <= MOST_TOKENS
     assert parse_trace(answer.trace, one) == answer.decision
     for behavior in () if answer.decision.plan is None else answer.decision.plan.behaviors:
-        assert why_foreign(behavior) is None
+        assert unknown_behavior_reason(behavior) is None
         assert one.offers(behavior.name)
 
 
@@ -193,7 +193,7 @@ def test_its_answer_is_short_and_valid_wherever_it_is_read(student, one):
 @given(scenes())
 @settings(max_examples=20, deadline=None)
 def test_the_same_scene_always_gets_the_same_answer(student, one):
-    first, again = student.decide(Request(one)), DistilledReasoner().decide(Request(one))
+    first, again = student.decide(ReasonerRequest(one)), DistilledReasoner().decide(ReasonerRequest(one))
     assert first.decision == again.decision
 
 
@@ -205,8 +205,8 @@ def test_it_proposes_only_what_the_guard_accepts_or_the_rules_propose(student):
         asked.append(plan)
         return "collision: no"
 
-    plan = student.decide(Request(one, refuse)).decision.plan
-    assert plan == RuleReasoner().decide(Request(one)).decision.plan
+    plan = student.decide(ReasonerRequest(one, refuse)).decision.plan
+    assert plan == RuleReasoner().decide(ReasonerRequest(one)).decision.plan
     assert len(set(asked)) == len(asked) <= 8
 
 
@@ -215,21 +215,21 @@ def test_the_word_for_accepted_is_the_guards():
 
 
 def test_it_never_waits_for_long_on_its_own_authority(student):
-    impatient = DistilledReasoner(choice=Choice(soon=0.0))
+    impatient = DistilledReasoner(choice=SelectionPolicy(soon=0.0))
     soon, late = (scene(thing("a", 62.0), stopped_for_s=s) for s in (20.0, 61.0))
-    assert impatient.decide(Request(soon)).decision.analysis.wait not in (None, WaitReason.NO_SAFE_WAY)
-    assert impatient.decide(Request(late)).decision.plan is not None
+    assert impatient.decide(ReasonerRequest(soon)).decision.analysis.wait not in (None, WaitReason.NO_SAFE_WAY)
+    assert impatient.decide(ReasonerRequest(late)).decision.plan is not None
 
 
 # ---- where the rules ask for help
 
 CAR_AND_ROCK = (thing("car", 62.0), thing("rock", 82.0, 3.5, kind=ObjectKind.DEBRIS))
-EAGER = Choice(unlikely=0.0, instead=-100.0)
+EAGER = SelectionPolicy(unlikely=0.0, instead=-100.0)
 
 
 def for_help(*more, **update) -> Scene:
     one = scene(*CAR_AND_ROCK, *more, stopped_for_s=121.0, **update)
-    plan = RuleReasoner().decide(Request(one)).decision.plan
+    plan = RuleReasoner().decide(ReasonerRequest(one)).decision.plan
     assert plan is not None and plan.behaviors[0].name == "request_assistance"
     return one
 
@@ -246,7 +246,7 @@ def test_a_plan_that_the_guard_accepts_comes_before_a_call_for_help():
         asked.append(plan)
         return ACCEPTED
 
-    plan = DistilledReasoner(choice=EAGER).decide(Request(for_help(), accept)).decision.plan
+    plan = DistilledReasoner(choice=EAGER).decide(ReasonerRequest(for_help(), accept)).decision.plan
     assert [plan] == asked
     assert plan is not None and not any(b.name == "request_assistance" for b in plan.behaviors)
 
@@ -256,19 +256,21 @@ def test_a_plan_that_the_guard_accepts_comes_before_a_call_for_help():
     [
         (EAGER, lambda plan: "collision: no"),
         (EAGER, None),
-        (Choice(unlikely=0.0, instead=100.0), lambda plan: ACCEPTED),
+        (SelectionPolicy(unlikely=0.0, instead=100.0), lambda plan: ACCEPTED),
     ],
     ids=["all are refused", "nobody can be asked", "none is worth it"],
 )
 def test_without_such_a_plan_the_call_stands(choice, check):
-    plan = DistilledReasoner(choice=choice).decide(Request(for_help(), check)).decision.plan
+    plan = DistilledReasoner(choice=choice).decide(ReasonerRequest(for_help(), check)).decision.plan
     assert plan is not None and plan.behaviors[0].name == "request_assistance"
 
 
 def test_it_does_not_try_to_get_past_something_in_its_own_lane():
     one = scene(thing("a", 62.0), stopped_for_s=70.0)
     asked: list[RecoveryPlan] = []
-    DistilledReasoner(choice=Choice(unlikely=0.0, tried=1000)).decide(Request(one, lambda p: asked.append(p) or "no"))
+    DistilledReasoner(choice=SelectionPolicy(unlikely=0.0, tried=1000)).decide(
+        ReasonerRequest(one, lambda p: asked.append(p) or "no")
+    )
     ways = {tuple(b.name for b in plan.behaviors) for plan in asked}
     assert ("borrow_oncoming_lane",) in ways
     assert not ways & {("keep_lane",), ("back_up", "keep_lane")}
@@ -276,15 +278,15 @@ def test_it_does_not_try_to_get_past_something_in_its_own_lane():
 
 def test_where_nothing_is_in_the_way_and_the_rules_have_no_plan_it_has_none():
     one = scene(stopped_for_s=5.0)
-    assert RuleReasoner().decide(Request(one)).decision.plan is None
-    restless = Choice(soon=2.0, unlikely=0.0)
-    assert DistilledReasoner(choice=restless).decide(Request(one, lambda plan: ACCEPTED)).decision.plan is None
+    assert RuleReasoner().decide(ReasonerRequest(one)).decision.plan is None
+    restless = SelectionPolicy(soon=2.0, unlikely=0.0)
+    assert DistilledReasoner(choice=restless).decide(ReasonerRequest(one, lambda plan: ACCEPTED)).decision.plan is None
 
 
 def test_where_a_light_holds_the_vehicle_the_call_stands():
     one = scene(controls=(red_light(10.0),), stopped_for_s=200.0)
-    assert RuleReasoner().decide(Request(one)).decision.plan is not None
-    plan = DistilledReasoner(choice=EAGER).decide(Request(one, lambda plan: ACCEPTED)).decision.plan
+    assert RuleReasoner().decide(ReasonerRequest(one)).decision.plan is not None
+    plan = DistilledReasoner(choice=EAGER).decide(ReasonerRequest(one, lambda plan: ACCEPTED)).decision.plan
     assert plan is not None and plan.behaviors[0].name == "request_assistance"
 
 
@@ -307,14 +309,14 @@ def test_lights_gates_and_who_goes_first_hold_it_however_long_it_has_stood(more,
 
 def test_at_the_destination_it_waits(student):
     ego = scene().ego.model_copy(update={"at_destination": True})
-    said_there = student.decide(Request(scene(thing("a", 62.0), ego=ego))).decision
+    said_there = student.decide(ReasonerRequest(scene(thing("a", 62.0), ego=ego))).decision
     assert said_there.plan is None
     assert said_there.analysis.wait is WaitReason.AT_DESTINATION
 
 
 def test_words_that_nobody_has_read_move_nothing(student):
     one = scene(thing("a", 62.0), guidance=Guidance(text="go!", time_s=0.0))
-    assert student.decide(Request(one)).decision.plan is None
+    assert student.decide(ReasonerRequest(one)).decision.plan is None
 
 
 @pytest.mark.integration
@@ -372,7 +374,7 @@ def test_the_shipped_weights_know_every_behaviour():
 
 
 def test_a_behaviour_that_the_weights_do_not_know_is_never_asked_about(monkeypatch):
-    student = DistilledReasoner(choice=Choice(unlikely=0.0, tried=1000))
+    student = DistilledReasoner(choice=SelectionPolicy(unlikely=0.0, tried=1000))
     one = scene(thing("a", 62.0))
     asked: set[str] = set()
 
@@ -380,7 +382,7 @@ def test_a_behaviour_that_the_weights_do_not_know_is_never_asked_about(monkeypat
         asked.update(behavior.name for behavior in plan.behaviors)
         return "no"
 
-    student.decide(Request(one, refuse))
+    student.decide(ReasonerRequest(one, refuse))
     assert "borrow_oncoming_lane" in asked
     asked.clear()
     card = student._network.card
@@ -388,7 +390,7 @@ def test_a_behaviour_that_the_weights_do_not_know_is_never_asked_about(monkeypat
     fewer = tuple("another" if name == "borrow_oncoming_lane" else name for name in words.behaviors)
     known = card.model_copy(update={"vocabulary": words.model_copy(update={"behaviors": fewer})})
     monkeypatch.setattr(student._network, "card", known)
-    student.decide(Request(one, refuse))
+    student.decide(ReasonerRequest(one, refuse))
     assert asked
     assert "borrow_oncoming_lane" not in asked
 

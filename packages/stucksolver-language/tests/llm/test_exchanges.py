@@ -9,7 +9,7 @@ from importlib.util import find_spec
 import pytest
 from chat_server import Fault
 
-from stucksolver.reasoners import ReasonerError, Request, RuleReasoner
+from stucksolver.reasoners import ReasonerError, ReasonerRequest, RuleReasoner
 from stucksolver.reasoners.factory import make_reasoner
 from stucksolver.reasoners.fallback import FallbackReasoner
 from stucksolver.reasoners.registry import ReasonerNameError
@@ -32,7 +32,7 @@ def scene(x=60.0):
 
 def record(server, folder, *scenes):
     reasoner = LanguageModelReasoner(RecordingChat(OpenAiChat("reader", server.url), folder))
-    return [reasoner.decide(Request(s)).decision for s in scenes]
+    return [reasoner.decide(ReasonerRequest(s)).decision for s in scenes]
 
 
 @pytest.mark.integration
@@ -40,7 +40,10 @@ def test_the_same_questions_get_the_same_answers_without_the_network(server, tmp
     made = record(server, tmp_path, scene(60.0), scene(62.0))
     count = len(server.requests)
     again = LanguageModelReasoner(RecordedChat(tmp_path))
-    assert [again.decide(Request(scene(60.0))).decision, again.decide(Request(scene(62.0))).decision] == made
+    assert [
+        again.decide(ReasonerRequest(scene(60.0))).decision,
+        again.decide(ReasonerRequest(scene(62.0))).decision,
+    ] == made
     assert len(server.requests) == count
 
 
@@ -48,7 +51,7 @@ def test_a_failure_that_passed_is_repeated_too(server, tmp_path):
     server.faults.append(Fault(status=503))
     record(server, tmp_path, scene())
     again = LanguageModelReasoner(RecordedChat(tmp_path))
-    assert again.decide(Request(scene())).decision.plan is not None
+    assert again.decide(ReasonerRequest(scene())).decision.plan is not None
 
 
 def test_images_are_kept_once_by_their_digest(server, tmp_path):
@@ -62,7 +65,7 @@ def test_images_are_kept_once_by_their_digest(server, tmp_path):
 def test_a_question_that_was_never_asked_is_a_failure(server, tmp_path):
     record(server, tmp_path, scene())
     with pytest.raises(ReasonerError, match="not among the recorded"):
-        LanguageModelReasoner(RecordedChat(tmp_path)).decide(Request(scene(99.0)))
+        LanguageModelReasoner(RecordedChat(tmp_path)).decide(ReasonerRequest(scene(99.0)))
 
 
 def test_a_changed_request_is_found(server, tmp_path):
@@ -81,7 +84,7 @@ def test_a_folder_without_exchanges_is_named(tmp_path):
 def test_a_disk_that_is_full_costs_the_record_only(server, tmp_path, monkeypatch):
     chat = RecordingChat(OpenAiChat("reader", server.url), tmp_path)
     (tmp_path / "exchanges.jsonl").mkdir()
-    assert LanguageModelReasoner(chat).decide(Request(scene())).decision.plan is not None
+    assert LanguageModelReasoner(chat).decide(ReasonerRequest(scene())).decision.plan is not None
     assert "no longer stored" in chat.fault
 
 
@@ -92,7 +95,7 @@ def test_the_next_reasoner_answers_when_the_first_has_none(server):
     server.faults.extend([Fault(status=401, error={"message": "no"})] * 2)
     first = LanguageModelReasoner(OpenAiChat("reader", server.url), settings=ModelSettings(deadline_s=1.0))
     both = FallbackReasoner([first, RuleReasoner()])
-    assert both.decide(Request(scene())).decision == RuleReasoner().decide(Request(scene())).decision
+    assert both.decide(ReasonerRequest(scene())).decision == RuleReasoner().decide(ReasonerRequest(scene())).decision
     assert "OPENAI_API_KEY" in both.failures[0]
 
 

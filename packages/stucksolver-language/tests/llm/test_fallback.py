@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from stucksolver.reasoners import ReasonerError, Request, RuleReasoner, fallback
+from stucksolver.reasoners import ReasonerError, ReasonerRequest, RuleReasoner, fallback
 from stucksolver.reasoners.fallback import FallbackReasoner
 from worlds import World, straight_road, thing
 
@@ -48,7 +48,10 @@ class Slow:
 def test_the_one_before_leaves_its_share_to_the_one_after(clock, share, left_s):
     first, second = Slow(share, clock), Slow()
     both = FallbackReasoner([first, second, RuleReasoner()])
-    assert both.decide(Request(SCENE, deadline_s=0.4)).decision == RuleReasoner().decide(Request(SCENE)).decision
+    assert (
+        both.decide(ReasonerRequest(SCENE, deadline_s=0.4)).decision
+        == RuleReasoner().decide(ReasonerRequest(SCENE)).decision
+    )
     assert first.limits == [pytest.approx(0.2)]
     assert second.limits == [pytest.approx(left_s, abs=1e-9)]
 
@@ -56,5 +59,5 @@ def test_the_one_before_leaves_its_share_to_the_one_after(clock, share, left_s):
 def test_rules_take_no_time_from_a_model():
     model = Slow()
     both = FallbackReasoner([model, RuleReasoner()])
-    both.decide(Request(SCENE, deadline_s=30.0))
+    both.decide(ReasonerRequest(SCENE, deadline_s=30.0))
     assert model.limits == [30.0]

@@ -14,7 +14,7 @@ from chat_server import ChatServer, Fault
 from test_servers import good, scene
 
 from stucksolver.privacy.url_redaction import KEYS_VARIABLE, shown
-from stucksolver.reasoners import ReasonerError, Request
+from stucksolver.reasoners import ReasonerError, ReasonerRequest
 from stucksolver.reasoners.factory import make_reasoner, preflight
 from stucksolver.reasoners.registry import ReasonerNameError
 from stucksolver_language.llm.api_keys import credentials_for, origin_of
@@ -147,7 +147,7 @@ def test_server_of_ones_own_is_asked_without_a_key_and_says_so(server):
     reasoner = make_reasoner(f"openai:reader@{server.url}")
     (note,) = preflight(reasoner, "it")
     assert "is sent no key" in note and "--send-key" in note and server.url in note
-    assert reasoner.decide(Request(scene(), deadline_s=20.0)).decision.plan is not None
+    assert reasoner.decide(ReasonerRequest(scene(), deadline_s=20.0)).decision.plan is not None
     assert all(not {"authorization", "api-key", "openai-organization"} & headers.keys() for headers in server.headers)
 
 
@@ -211,7 +211,7 @@ def test_error_of_a_server_does_not_show_the_key(server, monkeypatch, echo, stat
     said = ECHOES[echo](OWN_KEY)
     server.faults.extend([Fault(status=status, error={"message": said})] * 9)
     with pytest.raises(ReasonerError) as told:
-        make_reasoner(f"openai:reader@{server.url}#call=prose").decide(Request(scene(), deadline_s=20.0))
+        make_reasoner(f"openai:reader@{server.url}#call=prose").decide(ReasonerRequest(scene(), deadline_s=20.0))
     text = str(told.value)
     assert not any(key in text for key in (OWN_KEY, KEY, AZURE_KEY, ECHOES["in base 64"](OWN_KEY)))
     assert text.isprintable()
@@ -232,7 +232,7 @@ def test_answer_of_a_server_is_stored_without_the_key(server, monkeypatch, tmp_p
     text = json.dumps(answer).replace("RATIONALE", f"{key} {escaped(key)} \\u001b[31mred\\u009b0m\\u202e")
     server.faults.append(Fault(message={"role": "assistant", "content": f"Here: {key}\n{text}" if prose else text}))
     url = server.url.replace("http://", f"http://{LOGIN}@")
-    made = make_reasoner(f"openai:reader@{url}", tmp_path).decide(Request(sc, deadline_s=20.0))
+    made = make_reasoner(f"openai:reader@{url}", tmp_path).decide(ReasonerRequest(sc, deadline_s=20.0))
     assert key not in made.decision.rationale and "red" in made.decision.rationale
     assert made.decision.rationale.isprintable()
     stored = (tmp_path / "exchanges.jsonl").read_text()
@@ -247,7 +247,7 @@ def test_login_of_an_address_is_sent_and_shown_nowhere(server, tmp_path, login):
     url = server.url.replace("http://", f"http://{login}@")
     reasoner = make_reasoner(f"openai:reader@{url}", tmp_path)
     notes = preflight(reasoner, "it")
-    reasoner.decide(Request(scene(), deadline_s=20.0))
+    reasoner.decide(ReasonerRequest(scene(), deadline_s=20.0))
     assert server.headers[0]["authorization"].startswith("Basic ")
     shown_texts = [*notes, reasoner.name, str(reasoner), (tmp_path / "exchanges.jsonl").read_text()]
     parts = [part for part in login.split(":") if len(part) > 3]

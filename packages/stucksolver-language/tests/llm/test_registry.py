@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from stucksolver.reasoners import Answer, Request, RuleReasoner
+from stucksolver.reasoners import ReasonerAnswer, ReasonerRequest, RuleReasoner
 from stucksolver.reasoners.factory import HELP, make_reasoner, sees
-from stucksolver.reasoners.registry import KINDS, Kind, ReasonerNameError, register
+from stucksolver.reasoners.registry import KINDS, ReasonerKind, ReasonerNameError, register
 from worlds import World, straight_road, thing
 
 
@@ -15,8 +15,8 @@ class Mine:
 
     name = "mine"
 
-    def decide(self, request: Request) -> Answer:
-        return Answer(RuleReasoner().decide(request).decision, self.name)
+    def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
+        return ReasonerAnswer(RuleReasoner().decide(request).decision, self.name)
 
 
 class Odd:
@@ -30,9 +30,9 @@ class Raises:
 
 def test_ones_own_is_named_by_module_and_class():
     scene = World(straight_road(), [thing("car", 60.0)]).scene()
-    answer = make_reasoner(f"own:{__name__}:Mine").decide(Request(scene))
+    answer = make_reasoner(f"own:{__name__}:Mine").decide(ReasonerRequest(scene))
     assert answer.reasoner == "mine"
-    assert answer.decision == RuleReasoner().decide(Request(scene)).decision
+    assert answer.decision == RuleReasoner().decide(ReasonerRequest(scene)).decision
 
 
 @pytest.mark.parametrize(
@@ -56,7 +56,7 @@ def test_what_cannot_be_made_is_said_with_the_reason(words, why):
 def test_the_help_names_every_kind_and_no_name_is_taken_twice():
     assert all(kind.form in HELP for kind in KINDS.values())
     with pytest.raises(ValueError, match="already a kind of reasoner named 'rules'"):
-        register(Kind("rules", "rules", lambda rest, exchanges: RuleReasoner()))
+        register(ReasonerKind("rules", "rules", lambda rest, exchanges: RuleReasoner()))
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,18 @@ import mind
 import pytest
 from chat_server import Fault, behaviors_of, picture_of
 
-from stucksolver.reasoners import ReasonerError, Request
+from stucksolver.reasoners import ReasonerError, ReasonerRequest
 from stucksolver.reasoners.factory import make_reasoner, preflight, sees
 from stucksolver.reasoners.registry import ReasonerNameError
 from stucksolver.scene import CameraImage, Guidance, LineKind
-from stucksolver_language.llm import Budget, GiveUp, LanguageModelReasoner, ModelSettings, Price, UsageLimits
+from stucksolver_language.llm import (
+    Budget,
+    LanguageModelReasoner,
+    ModelSettings,
+    PermanentReasonerError,
+    Price,
+    UsageLimits,
+)
 from stucksolver_language.llm.capabilities import Dialect, ModelOptions, capabilities_of
 from stucksolver_language.llm.openai_api import OpenAiChat
 from stucksolver_language.llm.prompt import FORM, messages
@@ -55,7 +62,7 @@ def as_openai(server, model=MODEL, deadline_s=20.0):
 
 @pytest.mark.integration
 def test_a_server_of_ones_own_is_asked_by_schema_first(server):
-    assert asking(server).decide(Request(scene())).decision.plan is not None
+    assert asking(server).decide(ReasonerRequest(scene())).decision.plan is not None
     request = server.requests[0]
     assert request["response_format"]["json_schema"]["strict"] is True
     assert "tools" not in request and request["messages"][0]["content"].endswith(FORM)
@@ -68,17 +75,17 @@ def test_a_server_of_ones_own_is_asked_by_schema_first(server):
 def test_prose_in_place_of_a_call_steps_down_within_the_question_and_stays_there(server, ignores, dialect):
     server.ignores = ignores
     reasoner = asking(server)
-    assert reasoner.decide(Request(scene())).decision.plan is not None
+    assert reasoner.decide(ReasonerRequest(scene())).decision.plan is not None
     assert reasoner.model.takes.dialect is dialect
     asked = len(server.requests)
-    reasoner.decide(Request(scene()))
+    reasoner.decide(ReasonerRequest(scene()))
     assert len(server.requests) == asked + 1
 
 
 def test_an_answer_in_prose_is_paid_for(server):
     server.ignores = {"schema"}
     reasoner = asking(server)
-    trace = reasoner.decide(Request(scene())).trace
+    trace = reasoner.decide(ReasonerRequest(scene())).trace
     assert reasoner.purse.spent["trip"].tokens > 400 + trace.input_tokens / 2
     assert trace.output_tokens == 400
 
@@ -98,7 +105,7 @@ def test_an_answer_in_prose_is_paid_for(server):
 def test_a_call_that_is_written_out_is_read(server, written):
     sc = scene()
     server.faults.append(Fault(message={"role": "assistant", "content": written(json.dumps(good(sc)))}))
-    assert asking(server).decide(Request(sc)).decision.plan is not None
+    assert asking(server).decide(ReasonerRequest(sc)).decision.plan is not None
     assert len(server.requests) == 1
 
 
@@ -107,7 +114,7 @@ def test_a_question_to_the_guard_that_is_written_out_is_one(server):
     text = json.dumps({"name": "check_plan", "arguments": plan})
     server.faults.append(Fault(message={"role": "assistant", "content": text}))
     reasoner, asked = asking(server, "#call=tool"), []
-    reasoner.decide(Request(scene(), check=lambda p: asked.append(p) or "accepted"))
+    reasoner.decide(ReasonerRequest(scene(), check=lambda p: asked.append(p) or "accepted"))
     assert [b.name for b in asked[0].behaviors] == ["creep"]
 
 
@@ -117,7 +124,7 @@ def test_a_question_to_the_guard_that_is_written_out_is_one(server):
 def test_a_model_that_cannot_see_is_found_out_once_and_told_of(server):
     server.lacks = {"pictures"}
     reasoner = asking(server)
-    answers = [reasoner.decide(Request(scene(image=IMAGE))) for _ in range(3)]
+    answers = [reasoner.decide(ReasonerRequest(scene(image=IMAGE))) for _ in range(3)]
     assert all(answer.decision.plan is not None for answer in answers)
     assert [picture_of(request) for request in server.requests] == [True, False, False, False]
     assert "sends no pictures" in reasoner.model.takes.notes[0] and "mmproj" in reasoner.model.takes.notes[0]
@@ -136,12 +143,12 @@ def test_a_model_that_cannot_see_is_found_out_once_and_told_of(server):
 )
 def test_every_servers_way_to_refuse_pictures_is_understood(server, said):
     server.faults.append(Fault(status=400, error={"message": said}))
-    assert asking(server).decide(Request(scene(image=IMAGE))).decision.plan is not None
+    assert asking(server).decide(ReasonerRequest(scene(image=IMAGE))).decision.plan is not None
     assert [picture_of(request) for request in server.requests] == [True, False]
 
 
 def test_pictures_can_be_switched_off(server):
-    asking(server, "#pictures=off").decide(Request(scene(image=IMAGE)))
+    asking(server, "#pictures=off").decide(ReasonerRequest(scene(image=IMAGE)))
     assert not picture_of(server.requests[0])
     assert sees("openai:m") and not sees("openai:m#pictures=off") and not sees("rules")
 
@@ -153,7 +160,7 @@ def test_an_error_of_the_servers_own_is_quoted_and_asked_about_once_more_only(se
     server.faults.extend([Fault(status=500, error={"message": "failed to parse grammar at line 3"})] * 20)
     reasoner = asking(server, "#call=prose")
     with pytest.raises(ReasonerError, match=r"500: failed to parse grammar at line 3.*twice"):
-        reasoner.decide(Request(scene()))
+        reasoner.decide(ReasonerRequest(scene()))
     assert len(server.requests) == 2
 
 
@@ -162,8 +169,8 @@ def test_what_a_person_has_to_mend_is_not_asked_again_at_once(server, monkeypatc
     server.key = "right"
     reasoner = asking(server)
     for _ in range(3):
-        with pytest.raises(GiveUp, match="OPENAI_API_KEY"):
-            reasoner.decide(Request(scene()))
+        with pytest.raises(PermanentReasonerError, match="OPENAI_API_KEY"):
+            reasoner.decide(ReasonerRequest(scene()))
     assert len(server.requests) == 1
 
 
@@ -176,8 +183,8 @@ def test_what_a_person_has_to_mend_is_not_asked_again_at_once(server, monkeypatc
 )
 def test_a_prompt_that_is_too_long_says_how_to_make_room(server, said):
     server.faults.append(Fault(status=400, error={"message": said}))
-    with pytest.raises(GiveUp, match=r"4096.*OLLAMA_CONTEXT_LENGTH"):
-        asking(server).decide(Request(scene()))
+    with pytest.raises(PermanentReasonerError, match=r"4096.*OLLAMA_CONTEXT_LENGTH"):
+        asking(server).decide(ReasonerRequest(scene()))
     assert len(server.requests) == 1
 
 
@@ -186,7 +193,7 @@ def test_a_prompt_that_is_too_long_says_how_to_make_room(server, said):
 
 def test_a_reasoning_model_gets_no_temperature_and_room_to_think(server):
     server.lacks = {"temperature", "max_tokens", "parallel_tool_calls"}
-    assert as_openai(server, "gpt-5-mini").decide(Request(scene())).decision.plan is not None
+    assert as_openai(server, "gpt-5-mini").decide(ReasonerRequest(scene())).decision.plan is not None
     request = server.requests[0]
     assert len(server.requests) == 1
     assert request["reasoning_effort"] == "low" and request["max_completion_tokens"] == 8000
@@ -196,10 +203,10 @@ def test_a_reasoning_model_gets_no_temperature_and_room_to_think(server):
 def test_a_parameter_that_is_refused_is_left_out_from_then_on(server, lacks):
     server.lacks = lacks
     reasoner = asking(server, model="deployment-7")
-    assert reasoner.decide(Request(scene())).decision.plan is not None
+    assert reasoner.decide(ReasonerRequest(scene())).decision.plan is not None
     asked = len(server.requests)
     assert asked == 1 + len(lacks)
-    reasoner.decide(Request(scene()))
+    reasoner.decide(ReasonerRequest(scene()))
     assert len(server.requests) == asked + 1
     assert not lacks & server.requests[-1].keys()
 
@@ -216,8 +223,8 @@ def test_other_models_are_not(model, thinks):
 
 def test_a_server_that_refuses_everything_is_not_asked_for_ever(server):
     server.lacks = {"temperature", "max_tokens", "max_completion_tokens", "tools", "schema"}
-    with pytest.raises(GiveUp, match="max_completion_tokens"):
-        asking(server).decide(Request(scene(image=IMAGE)))
+    with pytest.raises(PermanentReasonerError, match="max_completion_tokens"):
+        asking(server).decide(ReasonerRequest(scene(image=IMAGE)))
     assert len(server.requests) < 8
 
 
@@ -226,7 +233,7 @@ def test_azures_older_addresses_carry_the_key_in_a_header_of_their_own(server, m
     server.key = "azure-key"
     base = server.url.replace("/v1", "/openai/deployments/my-gpt?api-version=2024-10-21")
     reasoner = make_reasoner(f"openai:my-gpt@{base}")
-    assert reasoner.decide(Request(scene(), deadline_s=20.0)).decision.plan is not None
+    assert reasoner.decide(ReasonerRequest(scene(), deadline_s=20.0)).decision.plan is not None
     assert server.paths == ["/openai/deployments/my-gpt/chat/completions?api-version=2024-10-21"]
     assert "authorization" not in server.headers[0]
     assert server.requests[0]["tools"][0]["function"]["strict"] is True
@@ -238,25 +245,25 @@ def test_azures_older_addresses_carry_the_key_in_a_header_of_their_own(server, m
 def test_an_answer_that_was_cut_off_is_said_to_be(server):
     text = json.dumps(good(scene()))
     server.faults.append(Fault(message={"role": "assistant", "content": text[:200]}, finish="length"))
-    assert asking(server).decide(Request(scene())).decision.plan is not None
+    assert asking(server).decide(ReasonerRequest(scene())).decision.plan is not None
     assert "cut off at 200 tokens" in server.requests[1]["messages"][-1]["content"]
 
 
 def test_a_model_that_only_thought_is_told_of(server):
     server.faults.extend([Fault(message={"role": "assistant", "content": ""}, finish="length")] * 2)
     with pytest.raises(ReasonerError, match=r"while the model was thinking; allow more with #tokens=N"):
-        asking(server).decide(Request(scene()))
+        asking(server).decide(ReasonerRequest(scene()))
     assert server.requests[0]["response_format"] and server.requests[1]["response_format"]
 
 
 def test_an_answer_that_a_filter_withheld_is_a_failure(server):
     server.faults.append(Fault(message={"role": "assistant", "content": ""}, finish="content_filter"))
-    with pytest.raises(GiveUp, match="content filter"):
-        asking(server).decide(Request(scene()))
+    with pytest.raises(PermanentReasonerError, match="content filter"):
+        asking(server).decide(ReasonerRequest(scene()))
 
 
 def test_more_tokens_may_be_allowed(server):
-    asking(server, "#tokens=3000").decide(Request(scene()))
+    asking(server, "#tokens=3000").decide(ReasonerRequest(scene()))
     assert server.requests[0]["max_tokens"] == 3000
 
 
@@ -279,7 +286,7 @@ def test_every_list_and_every_text_has_an_end():
 
 
 def test_openais_strict_mode_gets_no_word_that_it_refuses(server):
-    as_openai(server).decide(Request(scene()))
+    as_openai(server).decide(ReasonerRequest(scene()))
     assert "maxLength" not in json.dumps(server.requests[0])
 
 
@@ -287,12 +294,12 @@ def test_a_list_that_repeats_one_item_is_refused(server):
     data = good(scene())
     data["observation"]["participants"] *= MOST_PARTICIPANTS + 1
     server.faults.append(Fault(message={"role": "assistant", "content": json.dumps(data)}))
-    asking(server).decide(Request(scene()))
+    asking(server).decide(ReasonerRequest(scene()))
     assert "participants" in server.requests[1]["messages"][-1]["content"]
 
 
 def test_ranges_stand_in_the_words(server):
-    asking(server).decide(Request(scene()))
+    asking(server).decide(ReasonerRequest(scene()))
     assert (
         "change_lane(side left|right, distance_m 15..150, speed_mps >0.5..11):"
         in server.requests[0]["messages"][0]["content"]
@@ -304,10 +311,10 @@ def test_ranges_stand_in_the_words(server):
 
 def test_words_of_the_system_are_the_same_in_every_scene(server):
     reasoner = asking(server)
-    reasoner.decide(Request(scene()))
-    reasoner.decide(Request(scene(guidance=Guidance(text="overtake", time_s=0.0))))
+    reasoner.decide(ReasonerRequest(scene()))
+    reasoner.decide(ReasonerRequest(scene(guidance=Guidance(text="overtake", time_s=0.0))))
     other = World(straight_road(), [thing("bike", 70.0, speed=3.0), thing("van", 90.0)]).scene()
-    reasoner.decide(Request(other))
+    reasoner.decide(ReasonerRequest(other))
     assert len({request["messages"][0]["content"] for request in server.requests}) == 1
 
 
@@ -325,10 +332,10 @@ def test_schemas_differ_at_their_ends_only_also_with_guidance(words):
 def test_the_deadline_that_is_told_is_kept(server):
     server.faults.append(Fault(wait_s=0.4))
     reasoner = asking(server, deadline_s=0.1)
-    assert reasoner.decide(Request(scene(), deadline_s=20.0)).decision.plan is not None
+    assert reasoner.decide(ReasonerRequest(scene(), deadline_s=20.0)).decision.plan is not None
     server.faults.append(Fault(wait_s=5.0))
     with pytest.raises(ReasonerError, match=r"deadline of 0\.2 s"):
-        reasoner.decide(Request(scene(), deadline_s=0.2))
+        reasoner.decide(ReasonerRequest(scene(), deadline_s=0.2))
 
 
 def test_a_question_whose_answer_came_too_late_is_paid_for(server):
@@ -336,17 +343,17 @@ def test_a_question_whose_answer_came_too_late_is_paid_for(server):
     reasoner = asking(server, deadline_s=0.2, purse=UsageLimits(Price(1.0, 1.0, 1.0), episode=Budget(queries=2)))
     for _ in range(2):
         with pytest.raises(ReasonerError, match="deadline"):
-            reasoner.decide(Request(scene()))
+            reasoner.decide(ReasonerRequest(scene()))
     spent = reasoner.purse.spent["episode"]
     assert spent.queries == 2 and spent.tokens > 4000 and spent.usd == pytest.approx(spent.tokens / 1e6)
     with pytest.raises(ReasonerError, match="budget of 2 queries"):
-        reasoner.decide(Request(scene()))
+        reasoner.decide(ReasonerRequest(scene()))
 
 
 def test_a_server_that_does_not_count_is_paid_for_by_estimate(server):
     server.counts = False
     reasoner = asking(server)
-    reasoner.decide(Request(scene()))
+    reasoner.decide(ReasonerRequest(scene()))
     assert reasoner.purse.spent["trip"].tokens > 1000
 
 
@@ -359,7 +366,7 @@ def test_a_preflight_is_one_request_that_learns_and_tells(server):
     notes = reasoner.preflight()
     assert len(notes) == 2 and all(note.startswith("openai:reader@") for note in notes)
     before = len(server.requests)
-    reasoner.decide(Request(scene(image=IMAGE)))
+    reasoner.decide(ReasonerRequest(scene(image=IMAGE)))
     assert len(server.requests) == before + 1
 
 
@@ -377,7 +384,7 @@ def test_a_preflight_of_a_server_in_order_is_silent_and_short(server):
 )
 def test_a_context_that_is_too_small_is_found_before_the_drive(server, entry, context):
     server.models = [entry]
-    with pytest.raises(GiveUp, match=rf"context of {context} tokens.*--ctx-size"):
+    with pytest.raises(PermanentReasonerError, match=rf"context of {context} tokens.*--ctx-size"):
         asking(server).preflight()
 
 

@@ -22,7 +22,7 @@ LONGEST_TOKEN = 100
 
 
 @dataclass(frozen=True)
-class Holder:
+class TokenHolder:
     """The holder of a token. `vehicle` is the only one that a passenger may see and talk to; None for operators."""
 
     role: Person
@@ -53,7 +53,7 @@ class Tokens:
         """Return the operators' token, for all vehicles."""
         return self._sealed("o")
 
-    def holder(self, token: str) -> Holder | None:
+    def holder(self, token: str) -> TokenHolder | None:
         """Return the holder of a token; None for a foreign one. Takes constant time, so that a near miss is not
         revealed.
         """
@@ -63,9 +63,9 @@ class Tokens:
         if not hmac.compare_digest(token.encode(), self._sealed(claimed).encode()):
             return None
         if claimed == "o":
-            return Holder("operator")
+            return TokenHolder("operator")
         kind, _, vehicle = claimed.partition(".")
-        return Holder("passenger", vehicle) if kind == "p" and VEHICLE_ID.fullmatch(vehicle) else None
+        return TokenHolder("passenger", vehicle) if kind == "p" and VEHICLE_ID.fullmatch(vehicle) else None
 
     def _sealed(self, claimed: str) -> str:
         mac = hmac.digest(self.secret, claimed.encode(), hashlib.sha256)[:MAC_BYTES]

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from stucksolver.ladder.rung_actions import Person
 from stucksolver.scene import MAX_WORDS
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver.solver import QuestionKind
 
 VEHICLE_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
@@ -26,7 +26,7 @@ class Speaker(str, Enum):
     OPERATOR = "operator"
 
 
-class Line(Model):
+class ConversationLine(FrozenModel):
     """One line of the conversation. `number` counts from 1 for each vehicle; a line may be sent again when it is
     complete.
     """
@@ -40,7 +40,7 @@ class Line(Model):
     """How the words were understood, once they are."""
 
 
-class AnswerKind(str, Enum):
+class QuickReplyKind(str, Enum):
     """What a ready answer does."""
 
     YES = "yes"
@@ -48,15 +48,15 @@ class AnswerKind(str, Enum):
     SAY = "say"
 
 
-class ReadyAnswer(Model):
+class QuickReply(FrozenModel):
     """A button that fits the situation. `says` are the words that it stands for."""
 
-    does: AnswerKind
+    does: QuickReplyKind
     label: str
     says: str | None = None
 
 
-class OpenQuestion(Model):
+class OpenQuestion(FrozenModel):
     """The open question to a person."""
 
     id: str
@@ -67,7 +67,7 @@ class OpenQuestion(Model):
     """What a yes would release: names of behaviours or of rules, as in the ladder's approvals."""
 
 
-class Now(Model):
+class VehicleReport(FrozenModel):
     """Everything about a vehicle that a page shows in words."""
 
     time_s: float
@@ -79,8 +79,8 @@ class Now(Model):
     intention: str
     """What the car will do next."""
     question: OpenQuestion | None = None
-    answers: tuple[ReadyAnswer, ...] = ()
-    lines: tuple[Line, ...] = ()
+    answers: tuple[QuickReply, ...] = ()
+    lines: tuple[ConversationLine, ...] = ()
     """The conversation's last lines, the newest last."""
     ended: bool = False
     """True if the ride is over: nothing more is accepted."""
@@ -98,7 +98,7 @@ class CommandKind(str, Enum):
     """An operator's words to the passenger; they are shown and do not affect the driving."""
 
 
-class Command(Model):
+class PersonCommand(FrozenModel):
     """A person's command, on its way to the vehicle's process."""
 
     number: int
@@ -110,7 +110,7 @@ class Command(Model):
     question_id: str | None = Field(default=None, max_length=40)
 
 
-class Outcome(Model):
+class CommandResult(FrozenModel):
     """The result of a command: taken or not, and why not, in a sentence for people."""
 
     number: int
@@ -118,7 +118,7 @@ class Outcome(Model):
     told: str
 
 
-class Call(Model):
+class OperatorCall(FrozenModel):
     """An entry of the operator's queue: a vehicle's question, or a passenger's call for help."""
 
     id: str

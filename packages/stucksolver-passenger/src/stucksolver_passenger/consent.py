@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from stucksolver.plan import asks_for
+from stucksolver.plan import plan_matches_intent
 from stucksolver.plan.behaviors import REGISTRY
-from stucksolver.scene import Reading
+from stucksolver.scene import Interpretation
 from stucksolver.solver import Question, QuestionKind
 
 
-def consents(reading: Reading | None, question: Question | None) -> bool:
+def implies_approval(reading: Interpretation | None, question: Question | None) -> bool:
     """True if the passenger has already asked for this very plan.
 
     "Please go round it" need not be answered with "May I go round it?". That holds only if the yes releases nothing but
@@ -17,4 +17,4 @@ def consents(reading: Reading | None, question: Question | None) -> bool:
     if question is None or question.to != "passenger" or question.kind is not QuestionKind.APPROVAL:
         return False
     only_behaviors = all(name in REGISTRY for name in question.needs)
-    return question.plan is not None and only_behaviors and asks_for(reading, question.plan)
+    return question.plan is not None and only_behaviors and plan_matches_intent(reading, question.plan)

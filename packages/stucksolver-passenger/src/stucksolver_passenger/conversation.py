@@ -6,14 +6,14 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
-from stucksolver.interpreter import NoReader
+from stucksolver.interpreter import NoInterpreter
 from stucksolver.scene import GuidanceIntent
 from stucksolver.scene.interpretation import REQUESTS, STAYS
 from stucksolver.solver import Event, EventKind, QuestionKind
-from stucksolver.solver.state_machine.guidance import to_be_answered
+from stucksolver.solver.state_machine.guidance import answerable_question
 from stucksolver.solver.state_machine.state import AwaitingApproval, Executing, State
-from stucksolver_passenger.api_types import Line, Speaker
-from stucksolver_passenger.consent import consents
+from stucksolver_passenger.api_types import ConversationLine, Speaker
+from stucksolver_passenger.consent import implies_approval
 from stucksolver_passenger.sentences.acknowledgements import (
     ASKED_BACK,
     NOBODY_READS,
@@ -21,10 +21,10 @@ from stucksolver_passenger.sentences.acknowledgements import (
     YES_OR_NO,
     acknowledged,
 )
-from stucksolver_passenger.sentences.plans import doing
-from stucksolver_passenger.sentences.questions import asked
+from stucksolver_passenger.sentences.plans import present_phrase
+from stucksolver_passenger.sentences.questions import question_text
 from stucksolver_passenger.sentences.reasons import blocked_by, waiting
-from stucksolver_passenger.sentences.rejections import can_not, given_up
+from stucksolver_passenger.sentences.rejections import abort_sentence, rejection_sentence
 
 KEPT = 200
 """Number of lines of a conversation that are kept."""
@@ -43,7 +43,7 @@ class Conversation:
 
     def __init__(self, state: Callable[[], State | None]) -> None:
         self._state = state
-        self._lines: deque[Line] = deque(maxlen=KEPT)
+        self._lines: deque[ConversationLine] = deque(maxlen=KEPT)
         self._number = 0
         self._lock = threading.Lock()
         self._request: GuidanceIntent | None = None
@@ -67,12 +67,12 @@ class Conversation:
         self.stays: GuidanceIntent | None = None
         """Set by words that keep the car where it is; whoever acts on it resets it."""
 
-    def lines(self, last: int) -> tuple[Line, ...]:
+    def lines(self, last: int) -> tuple[ConversationLine, ...]:
         """Return the newest lines, the newest last."""
         with self._lock:
             return tuple(self._lines)[-last:]
 
-    def said(self, speaker: Speaker, text: str, time_s: float) -> None:
+    def add_utterance(self, speaker: Speaker, text: str, time_s: float) -> None:
         """Add a person's words, or the press of a button."""
         self._add(speaker, text, time_s)
 
@@ -97,9 +97,9 @@ class Conversation:
         assert reading is not None
         self.readings += 1
         self._replied.clear()
-        self._mark_read(event, reading.told)
+        self._mark_read(event, reading.description)
         self._withdrawn = False
-        self._nobody_reads = reading.reader == NoReader.name
+        self._nobody_reads = reading.reader == NoInterpreter.name
         if reading.intent in OPEN_ENDED and not self._asked_back:
             return None  # asked back in the same step
         if reading.intent in REQUESTS:
@@ -134,7 +134,7 @@ class Conversation:
         if self._nobody_reads:
             return NOBODY_READS
         state = self._state()
-        asks = state is not None and to_be_answered(state) is not None
+        asks = state is not None and answerable_question(state) is not None
         return YES_OR_NO if asks else ASKED_BACK
 
     def _made_decision(self, event: Event) -> str | None:
@@ -155,13 +155,13 @@ class Conversation:
             return None
         self._request = None
         state = self._state()
-        self._agreed = state is not None and consents(state.reading, question)
+        self._agreed = state is not None and implies_approval(state.reading, question)
         if self._agreed:
             return None
         if question.to == "operator":
-            about = "" if question.kind is QuestionKind.ASSISTANCE else f": {asked(question)}"
+            about = "" if question.kind is QuestionKind.ASSISTANCE else f": {question_text(question)}"
             return f"I have asked the operator{about or ' for help.'}"
-        return asked(question)
+        return question_text(question)
 
     def _answered(self, event: Event) -> str | None:
         if self._agreed:
@@ -175,7 +175,7 @@ class Conversation:
         if not isinstance(activity, Executing):
             return None
         moving = [one for one in activity.execution.plan.behaviors if not one.stands_still]
-        return doing(moving[0]) if moving else None
+        return present_phrase(moving[0]) if moving else None
 
     def _finished(self, event: Event) -> str:
         return "Done. I drive on."
@@ -186,7 +186,7 @@ class Conversation:
             return FINISHED if went_on else "I have ended that, as you asked."
         state = self._state()
         attempts = () if state is None else state.history.attempts
-        return given_up(attempts[-1].codes if attempts else ())
+        return abort_sentence(attempts[-1].codes if attempts else ())
 
     def _cancelled(self, event: Event) -> str | None:
         question = event.question
@@ -195,10 +195,10 @@ class Conversation:
         late = question.within_s is not None and event.time_s - question.time_s >= question.within_s
         return "Nobody has answered me, so I leave it for now." if late else "Never mind, I am getting on again."
 
-    def _add(self, speaker: Speaker, text: str, time_s: float) -> Line:
+    def _add(self, speaker: Speaker, text: str, time_s: float) -> ConversationLine:
         with self._lock:
             self._number += 1
-            line = Line(number=self._number, time_s=round(time_s, 2), speaker=speaker, text=text)
+            line = ConversationLine(number=self._number, time_s=round(time_s, 2), speaker=speaker, text=text)
             self._lines.append(line)
             return line
 
@@ -209,7 +209,7 @@ def _why_not(event: Event) -> str | None:
     if decision is None:
         return None
     if verdict is not None and not verdict.accepted:
-        return can_not(verdict, event.scene)
+        return rejection_sentence(verdict, event.scene)
     if decision.plan is not None:
         return None
     wait = decision.analysis.wait
@@ -236,12 +236,14 @@ _HANDLERS: dict[EventKind, Handler] = {
     EventKind.FINISHED: Conversation._finished,
     EventKind.ABORTED: Conversation._aborted,
     EventKind.CANCELLED: Conversation._cancelled,
-    EventKind.USELESS: _always("That did not help. I will try something else."),
+    EventKind.INEFFECTIVE: _always("That did not help. I will try something else."),
     EventKind.RECOVERED: _always("We are on our way again."),
     EventKind.HELD: _always("I have stopped before we touch something."),
     EventKind.STOPPED: _always("I have stopped here and switched on the hazard lights."),
     EventKind.RELEASED: _always("I go on."),
     EventKind.FAULT: _always("Something in me does not work as it should. I am taking extra care."),
 }
-SILENT = frozenset({EventKind.TRIGGERED, EventKind.FAILED, EventKind.ESCALATED, EventKind.CLOSED, EventKind.DISAGREED})
+SILENT = frozenset(
+    {EventKind.TRIGGERED, EventKind.FAILED, EventKind.ESCALATED, EventKind.CLOSED, EventKind.PERCEPTION_DISPUTED}
+)
 """Events internal to the solver: their consequences are shown."""

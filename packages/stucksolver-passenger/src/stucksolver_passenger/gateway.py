@@ -11,14 +11,14 @@ from typing import Any
 from stucksolver.solver import StuckSolver
 from stucksolver.solver.events import Listener
 from stucksolver.solver.state_machine.state import State
-from stucksolver_passenger.api_types import VEHICLE_ID, Command, Now
+from stucksolver_passenger.api_types import VEHICLE_ID, PersonCommand, VehicleReport
 from stucksolver_passenger.conversation import Conversation
 from stucksolver_passenger.link import Link
-from stucksolver_passenger.socket_frames import Frame, Topic
-from stucksolver_passenger.vehicle_session import Seat, Seats
+from stucksolver_passenger.socket_frames import SocketMessage, Topic
+from stucksolver_passenger.vehicle_session import VehicleSession, VehicleSessions
 
 
-class Desk:
+class PassengerGateway:
     """Connects vehicles to a passenger server. It never makes a control loop wait.
 
     ```python desk = Desk(server.address) solver = StuckSolver(stack.scene, on_event=desk.ear("car-1")) seat =
@@ -37,14 +37,14 @@ class Desk:
     def __init__(self, address: Path) -> None:
         self._conversations: dict[str, Conversation] = {}
         self._solvers: dict[str, StuckSolver] = {}
-        self._seats = Seats()
+        self._seats = VehicleSessions()
         self._link = Link(address, self._receive)
 
     def ear(self, vehicle_id: str) -> Listener:
         """Return the listener for a vehicle's solver (`on_event`). Get it before the solver is made."""
         return self._conversation(vehicle_id).hear
 
-    def add(self, vehicle_id: str, solver: StuckSolver, name: str = "") -> Seat:
+    def add(self, vehicle_id: str, solver: StuckSolver, name: str = "") -> VehicleSession:
         """Add a vehicle.
 
         Args:
@@ -58,33 +58,33 @@ class Desk:
         if not VEHICLE_ID.fullmatch(vehicle_id):
             raise ValueError(f"{vehicle_id!r} is not a valid vehicle id; use up to 40 letters, digits, - and _")
         conversation = self._conversation(vehicle_id)
-        seat = Seat(solver, conversation, lambda now: self._publish(vehicle_id, now))
+        seat = VehicleSession(solver, conversation, lambda now: self._publish(vehicle_id, now))
         self._seats.add(vehicle_id, seat)
         self._solvers[vehicle_id] = solver
-        self._link.send(Frame(Topic.HELLO, vehicle_id, (name or vehicle_id).encode()))
+        self._link.send(SocketMessage(Topic.HELLO, vehicle_id, (name or vehicle_id).encode()))
         return seat
 
     def show_scenery(self, vehicle_id: str, scenery: Mapping[str, Any]) -> None:
         """Send the static part of the view from above, at the start and whenever the route changes."""
-        self._link.send(Frame(Topic.SCENERY, vehicle_id, _json(scenery)))
+        self._link.send(SocketMessage(Topic.SCENERY, vehicle_id, _json(scenery)))
 
     def show_view(self, vehicle_id: str, view: Mapping[str, Any]) -> None:
         """Send the moving part of the view from above."""
-        self._link.send(Frame(Topic.VIEW, vehicle_id, _json(view)))
+        self._link.send(SocketMessage(Topic.VIEW, vehicle_id, _json(view)))
 
     def show_picture(self, vehicle_id: str, jpeg: bytes) -> None:
         """Send the front camera's image."""
-        self._link.send(Frame(Topic.PICTURE, vehicle_id, jpeg))
+        self._link.send(SocketMessage(Topic.PICTURE, vehicle_id, jpeg))
 
     def leave(self, vehicle_id: str) -> None:
         """End the vehicle's ride. Its page says so and stays."""
-        self._link.send(Frame(Topic.BYE, vehicle_id))
+        self._link.send(SocketMessage(Topic.BYE, vehicle_id))
 
     def close(self) -> None:
         """Send what is left and disconnect from the server."""
         self._link.close()
 
-    def __enter__(self) -> Desk:
+    def __enter__(self) -> PassengerGateway:
         return self
 
     def __exit__(
@@ -101,14 +101,14 @@ class Desk:
         solver = self._solvers.get(vehicle_id)
         return None if solver is None else solver.state
 
-    def _publish(self, vehicle_id: str, now: Now) -> None:
-        self._link.send(Frame(Topic.NOW, vehicle_id, now.model_dump_json().encode()))
+    def _publish(self, vehicle_id: str, now: VehicleReport) -> None:
+        self._link.send(SocketMessage(Topic.NOW, vehicle_id, now.model_dump_json().encode()))
 
-    def _receive(self, frame: Frame) -> None:
+    def _receive(self, frame: SocketMessage) -> None:
         """Handle a command from the server, on the link's own thread; the solver accepts it from any thread."""
         if frame.topic is Topic.COMMAND:
-            outcome = self._seats.take(frame.vehicle, Command.model_validate_json(frame.payload))
-            self._link.send(Frame(Topic.OUTCOME, frame.vehicle, outcome.model_dump_json().encode()))
+            outcome = self._seats.take(frame.vehicle, PersonCommand.model_validate_json(frame.payload))
+            self._link.send(SocketMessage(Topic.OUTCOME, frame.vehicle, outcome.model_dump_json().encode()))
 
 
 def _json(data: Mapping[str, Any]) -> bytes:

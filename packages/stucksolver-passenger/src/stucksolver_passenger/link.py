@@ -9,7 +9,14 @@ from collections import OrderedDict
 from collections.abc import Callable
 from pathlib import Path
 
-from stucksolver_passenger.socket_frames import LENGTH_BYTES, Frame, FrameError, Topic, body_length, unpacked
+from stucksolver_passenger.socket_frames import (
+    LENGTH_BYTES,
+    SocketMessage,
+    SocketMessageError,
+    Topic,
+    body_length,
+    unpacked,
+)
 
 CONNECT_S = 5.0
 NEWEST_ONLY = frozenset({Topic.NOW, Topic.VIEW, Topic.PICTURE})
@@ -31,9 +38,9 @@ class Link:
         LinkError: The server cannot be reached.
     """
 
-    def __init__(self, address: Path, receive: Callable[[Frame], None]) -> None:
+    def __init__(self, address: Path, receive: Callable[[SocketMessage], None]) -> None:
         self._receive = receive
-        self._waiting: OrderedDict[object, Frame] = OrderedDict()
+        self._waiting: OrderedDict[object, SocketMessage] = OrderedDict()
         self._more = threading.Condition()
         self._open = True
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -48,7 +55,7 @@ class Link:
         self._sender.start()
         threading.Thread(target=self._receive_all, name="passenger-receive", daemon=True).start()
 
-    def send(self, frame: Frame) -> None:
+    def send(self, frame: SocketMessage) -> None:
         """Queue a frame; returns at once."""
         with self._more:
             if not self._open:
@@ -71,7 +78,7 @@ class Link:
                 self._socket.sendall(b"".join(frame.packed() for frame in frames))
         self._drop()
 
-    def _taken(self) -> list[Frame] | None:
+    def _taken(self) -> list[SocketMessage] | None:
         """Return the frames to send now, in order; None if the link is closed and nothing is left."""
         with self._more:
             while self._open and not self._waiting:
@@ -81,7 +88,7 @@ class Link:
             return frames or None
 
     def _receive_all(self) -> None:
-        with contextlib.suppress(OSError, EOFError, FrameError):
+        with contextlib.suppress(OSError, EOFError, SocketMessageError):
             while True:
                 self._receive(unpacked(self._read(body_length(self._read(LENGTH_BYTES)))))
         self._drop()

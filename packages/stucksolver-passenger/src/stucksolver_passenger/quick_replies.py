@@ -5,16 +5,16 @@ from __future__ import annotations
 from stucksolver.scene import Scene
 from stucksolver.solver import Question, QuestionKind
 from stucksolver.solver.state_machine.state import Executing, State
-from stucksolver_passenger.api_types import AnswerKind, ReadyAnswer
+from stucksolver_passenger.api_types import QuickReply, QuickReplyKind
 
 STOP_WORDS = "stop"
 """What the button Stop says to the solver. In every situation it is read as a call to stay."""
-YES = ReadyAnswer(does=AnswerKind.YES, label="Yes")
-NO = ReadyAnswer(does=AnswerKind.NO, label="No")
+YES = QuickReply(does=QuickReplyKind.YES, label="Yes")
+NO = QuickReply(does=QuickReplyKind.NO, label="No")
 
 
-def _says(label: str, words: str | None = None) -> ReadyAnswer:
-    return ReadyAnswer(does=AnswerKind.SAY, label=label, says=words or label)
+def _says(label: str, words: str | None = None) -> QuickReply:
+    return QuickReply(does=QuickReplyKind.SAY, label=label, says=words or label)
 
 
 WAIT = _says("Please wait")
@@ -30,7 +30,7 @@ NEAR_M = 45.0
 MOVING_MPS = 0.5
 
 
-def ready_answers(state: State, question: Question | None, scene: Scene | None) -> tuple[ReadyAnswer, ...]:
+def ready_answers(state: State, question: Question | None, scene: Scene | None) -> tuple[QuickReply, ...]:
     """Return the answers to the passenger's open question, or else what may be asked for now."""
     if question is not None and question.to == "passenger" and question.kind is not QuestionKind.ADVICE:
         return (YES, NO)

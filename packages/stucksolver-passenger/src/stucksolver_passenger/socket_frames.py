@@ -14,7 +14,7 @@ LONGEST = 4_000_000
 """Bytes of a frame: many times the scenery of a long route. Anything longer is not ours."""
 
 
-class FrameError(ValueError):
+class SocketMessageError(ValueError):
     """The bytes are not a frame. The message says what is wrong with them."""
 
 
@@ -36,7 +36,7 @@ class Topic(str, Enum):
 
 
 @dataclass(frozen=True)
-class Frame:
+class SocketMessage:
     """One message."""
 
     topic: Topic
@@ -57,11 +57,11 @@ def body_length(head: bytes) -> int:
     """
     length = int.from_bytes(head, "big")
     if not 0 < length <= LONGEST:
-        raise FrameError(f"a frame of {length} bytes; at most {LONGEST} are read")
+        raise SocketMessageError(f"a frame of {length} bytes; at most {LONGEST} are read")
     return length
 
 
-def unpacked(body: bytes) -> Frame:
+def unpacked(body: bytes) -> SocketMessage:
     """Return the frame in the bytes after its length.
 
     Raises:
@@ -70,6 +70,6 @@ def unpacked(body: bytes) -> Frame:
     head, _, payload = body.partition(b"\n")
     topic, _, vehicle = head.decode("utf-8", "replace").partition(" ")
     try:
-        return Frame(Topic(topic), vehicle, payload)
+        return SocketMessage(Topic(topic), vehicle, payload)
     except ValueError as error:
-        raise FrameError(f"unknown topic {topic!r}") from error
+        raise SocketMessageError(f"unknown topic {topic!r}") from error

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stucksolver.ladder import Assist, Resume
+from stucksolver.ladder import CallAssistance, Resume
 from stucksolver.plan import Decision, RecoveryPlan
 from stucksolver.scene import ControlKind, LightState, Scene, Status
 from stucksolver.solver import Event, QuestionKind
 from stucksolver.solver.state_machine.state import AwaitingApproval, AwaitingGap, Executing, State, StateName
 from stucksolver_passenger.sentences.nouns import nouns
-from stucksolver_passenger.sentences.plans import doing, will
+from stucksolver_passenger.sentences.plans import future_phrase, present_phrase
 from stucksolver_passenger.sentences.reasons import blocked_by, waiting
-from stucksolver_passenger.sentences.rejections import can_not
+from stucksolver_passenger.sentences.rejections import rejection_sentence
 
 FRESH_S = 4.0
 """A decision about a stopped car is shown as its thought for this long (s); it is renewed every few seconds."""
@@ -34,17 +34,17 @@ STATES: dict[StateName, str] = {
 
 
 @dataclass(frozen=True)
-class Mind:
+class StatusSummary:
     """Two sentences: what is going on, and what comes next."""
 
     thought: str
     intention: str
 
 
-OVER = Mind("The ride is over.", "Thank you for riding with me.")
+OVER = StatusSummary("The ride is over.", "Thank you for riding with me.")
 
 
-def mind(state: State, status: Status, decided: Event | None, scene: Scene | None) -> Mind:
+def mind(state: State, status: Status, decided: Event | None, scene: Scene | None) -> StatusSummary:
     """Return what to tell people about a solver's state.
 
     Args:
@@ -61,34 +61,38 @@ def mind(state: State, status: Status, decided: Event | None, scene: Scene | Non
     question = state.question
     if isinstance(activity, AwaitingApproval) and question is not None:
         whom = "you" if question.to == "passenger" else "the operator"
-        return Mind(_why(activity.answer.decision, scene), f"I am waiting for an answer from {whom}.")
+        return StatusSummary(_why(activity.answer.decision, scene), f"I am waiting for an answer from {whom}.")
     if isinstance(activity, AwaitingGap):
-        return Mind(_why(activity.answer.decision, scene), f"I will {will(activity.plan)}.")
+        return StatusSummary(_why(activity.answer.decision, scene), f"I will {future_phrase(activity.plan)}.")
     if question is not None and question.kind is QuestionKind.ADVICE:
-        return Mind(_decided_thought(decided, scene), "I am waiting for your advice.")
+        return StatusSummary(_decided_thought(decided, scene), "I am waiting for your advice.")
     if state.escalation.quiet_until_s > status.time_s and status.speed_mps < SLOW_MPS:
-        return Mind(_ahead(scene) or "I am standing.", "I am waiting, as you asked. Tell me when I should try again.")
+        return StatusSummary(
+            _ahead(scene) or "I am standing.", "I am waiting, as you asked. Tell me when I should try again."
+        )
     fresh = decided is not None and status.time_s - decided.time_s < FRESH_S
     if decided is not None and fresh and status.speed_mps < SLOW_MPS:
         return _decided(decided, scene)
     return _driving(status, scene)
 
 
-def _executing(activity: Executing) -> Mind:
+def _executing(activity: Executing) -> StatusSummary:
     if activity.withdrawn:
-        return Mind("I am ending this as soon as that is safe.", "Where a stop would not be safe, I finish first.")
+        return StatusSummary(
+            "I am ending this as soon as that is safe.", "Where a stop would not be safe, I finish first."
+        )
     plan = activity.execution.plan
     moving = [one for one in plan.behaviors if not one.stands_still]
-    return Mind(doing((moving or list(plan.behaviors))[0]), "Then I will drive on along our route.")
+    return StatusSummary(present_phrase((moving or list(plan.behaviors))[0]), "Then I will drive on along our route.")
 
 
-def _standing(state: State) -> Mind:
+def _standing(state: State) -> StatusSummary:
     thought = STATES[state.posture.name]
     if state.posture.name is StateName.HOLDING:
-        return Mind(thought, "Then I will drive on.")
+        return StatusSummary(thought, "Then I will drive on.")
     move = state.escalation.move
-    only_operator = isinstance(move, Assist) and move.resume is Resume.OPERATOR
-    return Mind(
+    only_operator = isinstance(move, CallAssistance) and move.resume is Resume.OPERATOR
+    return StatusSummary(
         thought, "The operator decides how we go on." if only_operator else "I will go on when the way is free."
     )
 
@@ -119,35 +123,35 @@ def _decided_thought(decided: Event | None, scene: Scene | None) -> str:
     return _why(decided.decision, scene)
 
 
-def _decided(event: Event, scene: Scene | None) -> Mind:
+def _decided(event: Event, scene: Scene | None) -> StatusSummary:
     decision = event.decision
     if decision is None:
-        return Mind(STATES[StateName.QUERYING], "I will tell you what I find.")
+        return StatusSummary(STATES[StateName.QUERYING], "I will tell you what I find.")
     if decision.analysis.wait is not None and decision.plan is None:
-        return Mind(*waiting(decision.analysis.wait, scene))
+        return StatusSummary(*waiting(decision.analysis.wait, scene))
     if event.verdict is not None and not event.verdict.accepted:
-        return Mind(_why(decision, scene), can_not(event.verdict, event.scene or scene))
-    return Mind(_why(decision, scene), _planned(decision.plan))
+        return StatusSummary(_why(decision, scene), rejection_sentence(event.verdict, event.scene or scene))
+    return StatusSummary(_why(decision, scene), _planned(decision.plan))
 
 
 def _planned(plan: RecoveryPlan | None) -> str:
-    return "I will keep looking for a way." if plan is None else f"I will {will(plan)}."
+    return "I will keep looking for a way." if plan is None else f"I will {future_phrase(plan)}."
 
 
-def _driving(status: Status, scene: Scene | None) -> Mind:
+def _driving(status: Status, scene: Scene | None) -> StatusSummary:
     if status.at_destination:
-        return Mind("We are there.", "I will stop here.")
+        return StatusSummary("We are there.", "I will stop here.")
     moving = status.speed_mps >= SLOW_MPS
     if scene is not None:
         lights = [c for c in scene.controls if c.kind is ControlKind.TRAFFIC_LIGHT and c.applies is not False]
         if any(c.state is LightState.RED and 0.0 < c.distance_m < LIGHT_M for c in lights):
-            return Mind("The light ahead is red.", "I will stop there and wait for green.")
+            return StatusSummary("The light ahead is red.", "I will stop there and wait for green.")
         here = _ahead(scene)
         if here is not None:
-            return Mind(here, _about(scene.in_path_ahead(NEAR_M)[0].speed_along_mps > MOVING_MPS, moving))
+            return StatusSummary(here, _about(scene.in_path_ahead(NEAR_M)[0].speed_along_mps > MOVING_MPS, moving))
     if not moving:
-        return Mind("I am standing.", "I will drive on when the way is free.")
-    return Mind(STATES[StateName.DRIVING], "I will follow our route.")
+        return StatusSummary("I am standing.", "I will drive on when the way is free.")
+    return StatusSummary(STATES[StateName.DRIVING], "I will follow our route.")
 
 
 def _about(leader_moves: bool, moving: bool) -> str:

@@ -12,12 +12,19 @@ from stucksolver.scene import GuidanceIntent, Scene, Status
 from stucksolver.scene.plausibility import why_unsound_status
 from stucksolver.solver import Question, QuestionError, StuckSolver
 from stucksolver.word_safeguards.restraint import alarm
-from stucksolver_passenger.api_types import Command, CommandKind, Now, OpenQuestion, Outcome, Speaker
-from stucksolver_passenger.consent import consents
+from stucksolver_passenger.api_types import (
+    CommandKind,
+    CommandResult,
+    OpenQuestion,
+    PersonCommand,
+    Speaker,
+    VehicleReport,
+)
+from stucksolver_passenger.consent import implies_approval
 from stucksolver_passenger.conversation import Conversation
 from stucksolver_passenger.quick_replies import STOP_WORDS, ready_answers
-from stucksolver_passenger.sentences.questions import asked
-from stucksolver_passenger.status_summary import OVER, Mind, mind
+from stucksolver_passenger.sentences.questions import question_text
+from stucksolver_passenger.status_summary import OVER, StatusSummary, mind
 
 TELL_EVERY_S = 0.25
 """By the vehicle's clock: interval at which everything is sent again."""
@@ -41,7 +48,7 @@ READ_S = 6.0
 """Words that the solver has not read after this time are dropped (s): its own limit is 5 s."""
 
 
-class Seat:
+class VehicleSession:
     """Made by `Desk.add`. Call `tick` once per tick, after `StuckSolver.step`, from the thread that calls `step`.
 
     `take` may be called from any thread. The solver gets at most one sentence per tick, so that none replaces another
@@ -52,7 +59,7 @@ class Seat:
         self,
         solver: StuckSolver,
         conversation: Conversation,
-        publish: Callable[[Now], None],
+        publish: Callable[[VehicleReport], None],
         wall_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._solver = solver
@@ -102,13 +109,13 @@ class Seat:
         self._conversation.tell(OVER.thought, self._time_s)
         self._publish(self.now(Status(time_s=self._time_s, speed_mps=0.0, progress_m=0.0)))
 
-    def now(self, status: Status) -> Now:
+    def now(self, status: Status) -> VehicleReport:
         """Return the vehicle's state for people."""
         state = self._solver.state
         scene = self._scene or state.scene
-        thinks: Mind = OVER if self._ended else mind(state, status, self._conversation.decided, scene)
+        thinks: StatusSummary = OVER if self._ended else mind(state, status, self._conversation.decided, scene)
         question = None if self._ended else self._solver.pending_question
-        return Now(
+        return VehicleReport(
             time_s=round(status.time_s, 2),
             speed_mps=round(status.speed_mps, 2),
             state=", ".join(name.value for name in state.names),
@@ -122,26 +129,26 @@ class Seat:
 
     # ---- commands
 
-    def take(self, command: Command) -> Outcome:
+    def take(self, command: PersonCommand) -> CommandResult:
         """Carry out a person's command, or say why not."""
         if self._ended:
-            return Outcome(number=command.number, taken=False, told="The ride is over.")
+            return CommandResult(number=command.number, taken=False, told="The ride is over.")
         taken, told = self._taken(command)
-        return Outcome(number=command.number, taken=taken, told=told)
+        return CommandResult(number=command.number, taken=taken, told=told)
 
-    def _taken(self, command: Command) -> tuple[bool, str]:
+    def _taken(self, command: PersonCommand) -> tuple[bool, str]:
         if command.kind is CommandKind.SAY:
             return self._say(command)
         if command.kind is CommandKind.STOP:
             self._stopped(command.client)
             self._stop = True
-            self._conversation.said(_speaker(command), STOP_WORDS, self._time_s)
+            self._conversation.add_utterance(_speaker(command), STOP_WORDS, self._time_s)
             return True, HEARD
         if command.kind in (CommandKind.YES, CommandKind.NO):
             return self._answer(command)
         return self._call(command)
 
-    def _say(self, command: Command) -> tuple[bool, str]:
+    def _say(self, command: PersonCommand) -> tuple[bool, str]:
         text = CONTROL.sub(" ", command.text).strip()
         if not text:
             return False, "You did not say anything."
@@ -152,7 +159,7 @@ class Seat:
             self._speaking = command.client
             self._drop_waiting()
             self._solver.guide(text)
-            self._conversation.said(_speaker(command), text, self._time_s)
+            self._conversation.add_utterance(_speaker(command), text, self._time_s)
             return True, HEARD
         if self._held(command.client):
             return False, "Somebody else has just told me to stop. I will listen to others again in a few seconds."
@@ -160,10 +167,10 @@ class Seat:
             self._words.put_nowait((text, command.client))
         except queue.Full:
             return False, "That is too much at once. Please wait a moment."
-        self._conversation.said(_speaker(command), text, self._time_s)
+        self._conversation.add_utterance(_speaker(command), text, self._time_s)
         return True, HEARD
 
-    def _answer(self, command: Command) -> tuple[bool, str]:
+    def _answer(self, command: PersonCommand) -> tuple[bool, str]:
         yes = command.kind is CommandKind.YES
         if yes and self._held(command.client):
             return False, "Somebody else has just told me to stop. Please answer again in a few seconds."
@@ -172,19 +179,19 @@ class Seat:
             answer(command.question_id, command.by)
         except QuestionError as error:
             return False, f"I can't take that answer: {error}."
-        self._conversation.said(_speaker(command), "Yes" if yes else "No", self._time_s)
+        self._conversation.add_utterance(_speaker(command), "Yes" if yes else "No", self._time_s)
         return True, HEARD
 
-    def _call(self, command: Command) -> tuple[bool, str]:
+    def _call(self, command: PersonCommand) -> tuple[bool, str]:
         """A call for help or an operator's words: lines of the conversation, nothing for the solver."""
         if command.kind is CommandKind.HELP:
-            self._conversation.said(_speaker(command), "I need help", self._time_s)
+            self._conversation.add_utterance(_speaker(command), "I need help", self._time_s)
             self._conversation.tell("I have called the operator for you.", self._time_s)
             return True, "I have called the operator for you."
         text = CONTROL.sub(" ", command.text).strip()
         if not text:
             return False, "There is nothing to tell."
-        self._conversation.said(Speaker.OPERATOR, text, self._time_s)
+        self._conversation.add_utterance(Speaker.OPERATOR, text, self._time_s)
         return True, HEARD
 
     # ---- called from the control loop
@@ -207,7 +214,7 @@ class Seat:
     def _consent(self) -> None:
         """Answer a question that the passenger's own words have already answered."""
         question = self._solver.pending_question
-        if question is not None and consents(self._solver.state.reading, question):
+        if question is not None and implies_approval(self._solver.state.reading, question):
             with contextlib.suppress(QuestionError):
                 self._solver.approve(question.id, "passenger")
 
@@ -236,13 +243,13 @@ class Seat:
         return client != self._stopped_by and self._wall_s() - self._stopped_s < HOLD_S
 
 
-class Seats:
+class VehicleSessions:
     """The vehicles of one process, by id."""
 
     def __init__(self) -> None:
-        self._seats: dict[str, Seat] = {}
+        self._seats: dict[str, VehicleSession] = {}
 
-    def add(self, vehicle_id: str, seat: Seat) -> None:
+    def add(self, vehicle_id: str, seat: VehicleSession) -> None:
         """Add a vehicle.
 
         Raises:
@@ -252,17 +259,19 @@ class Seats:
             raise ValueError(f"vehicle {vehicle_id!r} is at the desk already; give each its own id")
         self._seats[vehicle_id] = seat
 
-    def take(self, vehicle_id: str, command: Command) -> Outcome:
+    def take(self, vehicle_id: str, command: PersonCommand) -> CommandResult:
         """Pass a command to its vehicle."""
         seat = self._seats.get(vehicle_id)
         if seat is None:
-            return Outcome(number=command.number, taken=False, told="There is no such vehicle.")
+            return CommandResult(number=command.number, taken=False, told="There is no such vehicle.")
         return seat.take(command)
 
 
-def _speaker(command: Command) -> Speaker:
+def _speaker(command: PersonCommand) -> Speaker:
     return Speaker.OPERATOR if command.by == "operator" else Speaker.PASSENGER
 
 
 def _shown(question: Question) -> OpenQuestion:
-    return OpenQuestion(id=question.id, to=question.to, kind=question.kind, text=asked(question), needs=question.needs)
+    return OpenQuestion(
+        id=question.id, to=question.to, kind=question.kind, text=question_text(question), needs=question.needs
+    )

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from stucksolver import StuckSolver
 from stucksolver.plan import Replan
-from stucksolver.scene import CandidateWaypoint, GuidanceIntent, LineKind, ObjectKind, Reading, Side
-from stucksolver_passenger.memory import Ending, Episode, SceneFeatures, Solution
+from stucksolver.scene import CandidateWaypoint, GuidanceIntent, Interpretation, LineKind, ObjectKind, Side
+from stucksolver_passenger.memory import SceneFeatures, Solution, SolutionOutcome, TriedSolution
 from worlds import LANE_M, NAMES, World, ladder, straight_road, thing
 
 REROUTE = Solution(intent=GuidanceIntent.REROUTE)
@@ -39,14 +39,16 @@ def features(**changes) -> SceneFeatures:
     return SceneFeatures.model_validate(told | changes)
 
 
-def reading(intent: GuidanceIntent, side: Side | None = None) -> Reading:
-    return Reading(intent=intent, side=side, confidence=0.95, likely=intent, reader="test")
+def reading(intent: GuidanceIntent, side: Side | None = None) -> Interpretation:
+    return Interpretation(intent=intent, side=side, confidence=0.95, likely=intent, reader="test")
 
 
-def episode(solution=REROUTE, ending=Ending.WORKED, *, scene=None, text="take another street", at_s=1e9, **more):
+def episode(
+    solution=REROUTE, ending=SolutionOutcome.WORKED, *, scene=None, text="take another street", at_s=1e9, **more
+):
     told = {"at_s": at_s, "vehicle": "car-1", "scene": scene or features(), "ending": ending, "solution": solution}
     said = {} if solution is None or not text else {"text": text, "reading": reading(solution.intent)}
-    return Episode(**(told | said | more))
+    return TriedSolution(**(told | said | more))
 
 
 @dataclass

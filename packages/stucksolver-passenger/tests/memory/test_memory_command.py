@@ -10,19 +10,19 @@ import pytest
 from remembering import BACK_UP, episode
 
 from stucksolver.commands import main
-from stucksolver_eval.systems import ArmError
+from stucksolver_eval.systems import SystemSpecError
 from stucksolver_eval.systems.factory import check_arm
-from stucksolver_eval.systems.spec import ArmSpec
-from stucksolver_passenger.memory import Ending, EpisodeStore
+from stucksolver_eval.systems.spec import SystemSpec
+from stucksolver_passenger.memory import SolutionOutcome, SolutionStore
 
 HOSTILE = "\x1b[31mred\x1b[0m\nline two"
 
 
 @pytest.fixture
 def file(tmp_path):
-    store = EpisodeStore(tmp_path / "m.db")
+    store = SolutionStore(tmp_path / "m.db")
     store.add(episode(text="take another street", at_s=time.time() - 40 * 86_400))
-    store.add(episode(BACK_UP, Ending.FAILED, text=HOSTILE, at_s=time.time(), vehicle="car-2"))
+    store.add(episode(BACK_UP, SolutionOutcome.FAILED, text=HOSTILE, at_s=time.time(), vehicle="car-2"))
     return str(tmp_path / "m.db")
 
 
@@ -79,7 +79,7 @@ def test_a_bad_line_is_named_and_nothing_is_added(capsys, file, tmp_path):
 )
 def test_forget_deletes_what_was_named_and_nothing_else(capsys, file, tmp_path, which, left):
     said(capsys, "forget", file, *which)
-    assert [kept.number for kept in EpisodeStore(tmp_path / "m.db").episodes()] == left
+    assert [kept.number for kept in SolutionStore(tmp_path / "m.db").episodes()] == left
 
 
 def test_what_cannot_be_done_is_one_line_with_the_remedy(capsys, file, tmp_path):
@@ -92,7 +92,7 @@ def test_what_cannot_be_done_is_one_line_with_the_remedy(capsys, file, tmp_path)
 
 def test_drives_with_a_file_that_is_no_memory_are_refused_before_they_begin(tmp_path):
     (tmp_path / "diary").write_text("dear diary " * 400)
-    with pytest.raises(ArmError, match="not a StuckSolver memory"):
-        check_arm(ArmSpec(recovery="rules", memory=tmp_path / "diary"))
-    with pytest.raises(ArmError, match="does not work with 'none'"):
-        check_arm(ArmSpec(memory=tmp_path / "m.db"))
+    with pytest.raises(SystemSpecError, match="not a StuckSolver memory"):
+        check_arm(SystemSpec(recovery="rules", memory=tmp_path / "diary"))
+    with pytest.raises(SystemSpecError, match="does not work with 'none'"):
+        check_arm(SystemSpec(memory=tmp_path / "m.db"))

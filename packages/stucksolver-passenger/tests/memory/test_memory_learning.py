@@ -8,12 +8,12 @@ import pytest
 from remembering import ASKING, LEFT, REROUTE, blocked_road, driven, episode, features
 
 from stucksolver.ladder.ladder import Approval
-from stucksolver.reasoners import Request
+from stucksolver.reasoners import ReasonerRequest
 from stucksolver.reasoners.reasoner import ReasonerError
 from stucksolver.record import Recorder, replay
 from stucksolver.scene import ObjectKind
 from stucksolver.solver import EventKind
-from stucksolver_passenger.memory import Ending, EpisodeStore, Memory, features_of
+from stucksolver_passenger.memory import Memory, SolutionOutcome, SolutionStore, features_of
 from worlds import READER, World, ladder, red_light, straight_road, thing
 
 LIMITS = ASKING.waits.limits()
@@ -63,8 +63,8 @@ def taught(lessons, tmp_path):
 
 @pytest.mark.integration
 def test_what_a_passenger_said_is_kept_with_the_scene_and_the_end(taught):
-    told = EpisodeStore(taught).episodes()[0].episode
-    assert (told.text, told.solution, told.ending) == ("Please take another street.", REROUTE, Ending.WORKED)
+    told = SolutionStore(taught).episodes()[0].episode
+    assert (told.text, told.solution, told.ending) == ("Please take another street.", REROUTE, SolutionOutcome.WORKED)
     assert told.scene.obstacle == "debris" and told.questions == 1 and told.guided
 
 
@@ -95,14 +95,14 @@ def test_a_memory_that_proposes_what_does_not_help_is_overruled_by_what_happens(
     events = one_drive(path, dead_end)
     tried = [e for e in events if e.kind is EventKind.STARTED and e.rung != "remote"]
     assert len(tried) == 1 and questions(events) == 1
-    last = EpisodeStore(path).episodes()[-1].episode
-    assert (last.solution, last.ending, last.proposer) == (REROUTE, Ending.FAILED, "memory")
+    last = SolutionStore(path).episodes()[-1].episode
+    assert (last.solution, last.ending, last.proposer) == (REROUTE, SolutionOutcome.FAILED, "memory")
 
 
 def overtaking_kept(path, world):
     """Overtaking on the left has worked often in this world's scene, as a passenger's wish."""
     scene = features_of(world.scene())
-    store = EpisodeStore(path)
+    store = SolutionStore(path)
     for _ in range(8):
         store.add(episode(LEFT, scene=scene, text="go round it"))
     return path
@@ -176,6 +176,6 @@ def test_the_memory_answers_the_same_whenever_it_is_asked(taught):
         scene = blocked_road(-8.0).scene()
         ego = scene.ego.model_copy(update={"stopped_for_s": 6.0})
         scene = scene.model_copy(update={"ego": ego})
-        first, second = (memory.before(limits=LIMITS).decide(Request(scene)) for _ in range(2))
+        first, second = (memory.before(limits=LIMITS).decide(ReasonerRequest(scene)) for _ in range(2))
     assert first == second and first.reasoner == "memory"
     assert features_of(scene) == features()

@@ -9,22 +9,22 @@ from remembering import BACK_UP, LEFT, REROUTE, RIGHT, episode, features, readin
 from scipy.special import betaincinv
 
 from stucksolver.scene import GuidanceIntent, LightState, Side
-from stucksolver_passenger.memory import Ending, Rate, features_of, recall, similarity
+from stucksolver_passenger.memory import SolutionOutcome, SuccessRate, features_of, recall, similarity
 from stucksolver_passenger.memory.success_rate import CONFIDENCE
 from worlds import World, red_light, straight_road, thing
 
-FAILED, WORKED = Ending.FAILED, Ending.WORKED
+FAILED, WORKED = SolutionOutcome.FAILED, SolutionOutcome.WORKED
 
 
 @given(st.integers(0, 60), st.integers(0, 60))
 def test_the_lower_bound_is_the_quantile_of_the_beta_distribution(worked, failed):
     expected = betaincinv(worked + 1, failed + 1, 1.0 - CONFIDENCE)
-    assert Rate(worked, worked + failed).lower == pytest.approx(expected, abs=1e-6)
+    assert SuccessRate(worked, worked + failed).lower == pytest.approx(expected, abs=1e-6)
 
 
 def test_more_successes_than_tries_are_refused():
     with pytest.raises(ValueError, match="2 of 1"):
-        _ = Rate(2, 1).lower
+        _ = SuccessRate(2, 1).lower
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def test_bad_advice_that_seemed_to_help_once_is_not_proposed():
 
 
 def test_what_never_ended_says_nothing():
-    assert recall([episode(ending=Ending.UNFINISHED)] * 9, features()) == ()
+    assert recall([episode(ending=SolutionOutcome.UNFINISHED)] * 9, features()) == ()
 
 
 @pytest.mark.parametrize("change", [{"obstacle": "car"}, {"motion": "towards"}, {"light": "red"}])
@@ -78,6 +78,6 @@ def test_words_recall_what_they_mean():
 
     assert recalled(GuidanceIntent.OVERTAKE) == [RIGHT, LEFT]
     assert recalled(GuidanceIntent.OVERTAKE, Side.LEFT) == [LEFT]
-    assert recalled(GuidanceIntent.TURN_ROUND) == [REROUTE]
+    assert recalled(GuidanceIntent.TURN_AROUND) == [REROUTE]
     assert recalled(GuidanceIntent.GO) == [REROUTE, RIGHT, LEFT]
     assert recalled(GuidanceIntent.WAIT) == recalled(GuidanceIntent.NONE) == []

@@ -13,7 +13,7 @@ import time
 import pytest
 from remembering import REROUTE, episode
 
-from stucksolver_passenger.memory import EpisodeStore, MemoryFileError
+from stucksolver_passenger.memory import MemoryFileError, SolutionStore
 from stucksolver_passenger.memory.database_schema import MIGRATIONS, migrate, version_of
 from stucksolver_passenger.memory.store import DAY_S, MOST_DAYS
 
@@ -26,51 +26,51 @@ def path(tmp_path):
 
 
 def texts(path):
-    return [kept.episode.text for kept in EpisodeStore(path).episodes()]
+    return [kept.episode.text for kept in SolutionStore(path).episodes()]
 
 
 def test_what_is_kept_comes_back_as_it_was(path):
     said = episode(text=WORDS, how="12 m", took_s=3.5, questions=2, behaviors=("replan",), proposer="rules")
-    number = EpisodeStore(path).add(said)
-    kept = EpisodeStore(path).episode(number)
+    number = SolutionStore(path).add(said)
+    kept = SolutionStore(path).episode(number)
     assert kept is not None and kept.episode == said and kept.episode.solution == REROUTE
-    assert EpisodeStore(path).episode(number + 1) is None
+    assert SolutionStore(path).episode(number + 1) is None
 
 
 def test_only_the_owner_may_read_the_file(path):
-    EpisodeStore(path)
+    SolutionStore(path)
     assert path.stat().st_mode & 0o077 == 0
 
 
 @pytest.mark.parametrize("before", [0o644, 0o660, 0o604])
 def test_memory_that_others_could_read_is_taken_away_from_them(path, before):
     """With the helper files that another process has open beside it."""
-    store = EpisodeStore(path)
+    store = SolutionStore(path)
     with store._open() as connection:
         connection.execute("SELECT count(*) FROM episodes").fetchall()
         files = [file for file in path.parent.iterdir() if file.name.startswith(path.name)]
         for file in files:
             file.chmod(before)
-        EpisodeStore(path)
+        SolutionStore(path)
         assert {file.stat().st_mode & 0o777 for file in files if file.exists()} == {0o600}
 
 
 def test_the_oldest_go_when_there_are_too_many(path):
-    store = EpisodeStore(path, most_episodes=5)
+    store = SolutionStore(path, most_episodes=5)
     for k in range(9):
         store.add(episode(text=f"word {k}"))
     assert texts(path) == [f"word {k}" for k in range(4, 9)]
 
 
 def test_what_is_older_than_a_year_goes(path):
-    store = EpisodeStore(path)
+    store = SolutionStore(path)
     store.add(episode(text="old", at_s=0.0))
     store.add(episode(text="new", at_s=(MOST_DAYS + 1) * DAY_S))
     assert texts(path) == ["new"]
 
 
 def test_nothing_of_what_is_forgotten_stays_in_any_file(path):
-    store = EpisodeStore(path)
+    store = SolutionStore(path)
     for k in range(30):
         store.add(episode(text=f"{WORDS} {k}"))
     assert store.forget_all() == 30
@@ -79,7 +79,7 @@ def test_nothing_of_what_is_forgotten_stays_in_any_file(path):
 
 
 def test_episodes_are_forgotten_by_number_time_and_vehicle(path):
-    store = EpisodeStore(path)
+    store = SolutionStore(path)
     numbers = [store.add(episode(at_s=1e9 + k, vehicle=f"car-{k % 2}")) for k in range(6)]
     assert store.forget(numbers=(numbers[0], 999)) == 1
     assert store.forget(before_s=1e9 + 2) == 1
@@ -90,17 +90,17 @@ def test_episodes_are_forgotten_by_number_time_and_vehicle(path):
 def test_a_file_of_something_else_is_refused_and_left_alone(path):
     path.write_text("dear diary, " * 200)
     with pytest.raises(MemoryFileError, match="not a StuckSolver memory"):
-        EpisodeStore(path)
+        SolutionStore(path)
     assert path.read_text().startswith("dear diary")
     other = path.with_name("other.db")
     with sqlite3.connect(other) as connection:
         connection.execute("CREATE TABLE mine (x)")
     with pytest.raises(MemoryFileError, match="not a StuckSolver memory"):
-        EpisodeStore(other)
+        SolutionStore(other)
 
 
 def test_a_damaged_file_is_told_with_the_remedy(path):
-    store = EpisodeStore(path)
+    store = SolutionStore(path)
     for _ in range(12):
         store.add(episode(text="x" * 500))
     for extra in path.parent.glob("memory.db-*"):
@@ -113,7 +113,7 @@ def test_a_damaged_file_is_told_with_the_remedy(path):
 
 
 def test_a_full_disk_is_told_and_what_was_kept_stays(path):
-    store = EpisodeStore(path, most_pages=12)
+    store = SolutionStore(path, most_pages=12)
     kept = 0
     with pytest.raises(MemoryFileError, match="full; make room"):
         for _ in range(200):
@@ -124,21 +124,21 @@ def test_a_full_disk_is_told_and_what_was_kept_stays(path):
 
 def test_a_folder_that_is_not_there_is_told(tmp_path):
     with pytest.raises(MemoryFileError, match="cannot be made"):
-        EpisodeStore(tmp_path / "nowhere" / "memory.db")
+        SolutionStore(tmp_path / "nowhere" / "memory.db")
     with pytest.raises(MemoryFileError, match="no such memory"):
-        EpisodeStore(tmp_path / "memory.db", create=False)
+        SolutionStore(tmp_path / "memory.db", create=False)
 
 
 def test_a_file_of_a_newer_version_is_refused(path):
-    EpisodeStore(path)
+    SolutionStore(path)
     with sqlite3.connect(path) as connection:
         connection.execute(f"PRAGMA user_version = {len(MIGRATIONS) + 1}")
     with pytest.raises(MemoryFileError, match="newer StuckSolver"):
-        EpisodeStore(path)
+        SolutionStore(path)
 
 
 def test_an_older_file_is_brought_up_to_date_with_what_is_in_it(path):
-    EpisodeStore(path).add(episode(text=WORDS))
+    SolutionStore(path).add(episode(text=WORDS))
     with sqlite3.connect(path, isolation_level=None) as connection:
         migrate(connection, (*MIGRATIONS, "ALTER TABLE episodes ADD COLUMN mood TEXT NOT NULL DEFAULT 'calm'"))
         assert version_of(connection) == len(MIGRATIONS) + 1
@@ -146,7 +146,7 @@ def test_an_older_file_is_brought_up_to_date_with_what_is_in_it(path):
 
 
 def test_a_step_of_a_migration_that_fails_changes_nothing(path):
-    EpisodeStore(path)
+    SolutionStore(path)
     with sqlite3.connect(path, isolation_level=None) as connection:
         with pytest.raises(sqlite3.Error):
             migrate(connection, (*MIGRATIONS, "ALTER TABLE episodes ADD COLUMN mood TEXT; SELECT * FROM nothing"))
@@ -155,7 +155,7 @@ def test_a_step_of_a_migration_that_fails_changes_nothing(path):
 
 
 def _add_many(path, count):
-    store = EpisodeStore(path)
+    store = SolutionStore(path)
     for k in range(count):
         store.add(episode(text=f"{os.getpid()} {k}"))
 
@@ -190,6 +190,6 @@ def test_a_process_that_is_killed_while_it_writes_leaves_a_whole_file(path):
         writer.send_signal(signal.SIGKILL)
         told += writer.stdout.readlines()
     known = max(int(line) for line in told if line.strip())
-    assert len(EpisodeStore(path).episodes()) >= known
+    assert len(SolutionStore(path).episodes()) >= known
     with sqlite3.connect(path) as connection:
         assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)

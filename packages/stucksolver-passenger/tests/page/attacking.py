@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from sitting import PASSENGER_ASKED, parked
 
 from stucksolver import StuckSolver
-from stucksolver_passenger.gateway import Desk
+from stucksolver_passenger.gateway import PassengerGateway
 from stucksolver_passenger.server.process import PassengerServer
 
 LIMIT_S = 60.0
@@ -132,7 +132,7 @@ def ended(connection: socket.socket, limit_s: float = LIMIT_S) -> bool:
 @contextlib.contextmanager
 def attacked(server: PassengerServer, vehicle: str = "car-1", host: str = "127.0.0.1"):
     """A vehicle at the server's desk that takes commands."""
-    with Desk(server.address) as desk:
+    with PassengerGateway(server.address) as desk:
         world = parked()
         solver = StuckSolver(world.scene, ladder=PASSENGER_ASKED, on_event=desk.ear(vehicle))
         desk.add(vehicle, solver).tick(world.status())

@@ -9,11 +9,11 @@ from fastapi.testclient import TestClient
 import stucksolver_eval.report
 from stucksolver.solver import QuestionKind
 from stucksolver_passenger.access_tokens import Tokens
-from stucksolver_passenger.api_types import Command, Now, OpenQuestion, Outcome
+from stucksolver_passenger.api_types import CommandResult, OpenQuestion, PersonCommand, VehicleReport
 from stucksolver_passenger.server.app import make_app
 from stucksolver_passenger.server.fleet_state import Board
-from stucksolver_passenger.server.request_filter import Doors
-from stucksolver_passenger.socket_frames import LENGTH_BYTES, Frame, Topic, unpacked
+from stucksolver_passenger.server.request_filter import RequestFilter
+from stucksolver_passenger.socket_frames import LENGTH_BYTES, SocketMessage, Topic, unpacked
 
 HOST = "127.0.0.1:8000"
 DRAWING = Path(stucksolver_eval.report.__file__).parent / "assets"
@@ -25,28 +25,28 @@ class Serving:
 
     def __init__(self) -> None:
         self.tokens, self.board = Tokens(b"a secret of thirty-two bytes ....."), Board()
-        self.commands: list[Command] = []
-        app = Doors(make_app(self.board, self.tokens, drawing=DRAWING), frozenset({HOST}), "http")
+        self.commands: list[PersonCommand] = []
+        app = RequestFilter(make_app(self.board, self.tokens, drawing=DRAWING), frozenset({HOST}), "http")
         self.client = TestClient(app, base_url=f"http://{HOST}", raise_server_exceptions=False)
         self.passenger, self.operator = self.tokens.passenger("car-1"), self.tokens.operator()
         self.join("car-1", "Car 1")
 
     def join(self, vehicle, name):
-        self.board.take(Frame(Topic.HELLO, vehicle, name.encode()), self._deliver)
+        self.board.take(SocketMessage(Topic.HELLO, vehicle, name.encode()), self._deliver)
         self.show(vehicle)
 
     def show(self, vehicle, **more):
-        told = Now(
+        told = VehicleReport(
             time_s=1.0, speed_mps=0.0, state="monitoring, driving", thought="I am standing.", intention="", **more
         )
-        self.board.take(Frame(Topic.NOW, vehicle, told.model_dump_json().encode()), self._deliver)
+        self.board.take(SocketMessage(Topic.NOW, vehicle, told.model_dump_json().encode()), self._deliver)
 
     def _deliver(self, data: bytes) -> None:
         frame = unpacked(data[LENGTH_BYTES:])
-        command = Command.model_validate_json(frame.payload)
+        command = PersonCommand.model_validate_json(frame.payload)
         self.commands.append(command)
-        outcome = Outcome(number=command.number, taken=True, told="Heard.")
-        self.board.take(Frame(Topic.OUTCOME, frame.vehicle, outcome.model_dump_json().encode()), self._deliver)
+        outcome = CommandResult(number=command.number, taken=True, told="Heard.")
+        self.board.take(SocketMessage(Topic.OUTCOME, frame.vehicle, outcome.model_dump_json().encode()), self._deliver)
 
     def get(self, path, token=None, **more):
         return self.client.get(path, headers=self._headers(token) | more.pop("headers", {}), **more)

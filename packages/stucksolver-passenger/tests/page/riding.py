@@ -10,7 +10,7 @@ from pathlib import Path
 import stucksolver_eval.report
 from stucksolver import StuckSolver
 from stucksolver.interpreter import find_reader
-from stucksolver_passenger.gateway import Desk
+from stucksolver_passenger.gateway import PassengerGateway
 from stucksolver_passenger.server.process import PassengerServer
 from worlds import World
 
@@ -46,7 +46,7 @@ class Riding:
 
     def __init__(self, server: PassengerServer, vehicle: str, world: World, policy, tempo: float = 4.0) -> None:
         self.world, self._vehicle, self.tempo = world, vehicle, tempo
-        self._desk = Desk(server.address)
+        self._desk = PassengerGateway(server.address)
         settings = {"clock": "wall", "ladder": policy, "on_event": self._desk.ear(vehicle), "reader": READER}
         self._solver = StuckSolver(world.scene, **settings)
         self._seat = self._desk.add(vehicle, self._solver, f"Car {vehicle}")

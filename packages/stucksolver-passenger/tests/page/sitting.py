@@ -7,9 +7,9 @@ from itertools import count
 from stucksolver import StuckSolver
 from stucksolver.interpreter import find_reader
 from stucksolver.ladder.ladder import Approval
-from stucksolver_passenger.api_types import Command, CommandKind
+from stucksolver_passenger.api_types import CommandKind, PersonCommand
 from stucksolver_passenger.conversation import Conversation
-from stucksolver_passenger.vehicle_session import Seat
+from stucksolver_passenger.vehicle_session import VehicleSession
 from worlds import World, ladder, straight_road, thing
 
 PASSENGER_ASKED = ladder(approval=Approval(behaviors={"borrow_oncoming_lane": "passenger"}))
@@ -30,13 +30,15 @@ class Sitting:
         settings = {"clock": "lockstep", "ladder": policy, "on_event": conversation.hear, **options}
         settings.setdefault("reader", find_reader())
         self.solver = StuckSolver(world.scene, **settings)
-        self.seat = Seat(self.solver, conversation, self.told.append, wall_s=lambda: self.world.time_s)
+        self.seat = VehicleSession(self.solver, conversation, self.told.append, wall_s=lambda: self.world.time_s)
         self._numbers = count(1)
         self.directives = []
 
     def press(self, kind, *, by="passenger", client="one", **more):
         """What came of it."""
-        return self.seat.take(Command(number=next(self._numbers), kind=CommandKind(kind), by=by, client=client, **more))
+        return self.seat.take(
+            PersonCommand(number=next(self._numbers), kind=CommandKind(kind), by=by, client=client, **more)
+        )
 
     def say(self, text, **more):
         return self.press("say", text=text, **more)

@@ -7,7 +7,7 @@ import pytest
 pytest.importorskip("fastapi")
 from page_serving import QUESTION, Serving
 
-from stucksolver_passenger.access_tokens import Holder
+from stucksolver_passenger.access_tokens import TokenHolder
 from stucksolver_passenger.api_types import CommandKind
 from stucksolver_passenger.server.access import Streams
 from stucksolver_passenger.server.rate_limits import (
@@ -17,7 +17,7 @@ from stucksolver_passenger.server.rate_limits import (
     OPERATOR_STREAMS,
     PASSENGER_STREAMS,
 )
-from stucksolver_passenger.socket_frames import Frame, Topic
+from stucksolver_passenger.socket_frames import SocketMessage, Topic
 
 READ = ("/api/me", "/api/vehicles/car-1", "/api/vehicles/car-1/camera.jpg", "/api/vehicles/car-1/stream")
 SAID = [
@@ -104,13 +104,13 @@ def test_help_is_called_once_however_often_it_is_pressed(serving):
 
 
 def test_the_picture_is_an_image_and_nothing_else(serving):
-    serving.board.take(Frame(Topic.PICTURE, "car-1", b"\xff\xd8\xff\x00"), lambda data: None)
+    serving.board.take(SocketMessage(Topic.PICTURE, "car-1", b"\xff\xd8\xff\x00"), lambda data: None)
     answer = serving.get("/api/vehicles/car-1/camera.jpg")
     assert (answer.headers["content-type"], answer.content) == ("image/jpeg", b"\xff\xd8\xff\x00")
 
 
 def test_a_car_that_has_left_says_so(serving):
-    serving.board.take(Frame(Topic.BYE, "car-1"), lambda data: None)
+    serving.board.take(SocketMessage(Topic.BYE, "car-1"), lambda data: None)
     answer = serving.say("hello")
     assert (answer.json()["taken"], answer.json()["told"]) == (False, "This ride is over.")
 
@@ -134,8 +134,8 @@ def test_tokens_cannot_be_tried_for_ever(serving):
 
 def test_streams_of_each_kind_of_token_are_counted_apart():
     """Passengers with many vehicles' tokens leave the operators their pages."""
-    streams, operator = Streams(), Holder("operator")
-    vehicles = [Holder("passenger", f"car-{i}") for i in range(1 + ALL_PASSENGER_STREAMS // PASSENGER_STREAMS)]
+    streams, operator = Streams(), TokenHolder("operator")
+    vehicles = [TokenHolder("passenger", f"car-{i}") for i in range(1 + ALL_PASSENGER_STREAMS // PASSENGER_STREAMS)]
     opened = [holder for holder in vehicles for _ in range(PASSENGER_STREAMS + 1) if streams.enter(holder)]
     assert opened.count(vehicles[0]) == PASSENGER_STREAMS and len(opened) == ALL_PASSENGER_STREAMS
     assert [streams.enter(operator) for _ in range(OPERATOR_STREAMS + 1)] == [True] * OPERATOR_STREAMS + [False]

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from stucksolver_passenger.server.connection_limits import PlaceLimits, Places, source_of
 from stucksolver_passenger.server.http_server import make_server, serve, tls_of
-from stucksolver_passenger.server.request_filter import Doors
+from stucksolver_passenger.server.request_filter import RequestFilter
 
 HASTY = PlaceLimits(request_s=0.3, idle_s=0.3, answer_s=0.3)
 
@@ -47,7 +47,7 @@ def serving(limits=HASTY, tls=None):
     def shares(path, authorization):
         return (("good", 2),) if authorization == "Bearer good" else ()
 
-    server = make_server(Doors(answering, frozenset({f"127.0.0.1:{port}"}), "http", shares=shares), limits, tls)
+    server = make_server(RequestFilter(answering, frozenset({f"127.0.0.1:{port}"}), "http", shares=shares), limits, tls)
     thread = threading.Thread(target=lambda: asyncio.run(serve(server, [listening])), daemon=True)
     thread.start()
     try:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from stucksolver_passenger.server.rate_limits import KNOWN, Limiter, Rate
+from stucksolver_passenger.server.rate_limits import KNOWN, Limiter, RateLimit
 
-TWO_A_SECOND = Rate(per_s=2.0, burst=3.0)
+TWO_A_SECOND = RateLimit(per_s=2.0, burst=3.0)
 
 
 class Clock:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 pytest.importorskip("carla")
-from stucksolver_eval.passenger import Pace
+from stucksolver_eval.passenger import RealTimePacer
 
 
 class Clock:
@@ -23,7 +23,7 @@ class Clock:
 def beats(works_s):
     """When each tick begins, where each takes so long."""
     clock = Clock()
-    pace, begun = Pace(0.05, clock, clock.sleep), []
+    pace, begun = RealTimePacer(0.05, clock, clock.sleep), []
     for work_s in works_s:
         pace.wait()
         begun.append(round(clock.now_s - 5.0, 6))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from sitting import Sitting, parked
 
-from stucksolver.interpreter import NoReader
+from stucksolver.interpreter import NoInterpreter
 from stucksolver.plan import Execute
 from stucksolver.scene import LineKind, ObjectKind
 from worlds import World, ladder, straight_road, thing
@@ -154,7 +154,7 @@ def test_a_stop_while_the_car_just_drives_is_not_promised():
 
 
 def test_without_a_reader_of_words_the_car_says_so():
-    sitting = Sitting(parked(), reader=NoReader())
+    sitting = Sitting(parked(), reader=NoInterpreter())
     sitting.say("please go round it")
     sitting.drive(1.0)
     assert sitting.car()[-1].startswith("I could not read your words.")

@@ -16,9 +16,9 @@ pytest.importorskip("uvicorn", reason="the extra `passenger` is not installed")
 from sitting import PASSENGER_ASKED, parked
 
 from stucksolver import StuckSolver
-from stucksolver_passenger.gateway import Desk
+from stucksolver_passenger.gateway import PassengerGateway
 from stucksolver_passenger.link import LinkError
-from stucksolver_passenger.server.options import PageError, PageOptions
+from stucksolver_passenger.server.options import PageOptions, ServerOptionsError
 from stucksolver_passenger.server.process import PassengerServer
 
 LIMIT_S = 60.0
@@ -52,7 +52,7 @@ def read(server, path, token):
 def test_vehicles_of_several_desks_meet_at_one_server(server):
     world = parked()
     for name in ("one", "two"):
-        desk = Desk(server.address)
+        desk = PassengerGateway(server.address)
         solver = StuckSolver(world.scene, ladder=PASSENGER_ASKED, on_event=desk.ear(name))
         desk.add(name, solver, f"Car {name}").tick(world.status())
         desk.close()
@@ -78,7 +78,7 @@ def test_the_folder_of_the_socket_is_its_owners_alone(server):
 
 
 def test_a_vehicle_comes_once_to_a_desk_and_under_a_name_that_is_one(server):
-    with Desk(server.address) as desk:
+    with PassengerGateway(server.address) as desk:
         solver = StuckSolver(parked().scene, ladder=PASSENGER_ASKED)
         desk.add("three", solver)
         with pytest.raises(ValueError, match="is at the desk already"):
@@ -89,14 +89,14 @@ def test_a_vehicle_comes_once_to_a_desk_and_under_a_name_that_is_one(server):
 
 def test_without_a_server_a_desk_says_where_it_looked(tmp_path):
     with pytest.raises(LinkError, match="start it first"):
-        Desk(tmp_path / "nobody")
+        PassengerGateway(tmp_path / "nobody")
 
 
 @pytest.mark.integration
 def test_a_server_that_goes_away_does_not_stop_the_car():
     world = parked()
     with PassengerServer() as going:
-        desk = Desk(going.address)
+        desk = PassengerGateway(going.address)
         solver = StuckSolver(world.scene, ladder=PASSENGER_ASKED, on_event=desk.ear("car-1"))
         seat = desk.add("car-1", solver)
     for _ in range(200):
@@ -136,7 +136,7 @@ if __name__ == "__main__":
     ],
 )
 def test_what_cannot_be_served_is_said_before_anything_starts(options, why):
-    with pytest.raises(PageError, match=why):
+    with pytest.raises(ServerOptionsError, match=why):
         PassengerServer(options)
 
 
@@ -145,7 +145,7 @@ def test_a_port_that_is_taken_is_named():
         other.bind(("127.0.0.1", 0))
         other.listen()
         port = other.getsockname()[1]
-        with pytest.raises(PageError, match=f"127.0.0.1:{port}"), PassengerServer(PageOptions(port=port)):
+        with pytest.raises(ServerOptionsError, match=f"127.0.0.1:{port}"), PassengerServer(PageOptions(port=port)):
             pass
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from stucksolver.interpreter import NoReader, find_reader
+from stucksolver.interpreter import NoInterpreter, find_reader
 from stucksolver.scene import GuidanceIntent as Intent
 from stucksolver.scene.interpretation import STAYS
 from stucksolver_passenger.quick_replies import (
@@ -43,7 +43,7 @@ QUESTION = " The car asks: May I? It needs your yes for: borrow oncoming lane"
 @pytest.fixture(scope="module")
 def reader():
     found = find_reader()
-    if isinstance(found, NoReader):
+    if isinstance(found, NoInterpreter):
         pytest.skip(found.why)
     return found
 

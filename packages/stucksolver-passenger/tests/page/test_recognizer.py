@@ -17,7 +17,7 @@ from stucksolver_passenger import speech_recognizer
 from stucksolver_passenger.access_tokens import Tokens
 from stucksolver_passenger.server.app import make_app
 from stucksolver_passenger.server.fleet_state import Board
-from stucksolver_passenger.server.request_filter import Doors
+from stucksolver_passenger.server.request_filter import RequestFilter
 from stucksolver_passenger.speech_recognizer import FILES, PACKAGES, RecognizerError, find_recognizer, install
 
 
@@ -114,7 +114,7 @@ def test_an_install_that_fails_leaves_the_older_one_as_it_was(source, data):
 def served(source, data):
     found = install(fetch=speech_recognizer.from_folder(source))
     app = make_app(Board(), Tokens(b"a secret of thirty-two bytes ....."), recognizer=found)
-    doors = Doors(app, frozenset({HOST}), "http", compiles=True)
+    doors = RequestFilter(app, frozenset({HOST}), "http", compiles=True)
     return found, TestClient(doors, base_url=f"http://{HOST}", raise_server_exceptions=False)
 
 
@@ -137,6 +137,6 @@ def test_nothing_else_of_the_folder_is_served(served, name):
 def test_webassembly_may_be_compiled_only_with_a_recognizer_and_text_never_becomes_a_script(served):
     _, client = served
     assert "'wasm-unsafe-eval'" in client.get("/").headers["content-security-policy"]
-    plain = Doors(make_app(Board(), Tokens(b"a secret of thirty-two bytes .....")), frozenset({HOST}), "http")
+    plain = RequestFilter(make_app(Board(), Tokens(b"a secret of thirty-two bytes .....")), frozenset({HOST}), "http")
     policy = TestClient(plain, base_url=f"http://{HOST}").get("/").headers["content-security-policy"]
     assert "unsafe" not in policy

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import pytest
 
-from stucksolver_passenger.access_tokens import Holder, Tokens
+from stucksolver_passenger.access_tokens import TokenHolder, Tokens
 
 TOKENS = Tokens(b"s" * 32)
 
 
 def test_a_passengers_token_is_for_one_vehicle():
     holder = TOKENS.holder(TOKENS.passenger("car-1"))
-    assert holder == Holder("passenger", "car-1")
+    assert holder == TokenHolder("passenger", "car-1")
     assert holder.may_use("car-1") and not holder.may_use("car-10")
 
 
 def test_an_operators_token_is_for_all():
     holder = TOKENS.holder(TOKENS.operator())
-    assert holder == Holder("operator") and holder.may_use("car-7")
+    assert holder == TokenHolder("operator") and holder.may_use("car-7")
 
 
 def test_every_start_has_its_own_tokens():

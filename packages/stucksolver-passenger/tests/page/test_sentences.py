@@ -6,15 +6,24 @@ import re
 
 import pytest
 
-from stucksolver.guard import RULES, Reject, Verdict
+from stucksolver.guard import RULES, RejectReason, Verdict
 from stucksolver.plan import CauseCode, WaitReason
 from stucksolver.plan.behaviors import REGISTRY, BorrowOncomingLane, ChangeLane
 from stucksolver.plan.decision import RecoveryPlan
-from stucksolver.scene import Claim, GuidanceIntent, ObjectKind, PlanFailure, Reading, RejectCode
+from stucksolver.scene import Claim, GuidanceIntent, Interpretation, ObjectKind, PlanFailure, RejectCode
 from stucksolver.solver import EventKind, Question, QuestionKind
 from stucksolver.solver.state_machine.state import StateName
 from stucksolver_passenger.conversation import _HANDLERS, SILENT
-from stucksolver_passenger.sentences import acknowledged, asked, blocked_by, can_not, needed, nouns, waiting, will
+from stucksolver_passenger.sentences import (
+    acknowledged,
+    blocked_by,
+    future_phrase,
+    needed,
+    nouns,
+    question_text,
+    rejection_sentence,
+    waiting,
+)
 from stucksolver_passenger.sentences.acknowledgements import CLAIMS, INTENTS
 from stucksolver_passenger.sentences.nouns import THINGS
 from stucksolver_passenger.sentences.plans import BEHAVIORS
@@ -66,15 +75,18 @@ def scene_with(kind):
 def sentences():
     scene = scene_with(ObjectKind.TRUCK)
     yield from (
-        can_not(Verdict(rejects=(Reject(code=code, detail="x_y", object_id="7"),)), scene) for code in RejectCode
+        rejection_sentence(Verdict(rejects=(RejectReason(code=code, detail="x_y", object_id="7"),)), scene)
+        for code in RejectCode
     )
     for failure in PlanFailure:
-        yield can_not(Verdict(rejects=(Reject(code=RejectCode.NO_PATH, detail="x_y", failure=failure),)), scene)
+        yield rejection_sentence(
+            Verdict(rejects=(RejectReason(code=RejectCode.NO_PATH, detail="x_y", failure=failure),)), scene
+        )
     for reason in WaitReason:
         yield from waiting(reason, scene)
     yield from (blocked_by(cause, scene) for cause in CauseCode)
     for intent in GuidanceIntent:
-        yield acknowledged(Reading(intent=intent, likely=intent, confidence=1.0, reader="r"))
+        yield acknowledged(Interpretation(intent=intent, likely=intent, confidence=1.0, reader="r"))
 
 
 @pytest.mark.parametrize("text", list(sentences()))
@@ -83,20 +95,20 @@ def test_a_sentence_is_one_that_people_say(text):
 
 
 def test_a_refusal_names_who_is_in_the_way_and_when_it_will_be_tried_again():
-    verdict = Verdict(rejects=(Reject(code=RejectCode.ONCOMING_GAP, detail="", object_id="7"),))
-    assert can_not(verdict, scene_with(ObjectKind.TRUCK)) == (
+    verdict = Verdict(rejects=(RejectReason(code=RejectCode.ONCOMING_GAP, detail="", object_id="7"),))
+    assert rejection_sentence(verdict, scene_with(ObjectKind.TRUCK)) == (
         "I can't: a truck is coming. I will try when it has passed."
     )
 
 
 def test_who_is_not_in_the_scene_is_somebody():
-    verdict = Verdict(rejects=(Reject(code=RejectCode.ONCOMING_GAP, detail="", object_id="8"),))
-    assert can_not(verdict, None).startswith("I can't: somebody is coming.")
+    verdict = Verdict(rejects=(RejectReason(code=RejectCode.ONCOMING_GAP, detail="", object_id="8"),))
+    assert rejection_sentence(verdict, None).startswith("I can't: somebody is coming.")
 
 
 def test_a_verdict_that_rejects_nothing_is_no_reason():
     with pytest.raises(ValueError, match="rejects nothing"):
-        can_not(Verdict(), None)
+        rejection_sentence(Verdict(), None)
 
 
 def test_what_blocks_the_lane_is_named():
@@ -125,7 +137,7 @@ def test_several_things_are_counted_as_people_do(kinds, told):
 def test_a_plan_is_told_part_by_part():
     right = ChangeLane(side="right", distance_m=30.0, speed_mps=5.0)
     plan = RecoveryPlan(behaviors=(LEFT, right))
-    assert will(plan) == (
+    assert future_phrase(plan) == (
         "go round it on the left when the oncoming lane is free, then go round it in the lane on the right"
     )
 
@@ -141,7 +153,7 @@ def test_a_question_for_a_yes_says_what_it_would_release():
         plan=plan,
         needs=("borrow_oncoming_lane", "solid_line"),
     )
-    assert asked(question) == (
+    assert question_text(question) == (
         "May I go round it on the left when the oncoming lane is free? "
         "I would use the lane of the oncoming traffic. I would cross a solid line."
     )

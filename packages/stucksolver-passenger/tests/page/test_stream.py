@@ -10,16 +10,16 @@ pytest.importorskip("fastapi")
 
 from stucksolver_passenger.server.event_stream import events
 from stucksolver_passenger.server.fleet_state import Board
-from stucksolver_passenger.socket_frames import LONGEST, Frame, FrameError, Topic, body_length, unpacked
+from stucksolver_passenger.socket_frames import LONGEST, SocketMessage, SocketMessageError, Topic, body_length, unpacked
 
 
 def view(number):
-    return Frame(Topic.VIEW, "car-1", b'{"frame":%d}' % number)
+    return SocketMessage(Topic.VIEW, "car-1", b'{"frame":%d}' % number)
 
 
 def board():
     made = Board()
-    made.take(Frame(Topic.HELLO, "car-1", b"Car 1"), lambda data: None)
+    made.take(SocketMessage(Topic.HELLO, "car-1", b"Car 1"), lambda data: None)
     return made
 
 
@@ -47,8 +47,8 @@ def test_who_wants_no_pictures_gets_words_only():
     async def run():
         here = board()
         here.take(view(1), lambda data: None)
-        here.take(Frame(Topic.PICTURE, "car-1", b"abcd"), lambda data: None)
-        here.take(Frame(Topic.SCENERY, "car-1", b"{}"), lambda data: None)
+        here.take(SocketMessage(Topic.PICTURE, "car-1", b"abcd"), lambda data: None)
+        here.take(SocketMessage(Topic.SCENERY, "car-1", b"{}"), lambda data: None)
         stream = events(here, "car-1", False, always_there)
         return [await anext(stream) for _ in range(2)][1]
 
@@ -58,11 +58,11 @@ def test_who_wants_no_pictures_gets_words_only():
 def test_a_car_that_comes_again_is_shown_from_the_start():
     async def run():
         here = board()
-        here.take(Frame(Topic.SCENERY, "car-1", b"[1]"), lambda data: None)
+        here.take(SocketMessage(Topic.SCENERY, "car-1", b"[1]"), lambda data: None)
         stream = events(here, "car-1", True, always_there)
         before = [await anext(stream) for _ in range(2)]
-        here.take(Frame(Topic.HELLO, "car-1", b"Car 1, again"), lambda data: None)
-        here.take(Frame(Topic.SCENERY, "car-1", b"[2]"), lambda data: None)
+        here.take(SocketMessage(Topic.HELLO, "car-1", b"Car 1, again"), lambda data: None)
+        here.take(SocketMessage(Topic.SCENERY, "car-1", b"[2]"), lambda data: None)
         return before + [await anext(stream) for _ in range(2)]
 
     told = asyncio.run(run())
@@ -87,10 +87,10 @@ def test_a_frame_comes_back_as_it_was():
 
 @pytest.mark.parametrize("head", [b"\0\0\0\0", (LONGEST + 1).to_bytes(4, "big"), b"GET "])
 def test_what_is_no_length_of_a_frame_is_refused(head):
-    with pytest.raises(FrameError):
+    with pytest.raises(SocketMessageError):
         body_length(head)
 
 
 def test_an_unknown_topic_is_refused():
-    with pytest.raises(FrameError, match="unknown topic"):
+    with pytest.raises(SocketMessageError, match="unknown topic"):
         unpacked(b"shout car-1\n{}")

@@ -14,10 +14,10 @@ pytest.importorskip("onnxruntime")
 from page_serving import Serving
 from sitting import Sitting
 
-from stucksolver_language.intent.halting import halts
-from stucksolver_passenger.api_types import Command
+from stucksolver_language.intent.halting import is_stop_phrase
+from stucksolver_passenger.api_types import PersonCommand
 from stucksolver_passenger.server import rate_limits
-from stucksolver_passenger.socket_frames import LENGTH_BYTES, Frame, Topic, unpacked
+from stucksolver_passenger.socket_frames import LENGTH_BYTES, SocketMessage, Topic, unpacked
 from worlds import READER, World, straight_road
 
 BLIND = Path(__file__).parents[4] / "results" / "words"
@@ -58,13 +58,13 @@ class Riding(Serving):
 
     def _deliver(self, data):
         frame = unpacked(data[LENGTH_BYTES:])
-        outcome = self.sitting.seat.take(Command.model_validate_json(frame.payload))
-        self.board.take(Frame(Topic.OUTCOME, frame.vehicle, outcome.model_dump_json().encode()), self._deliver)
+        outcome = self.sitting.seat.take(PersonCommand.model_validate_json(frame.payload))
+        self.board.take(SocketMessage(Topic.OUTCOME, frame.vehicle, outcome.model_dump_json().encode()), self._deliver)
 
     def drive(self):
         self.sitting.drive(0.3)
         told = self.sitting.now.model_dump_json().encode()
-        self.board.take(Frame(Topic.NOW, "car-1", told), self._deliver)
+        self.board.take(SocketMessage(Topic.NOW, "car-1", told), self._deliver)
 
 
 @pytest.mark.release
@@ -82,8 +82,10 @@ def test_the_blind_sentences_are_understood_through_the_api_as_by_the_reader_alo
         line = next(line for line in reversed(lines) if line["text"] == one["text"].strip())
         reading = alone_read(one["text"], one["situation"])
         # A plain call to stop acts at once, without the network.
-        expected = line["understood"] if halts(one["text"]) else reading.told
-        assert line["understood"] == expected and (expected == reading.told or expected == "wait (100 %)"), one["text"]
+        expected = line["understood"] if is_stop_phrase(one["text"]) else reading.description
+        assert line["understood"] == expected and (expected == reading.description or expected == "wait (100 %)"), one[
+            "text"
+        ]
         alone += reading.likely.value == one["intent"]
         right += _likely(line["understood"]) == one["intent"]
     print(f"{len(said)} sentences: {right} understood through the API, {alone} by the reader alone")

@@ -15,7 +15,7 @@ tyres, crosswind and mounting tolerances may add half a degree on a real vehicle
 """
 
 
-class Agreement:
+class AngleConsensus:
     """The last measurements of an angle. A single one may be far off, so only what nearly all of them say counts.
 
     Args:

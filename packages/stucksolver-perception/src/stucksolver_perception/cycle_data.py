@@ -10,13 +10,13 @@ from stucksolver_perception.camera.attributes import Attributes
 from stucksolver_perception.camera.far_detector import FarDetections
 from stucksolver_perception.far_tracking import FarTrack
 from stucksolver_perception.far_view import FarView
-from stucksolver_perception.free_space import SeenSpace
+from stucksolver_perception.free_space import FreeSpace
 from stucksolver_perception.measurements import CameraFrame, Floats, LidarSweep, PoseEstimate
 from stucksolver_perception.tracking import Track
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class PerceptionInput:
     """The data of one cycle."""
 
     pose: PoseEstimate
@@ -33,7 +33,7 @@ class Look:
 
 
 @dataclass(frozen=True, eq=False)
-class Percept:
+class PerceptionResult:
     """What is around at `pose.time_s`; tracks are in the local frame."""
 
     pose: PoseEstimate
@@ -42,7 +42,7 @@ class Percept:
     """The camera's attributes of a track, by its id; tracks that it never saw are missing."""
     lights: Mapping[int, LightState]
     """The lights that were looked for; `UNKNOWN` if nothing certain is seen."""
-    seen: SeenSpace
+    seen: FreeSpace
     """In the vehicle frame at `pose`."""
     far: FarDetections | None
     """Detections of the last image."""

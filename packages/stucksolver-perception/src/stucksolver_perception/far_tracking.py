@@ -20,7 +20,7 @@ import numpy as np
 
 from stucksolver_perception.camera.far_detector import FarDetections
 from stucksolver_perception.camera.far_range import COLUMN_SIGMA_PX, RangeModel, far_places
-from stucksolver_perception.free_space import CELL_M, SeenSpace
+from stucksolver_perception.free_space import CELL_M, FreeSpace
 from stucksolver_perception.measurements import Floats, PoseEstimate
 from stucksolver_perception.rig import CameraRig
 from stucksolver_perception.tracking import Track
@@ -108,7 +108,7 @@ class FarTrack:
     hits: int
 
 
-def is_refuted(track: FarTrack, seen: SeenSpace, pose: PoseEstimate) -> bool:
+def is_refuted(track: FarTrack, seen: FreeSpace, pose: PoseEstimate) -> bool:
     """True if the LiDAR saw that nobody is where the track may be: along its bearing, `REFUTED_SDS` around its range.
 
     False ones begin with detections of things nearby, whose range is taken for too long, and drift in. `seen` is in the
@@ -121,7 +121,7 @@ def is_refuted(track: FarTrack, seen: SeenSpace, pose: PoseEstimate) -> bool:
     off = along - track.range_m
     line = np.array([math.cos(track.bearing_rad), math.sin(track.bearing_rad)])
     x, y = points_into_vehicle(np.array([track.x_m, track.y_m]) + off[:, None] * line, pose).T
-    return bool(seen.seen(x, y).all())
+    return bool(seen.is_proven_free(x, y).all())
 
 
 @dataclass(eq=False)
@@ -152,7 +152,7 @@ class _Body:
 
 
 @dataclass(frozen=True, eq=False)
-class _Seen:
+class _FarCandidates:
     """Detections of one image that may be far vehicles; equal lengths."""
 
     time_s: float
@@ -222,7 +222,7 @@ class FarTracker:
         told = (_told(body, time_s) for body in self._bodies if _is_confirmed(body))
         return tuple(track for track in told if track.range_m + track.range_sd_m > NEAREST_M)
 
-    def _seen(self, found: FarDetections, pose: PoseEstimate) -> _Seen:
+    def _seen(self, found: FarDetections, pose: PoseEstimate) -> _FarCandidates:
         part = found.part(np.isin(found.label, LABELS))
         places, mount = far_places(part, self._rig, self._model), self._rig.mount
         away = places.xy - np.array([mount.x_m, mount.y_m])
@@ -232,9 +232,9 @@ class FarTracker:
         ranges = (places.range_m, places.range_sigma_m, bearing)
         own = pose.speed_mps * np.cos(bearing - pose.yaw_rad)
         stands = abs(pose.speed_mps) < STANDS_MPS
-        return _Seen(part.time_s, at, *ranges, part.label.astype(float), part.score, part.towards, own, stands)
+        return _FarCandidates(part.time_s, at, *ranges, part.label.astype(float), part.score, part.towards, own, stands)
 
-    def _assign(self, seen: _Seen, left: list[int]) -> dict[int, int]:
+    def _assign(self, seen: _FarCandidates, left: list[int]) -> dict[int, int]:
         """Return which detection belongs to which body, both by index."""
         if not self._bodies or not left:
             return {}
@@ -288,7 +288,7 @@ def _pairs(cost: Floats) -> Iterable[tuple[int, int]]:
         cost[i], cost[:, j] = np.inf, np.inf
 
 
-def _born(number: int, seen: _Seen, j: int) -> _Body:
+def _born(number: int, seen: _FarCandidates, j: int) -> _Body:
     range_m = float(seen.range_m[j])
     p = np.diag([(NOISE_SHARE * range_m) ** 2, RATE_SD_MPS**2])
     body = _Body(
@@ -326,7 +326,7 @@ def _predict(body: _Body, time_s: float, at: Floats) -> None:
     body.bearing, body.at, body.time_s = math.atan2(away[1], away[0]), at, time_s
 
 
-def _update(body: _Body, seen: _Seen, j: int) -> None:
+def _update(body: _Body, seen: _FarCandidates, j: int) -> None:
     from filterpy.kalman import update as kalman_update
 
     range_m = float(seen.range_m[j])
@@ -338,7 +338,7 @@ def _update(body: _Body, seen: _Seen, j: int) -> None:
     _note(body, seen, j)
 
 
-def _note(body: _Body, seen: _Seen, j: int) -> None:
+def _note(body: _Body, seen: _FarCandidates, j: int) -> None:
     share = min(max(float(seen.towards[j]), LEAST_TOWARDS), 1.0 - LEAST_TOWARDS)
     body.odds = min(MOST_ODDS, max(-MOST_ODDS, body.odds + math.log(share / (1.0 - share))))
     body.scores, body.hits = body.scores + float(seen.score[j]), body.hits + 1

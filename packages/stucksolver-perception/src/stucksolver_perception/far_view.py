@@ -21,7 +21,7 @@ from stucksolver_perception.camera.camera_sight_distance import (
     NEAR_M,
     REQUIRED,
     CameraSight,
-    LaneLook,
+    LaneCoverage,
     SightModel,
 )
 from stucksolver_perception.camera.far_detector import FarDetections
@@ -43,7 +43,7 @@ DEPTH_M, HIGH_M = 2.0, 1.5
 
 
 @dataclass(frozen=True, eq=False)
-class FarLook:
+class FarImage:
     """One image with its detections."""
 
     found: FarDetections
@@ -57,17 +57,17 @@ class FarLook:
 class FarView:
     """The looks of the last images, the newest first."""
 
-    looks: tuple[FarLook, ...]
+    looks: tuple[FarImage, ...]
     sight: CameraSight
     model: SightModel
     """The same model as in `sight`."""
 
-    def with_look(self, look: FarLook) -> FarView:
+    def with_look(self, look: FarImage) -> FarView:
         """Add a later image; of the others those are kept that can still count."""
         kept = (one for one in self.looks if look.found.time_s - one.found.time_s <= KEPT_S)
         return replace(self, looks=(look, *kept))
 
-    def seen_m(self, line: Floats, from_m: float, fastest_mps: float, now_s: float) -> float:
+    def clear_length_m(self, line: Floats, from_m: float, fastest_mps: float, now_s: float) -> float:
         """Return the metres of a lane, from its start, in which nobody is: up to `from_m` by another sensor, then by
         the camera.
 
@@ -96,7 +96,7 @@ class FarView:
         shown = [self._shown(one, rest) for one in self._apart()]
         # A vehicle that has entered an earlier image's view since was not in it; see the module's text.
         gone = [one.moved(fastest_mps * (newest.found.time_s - one.time_s)) for one in shown]
-        seen = self.sight.seen_m(points_into_vehicle(rest, newest.pose), gone[0], gone[1:])
+        seen = self.sight.visible_length_m(points_into_vehicle(rest, newest.pose), gone[0], gone[1:])
         return from_m + max(seen - fastest_mps * max(age_s, 0.0), 0.0)
 
     def _reach_m(self, look: Floats, from_m: float) -> float:
@@ -106,7 +106,7 @@ class FarView:
         fails = missed > 1.0 - REQUIRED
         return float(away[fails][0]) if fails.any() else from_m
 
-    def _apart(self) -> list[FarLook]:
+    def _apart(self) -> list[FarImage]:
         """Return the newest look, and the earlier ones that `CameraSight` can count as further ones."""
         apart = [self.looks[0]]
         for one in self.looks[1:]:
@@ -114,7 +114,7 @@ class FarView:
                 apart.append(one)
         return apart
 
-    def _shown(self, look: FarLook, line: Floats) -> LaneLook:
+    def _shown(self, look: FarImage, line: Floats) -> LaneCoverage:
         seen = points_into_vehicle(line, look.pose)
         return self.sight.look(look.found.time_s, look.found.look, seen, look.blockers)
 

@@ -55,7 +55,7 @@ GAP_BINS = 1
 
 
 @dataclass(frozen=True, eq=False)
-class SeenSpace:
+class FreeSpace:
     """A polar map around the LiDAR, made by `from_points`; queried in the vehicle frame."""
 
     cells: NDArray[np.bool_]
@@ -70,7 +70,7 @@ class SeenSpace:
     """(n, 2): x, y of the returns that `blocked_m` is about, from the LiDAR's foot along the vehicle's axes (m)."""
 
     @staticmethod
-    def from_points(points: NDArray[np.floating], lidar: LidarRig, height_m: float = HEIGHT_M) -> SeenSpace:
+    def from_points(points: NDArray[np.floating], lidar: LidarRig, height_m: float = HEIGHT_M) -> FreeSpace:
         """Return what one full turn saw.
 
         Args:
@@ -96,7 +96,7 @@ class SeenSpace:
         cells = _without_gaps(cells & ~shadows, shadows)
         cells[:, : int(OWN_M / CELL_M)] = False
         foot = (mount.x_m, mount.y_m)
-        return SeenSpace(cells, blocked, np.zeros(AZIMUTHS), foot, np.column_stack([x[tall], y[tall]]))
+        return FreeSpace(cells, blocked, np.zeros(AZIMUTHS), foot, np.column_stack([x[tall], y[tall]]))
 
     def blocked_otherwise(self, bodies: Floats) -> Floats:
         """(AZIMUTHS,): `blocked_m` without the returns from these bodies (n, 5; see `within`)."""
@@ -106,7 +106,7 @@ class SeenSpace:
         np.minimum.at(blocked, _bins(np.arctan2(y, x))[rest], np.hypot(x, y)[rest])
         return blocked
 
-    def seen(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
+    def is_proven_free(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
         """(n,): True if it was seen that nothing stands at these places of the vehicle frame (m)."""
         dx, dy = np.asarray(x) - self.origin[0], np.asarray(y) - self.origin[1]
         distance, bins = np.hypot(dx, dy), _bins(np.arctan2(dy, dx))
@@ -115,7 +115,7 @@ class SeenSpace:
         by_lidar = within & self.cells[bins, np.where(within, cell, 0)]
         return np.asarray(by_lidar | ((distance >= OWN_M) & (distance <= self.far_m[bins])))
 
-    def seen_along(self, polyline: Floats, bridge_m: float = BRIDGE_M, known: Floats | None = None) -> float:
+    def free_length_along_m(self, polyline: Floats, bridge_m: float = BRIDGE_M, known: Floats | None = None) -> float:
         """Return the metres of a line (k, 2; vehicle frame) that were seen from its beginning without a break.
 
         The part within `OWN_M` of the LiDAR is skipped, since the vehicle itself stands there, and so are breaks up to
@@ -133,13 +133,13 @@ class SeenSpace:
         own = np.hypot(x - self.origin[0], y - self.origin[1]) < OWN_M
         # Around a return, the map leaves out as much.
         taken = np.zeros(len(at), np.bool_) if known is None else within(known, x, y, BODY_M, FACE_M)
-        seen = at[self.seen(x, y) | own | taken]
+        seen = at[self.is_proven_free(x, y) | own | taken]
         if not len(seen) or seen[0] > bridge_m:
             return 0.0
         breaks = np.flatnonzero(np.diff(seen) > bridge_m + CELL_M / 2.0)
         return float(seen[breaks[0]] if len(breaks) else seen[-1])
 
-    def extended(self, azimuth_rad: Floats, ahead_m: Floats) -> SeenSpace:
+    def extended(self, azimuth_rad: Floats, ahead_m: Floats) -> FreeSpace:
         """Join with another sensor: in the camera's cone, how far a vehicle would have been detected.
 
         If the LiDAR found a tall object nearer than that, the other's claim ends there.

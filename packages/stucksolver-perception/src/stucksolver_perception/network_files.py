@@ -12,7 +12,7 @@ DATA = Path(__file__).parent / "camera" / "data"
 REMEDY = "reinstall stucksolver, or train the network again and copy both files"
 
 
-class WeightsError(RuntimeError):
+class NetworkFileError(RuntimeError):
     """A network cannot be used. The message names the file, what is wrong with it, and the remedy."""
 
 
@@ -29,13 +29,13 @@ def load_card(card: Path, version: int) -> dict[str, Any]:
     try:
         told = json.loads(card.read_text(encoding="utf-8"))
     except OSError as error:
-        raise WeightsError(f"{card}: the network's card cannot be read ({error.strerror}); {REMEDY}") from error
+        raise NetworkFileError(f"{card}: the network's card cannot be read ({error.strerror}); {REMEDY}") from error
     except ValueError as error:
-        raise WeightsError(f"{card}: the network's card is damaged ({error}); {REMEDY}") from error
+        raise NetworkFileError(f"{card}: the network's card is damaged ({error}); {REMEDY}") from error
     if not isinstance(told, dict) or "sha256" not in told:
-        raise WeightsError(f"{card}: the network's card is damaged (no checksum of its weights); {REMEDY}")
+        raise NetworkFileError(f"{card}: the network's card is damaged (no checksum of its weights); {REMEDY}")
     if told.get("version") != version:
-        raise WeightsError(
+        raise NetworkFileError(
             f"{card}: the network has version {told.get('version')}; version {version} is needed; {REMEDY}"
         )
     return told
@@ -60,13 +60,13 @@ def load_session(file: Path, card: Path, version: int, threads: int = 1) -> tupl
     try:
         data = file.read_bytes()
     except OSError as error:
-        raise WeightsError(f"{file}: the network's weights cannot be read ({error.strerror}); {REMEDY}") from error
+        raise NetworkFileError(f"{file}: the network's weights cannot be read ({error.strerror}); {REMEDY}") from error
     if hashlib.sha256(data).hexdigest() != told["sha256"]:
-        raise WeightsError(f"{file}: the weights are damaged or not those of {card.name}; {REMEDY}")
+        raise NetworkFileError(f"{file}: the weights are damaged or not those of {card.name}; {REMEDY}")
     try:
         import onnxruntime
     except ImportError as error:
-        raise WeightsError(
+        raise NetworkFileError(
             f"{file}: running it needs onnxruntime: add the extra [perception] (README, Install)"
         ) from error
     options = onnxruntime.SessionOptions()
@@ -75,4 +75,4 @@ def load_session(file: Path, card: Path, version: int, threads: int = 1) -> tupl
     try:
         return onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"]), told
     except Exception as error:  # onnxruntime raises its own private types
-        raise WeightsError(f"{file}: onnxruntime cannot load the weights ({error}); {REMEDY}") from error
+        raise NetworkFileError(f"{file}: onnxruntime cannot load the weights ({error}); {REMEDY}") from error

@@ -1,4 +1,4 @@
-"""One perception cycle after another: sweeps and images in, a `Percept` out. Not thread-safe."""
+"""One perception cycle after another: sweeps and images in, a `PerceptionResult` out. Not thread-safe."""
 
 from __future__ import annotations
 
@@ -12,29 +12,30 @@ from pathlib import Path
 import numpy as np
 
 from stucksolver.scene.surroundings import LightState
-from stucksolver_perception.camera.attributes import AttributeMemory, AttributeReader, Attributes
+from stucksolver_perception.camera.attribute_filter import AttributeFilter
+from stucksolver_perception.camera.attributes import AttributeReader, Attributes
 from stucksolver_perception.camera.camera_miscalibration import CameraAlignment
 from stucksolver_perception.camera.camera_sight_distance import CameraSight, SightModel
 from stucksolver_perception.camera.far_detector import FarDetections, FarDetector
 from stucksolver_perception.camera.far_range import RangeModel, far_places
 from stucksolver_perception.camera.horizon_strip import is_dirty
 from stucksolver_perception.camera.traffic_lights import LightFilter, LightReader
-from stucksolver_perception.cycle_data import Look, Percept
+from stucksolver_perception.cycle_data import PerceptionInput, PerceptionResult
 from stucksolver_perception.far_tracking import FarTracker, is_refuted
-from stucksolver_perception.far_view import FarLook, FarView, blockers_of
-from stucksolver_perception.free_space import SeenSpace, footprints
+from stucksolver_perception.far_view import FarImage, FarView, blockers_of
+from stucksolver_perception.free_space import FreeSpace, footprints
 from stucksolver_perception.lidar.detector import LidarDetector
 from stucksolver_perception.lidar.lidar_miscalibration import LidarAlignment
 from stucksolver_perception.lidar.refinement.barrier_extent import with_measured_extents
 from stucksolver_perception.lidar.refinement.barrier_rows import with_low_trucks_as_barriers
-from stucksolver_perception.lidar.refinement.close_pedestrians import with_neighbours
+from stucksolver_perception.lidar.refinement.close_pedestrians import add_close_pedestrians
 from stucksolver_perception.lidar.refinement.debris_height import with_measured_heights
-from stucksolver_perception.lidar.refinement.false_pedestrians import without_flanks
+from stucksolver_perception.lidar.refinement.false_pedestrians import drop_false_pedestrians
 from stucksolver_perception.lidar.refinement.unexplained_returns import standing_returns, with_unexplained
 from stucksolver_perception.lidar.refinement.vehicle_ends import with_measured_ends
 from stucksolver_perception.lidar.sweeps import RECENT_S, SweepBuffer
 from stucksolver_perception.measurements import CameraFrame, Floats, PoseEstimate
-from stucksolver_perception.network_files import WeightsError
+from stucksolver_perception.network_files import NetworkFileError
 from stucksolver_perception.rig import SHIPPED, CameraRig, Rig, RigError, load_rig
 from stucksolver_perception.tracking import ObjectTracker, Track, boxes_of
 from stucksolver_perception.tracking.motion_groups import WHEELED
@@ -47,25 +48,25 @@ LIGHT_REACH_M = 100.0
 NEEDED = ("onnxruntime", "PIL", "scipy", "filterpy")
 
 
-def why_not_installed() -> str | None:
+def missing_libraries() -> str | None:
     """Return which libraries are missing, with the remedy; None if none is."""
     missing = [name for name in NEEDED if find_spec(name) is None]
     return f"{', '.join(missing)} not installed; add the extra [perception] (README, Install)" if missing else None
 
 
-def why_not_here(rig_file: Path = SHIPPED) -> str | None:
+def unavailable_reason(rig_file: Path = SHIPPED) -> str | None:
     """Return what keeps perception from running here, with the remedy, or None. Loads all networks once."""
-    why = why_not_installed()
+    why = missing_libraries()
     if why:
         return why
     try:
-        Perceiver(load_rig(rig_file))
-    except (RigError, WeightsError) as error:
+        PerceptionPipeline(load_rig(rig_file))
+    except (RigError, NetworkFileError) as error:
         return str(error)
     return None
 
 
-class Perceiver:
+class PerceptionPipeline:
     """Loads all networks when it is made.
 
     Raises:
@@ -78,7 +79,7 @@ class Perceiver:
         self._detector = LidarDetector()
         self._tracker = ObjectTracker(rig)
         self._lidar_alignment, self._camera_alignment = LidarAlignment(rig.lidar), CameraAlignment(rig)
-        self._attributes, self._memory = AttributeReader(threads=threads), AttributeMemory()
+        self._attributes, self._memory = AttributeReader(threads=threads), AttributeFilter()
         self._lights, self._shown = LightReader(threads=threads), LightFilter()
         self._far = FarDetector(threads=threads)
         self._ranges = RangeModel.from_card(self._far.card)
@@ -88,7 +89,7 @@ class Perceiver:
         self._picture_s: float | None = None
         self._stages_ms: dict[str, float] = {}
 
-    def perceive(self, look: Look) -> Percept:
+    def perceive(self, look: PerceptionInput) -> PerceptionResult:
         """Return what is around at the time of `look.pose`."""
         self._stages_ms = {}
         with self._timed("sweeps"):
@@ -99,7 +100,7 @@ class Perceiver:
             detections = self._detector.detect(points, look.pose.time_s)
         turn = points[points[:, 4] <= RECENT_S]
         with self._timed("visibility"):
-            seen = SeenSpace.from_points(turn, self._rig.lidar)
+            seen = FreeSpace.from_points(turn, self._rig.lidar)
         with self._timed("extents"):
             detections = with_measured_extents(detections, points, self._rig.lidar)
             # A row is not measured as one barrier: its direction, and where it ends, would change from look to look.
@@ -108,8 +109,8 @@ class Perceiver:
         with self._timed("residual"):
             standing = standing_returns(turn, self._rig.lidar)
             vehicles = self._vehicles(look.pose)
-            detections = without_flanks(detections, standing, vehicles)
-            detections = with_neighbours(detections, turn, vehicles)
+            detections = drop_false_pedestrians(detections, standing, vehicles)
+            detections = add_close_pedestrians(detections, turn, vehicles)
             detections = with_unexplained(detections, standing, vehicles)
             detections = with_measured_heights(detections, points)
         with self._timed("tracking"):
@@ -123,7 +124,7 @@ class Perceiver:
             told = self._far_tracker.tracks(look.pose.time_s, tracks)
             far_tracks = tuple(track for track in told if not is_refuted(track, seen, look.pose))
         newest = self._view.looks[0].found if self._view.looks else None
-        return Percept(
+        return PerceptionResult(
             pose=look.pose,
             tracks=tracks,
             attributes=self._remembered(tracks, look.pose.time_s),
@@ -145,7 +146,7 @@ class Perceiver:
         speed = [math.hypot(track.vx_mps, track.vy_mps) for track in vehicles]
         return np.column_stack([boxes_of(vehicles, pose), speed])
 
-    def _align(self, look: Look, tracks: tuple[Track, ...]) -> None:
+    def _align(self, look: PerceptionInput, tracks: tuple[Track, ...]) -> None:
         """Check by what does not move whether LiDAR and camera are still mounted as the rig says."""
         for sweep, pose in look.sweeps:
             self._lidar_alignment.add(sweep, pose)
@@ -156,7 +157,7 @@ class Perceiver:
         if match is not None:
             self._camera_alignment.measure(match.turned_rad)
 
-    def _pictured(self, look: Look, tracks: tuple[Track, ...]) -> Mapping[int, LightState]:
+    def _pictured(self, look: PerceptionInput, tracks: tuple[Track, ...]) -> Mapping[int, LightState]:
         """Look at the new images, if there are any, and return the known states of the lights."""
         if look.picture is not None and look.picture_pose is not None:
             self._picture_s = look.picture.time_s
@@ -182,7 +183,7 @@ class Perceiver:
         self._far_tracker.update(found, pose, tracks)
         places = far_places(found, self._rig.camera, self._ranges)
         blockers = blockers_of(tracks, found, places, self._rig.camera, pose)
-        self._view = self._view.with_look(FarLook(found, pose, blockers))
+        self._view = self._view.with_look(FarImage(found, pose, blockers))
 
     def _read_attributes(
         self, picture: CameraFrame, camera: CameraRig, pose: PoseEstimate, tracks: tuple[Track, ...]
@@ -199,7 +200,7 @@ class Perceiver:
             self._shown.add(light, state, confidence, picture.time_s)
 
     def _remembered(self, tracks: tuple[Track, ...], time_s: float) -> dict[int, Attributes]:
-        found = {track.id: self._memory.of(track.id, time_s) for track in tracks}
+        found = {track.id: self._memory.get(track.id, time_s) for track in tracks}
         self._memory.keep(found)
         return {track: told for track, told in found.items() if told is not None}
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field, ValidationError
 
-from stucksolver.scene.base_model import Model, first_problem
+from stucksolver.scene.base_model import FrozenModel, first_problem
 from stucksolver_perception.measurements import Floats
 
 if sys.version_info >= (3, 11):
@@ -26,7 +26,7 @@ class RigError(ValueError):
     """The calibration cannot be used. The message names the file, the field and the remedy."""
 
 
-class Mount(Model):
+class SensorMount(FrozenModel):
     """Position of a sensor: metres and degrees in the vehicle frame; yaw to the left and pitch down are positive."""
 
     x_m: float
@@ -51,10 +51,10 @@ class Mount(Model):
         return matrix
 
 
-class CameraRig(Model):
+class CameraRig(FrozenModel):
     """A camera: a pinhole without distortion, its principal point in the centre."""
 
-    mount: Mount
+    mount: SensorMount
     width_px: int = Field(gt=0)
     height_px: int = Field(gt=0)
     fov_deg: float = Field(gt=0, lt=180, description="horizontal")
@@ -75,10 +75,10 @@ class CameraRig(Model):
         return column, row, ahead
 
 
-class LidarRig(Model):
+class LidarRig(FrozenModel):
     """The LiDAR on the roof."""
 
-    mount: Mount
+    mount: SensorMount
     channels: int = Field(gt=0)
     range_m: float = Field(gt=0)
     turns_per_s: float = Field(gt=0)
@@ -92,7 +92,7 @@ class LidarRig(Model):
     noise_m: float = 0.0
 
 
-class Rig(Model):
+class Rig(FrozenModel):
     """All sensors of a vehicle."""
 
     version: int

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from stucksolver_perception.camera.lens_dirt import LensMonitor
-from stucksolver_perception.lidar.spray import SPRAY, THICK, stray
+from stucksolver_perception.lidar.spray import SPRAY, THICK, isolated_points
 from stucksolver_perception.measurements import CameraFrame, LidarSweep, Pixels, PoseEstimate
 from stucksolver_perception.rig import LidarRig
 
@@ -58,7 +58,7 @@ class SensorHealth:
         return None if why or sweep is None else self._cleared(sweep)
 
     def _cleared(self, sweep: LidarSweep) -> LidarSweep | None:
-        lost = stray(sweep.points)
+        lost = isolated_points(sweep.points)
         share = float(lost.mean())
         if share <= SPRAY:
             return sweep

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from stucksolver_perception.measurements import Floats, PoseEstimate
-from stucksolver_perception.rig import Mount
+from stucksolver_perception.rig import SensorMount
 
 
 def into_vehicle(boxes: Floats, pose: PoseEstimate) -> Floats:
@@ -30,7 +30,7 @@ def boxes_in_body(pose: Floats, boxes: Floats) -> Floats:
     """
     x, y, z, yaw, pitch, roll = pose[:6].tolist()
     angles = {"yaw_deg": math.degrees(yaw), "pitch_deg": math.degrees(pitch), "roll_deg": math.degrees(roll)}
-    turn = Mount(x_m=0.0, y_m=0.0, z_m=0.0, **angles).to_vehicle()[:3, :3]
+    turn = SensorMount(x_m=0.0, y_m=0.0, z_m=0.0, **angles).to_vehicle()[:3, :3]
     moved: Floats = boxes.copy()
     moved[:, :3] = (boxes[:, :3] - (x, y, z)) @ turn
     moved[:, -1] = boxes[:, -1] - yaw

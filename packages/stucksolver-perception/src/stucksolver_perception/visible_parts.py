@@ -52,7 +52,7 @@ _EVERY_ID = 65536
 
 
 @dataclass(frozen=True)
-class Seen:
+class VisibleAttributes:
     """What can be seen of one object. A name that is missing is unknown, or the object cannot have it."""
 
     lamps: dict[str, bool | None]
@@ -88,7 +88,7 @@ class VisibleParts:
         away = np.hypot(*(boxes[:, :2] - self._lens[:2]).T).tolist() if len(boxes) else []
         self._away = dict(zip(ids, away, strict=True))
 
-    def of(self, i: int, rectangle: Floats) -> Seen:
+    def get(self, i: int, rectangle: Floats) -> VisibleAttributes:
         """Return what can be seen of the object with index `i`.
 
         Args:
@@ -101,9 +101,11 @@ class VisibleParts:
         if kind is ObjectKind.FLAGGER:
             told = int(truth.gesture[i])
             shows = GESTURES[told] if told >= 0 else None
-            return Seen({}, {}, None if shows is None else self._gesture(i, shows, rectangle, longer), shows)
+            return VisibleAttributes(
+                {}, {}, None if shows is None else self._gesture(i, shows, rectangle, longer), shows
+            )
         if kind not in MOTOR_VEHICLES:
-            return Seen({}, {}, None)
+            return VisibleAttributes({}, {}, None)
         measured = int(truth.shown[i])
         so = self._so(i, kind)
         lamps = self._lamps(i, kind, so, longer >= LEAST_PX)
@@ -114,7 +116,7 @@ class VisibleParts:
                     lamps[name] = None
             if kind not in SPECIAL_KINDS:
                 lamps["emergency_lights"] = False
-        return Seen(lamps, so, None)
+        return VisibleAttributes(lamps, so, None)
 
     def _so(self, i: int, kind: ObjectKind) -> dict[str, bool]:
         flags, doors = int(self._tick.truth.lamps[i]), int(self._tick.truth.doors[i])

@@ -4,7 +4,7 @@ import numpy as np
 
 from stucksolver.scene import ObjectKind
 from stucksolver.scene.objects import Gesture
-from stucksolver_perception.camera.attribute_filter import AttributeMemory
+from stucksolver_perception.camera.attribute_filter import AttributeFilter
 from stucksolver_perception.camera.attributes import Attributes, attributes_of
 from stucksolver_perception.camera.crop_network import GESTURES, KINDS, LAMPS, LIGHTS, NOTHING, CropAnswers
 
@@ -72,7 +72,7 @@ def test_only_a_flagger_has_a_gesture() -> None:
 
 
 def test_a_gesture_is_reported_after_two_looks_that_agree() -> None:
-    memory = AttributeMemory()
+    memory = AttributeFilter()
     memory.add(1, look("flagger", gesture=Gesture.STOP), 0.0)
     assert memory.of(1, 0.1).gesture is None
     memory.add(1, look("flagger", gesture=Gesture.GO), 0.2)
@@ -88,14 +88,14 @@ def test_hazard_lights_are_both_blinkers() -> None:
 
 
 def test_who_was_never_seen_is_not_known() -> None:
-    memory = AttributeMemory()
+    memory = AttributeFilter()
     memory.add(1, Attributes(), 0.0)
     assert memory.of(1, 0.0) is None
     assert memory.of(2, 0.0) is None
 
 
 def test_one_look_is_not_enough_for_a_kind() -> None:
-    memory = AttributeMemory()
+    memory = AttributeFilter()
     memory.add(1, look("bag", 0.999), 0.0)
     assert memory.of(1, 0.0).kind is None
     for step in range(1, 4):
@@ -104,14 +104,14 @@ def test_one_look_is_not_enough_for_a_kind() -> None:
 
 
 def test_looks_that_are_never_sure_never_make_a_kind() -> None:
-    memory = AttributeMemory()
+    memory = AttributeFilter()
     for step in range(20):
         memory.add(1, look("bag", 0.8), 0.5 * step)
     assert memory.of(1, 10.0).kind is None
 
 
 def test_a_bag_that_looks_like_a_rock_again_is_a_bag_no_more() -> None:
-    memory = AttributeMemory()
+    memory = AttributeFilter()
     for step in range(20):
         memory.add(1, look("bag", 0.999), 0.5 * step)
     assert memory.of(1, 9.5).kind is ObjectKind.BAG
@@ -120,7 +120,7 @@ def test_a_bag_that_looks_like_a_rock_again_is_a_bag_no_more() -> None:
 
 
 def test_a_hidden_moment_does_not_change_the_kind() -> None:
-    memory = AttributeMemory()
+    memory = AttributeFilter()
     for step in range(6):
         memory.add(1, look("bus", 0.99), 0.5 * step)
     memory.add(1, look(NOTHING, 0.99), 3.0)
@@ -130,14 +130,14 @@ def test_a_hidden_moment_does_not_change_the_kind() -> None:
 
 
 def test_a_blinker_that_is_dark_now_and_then_blinks() -> None:
-    memory = AttributeMemory()
+    memory = AttributeFilter()
     for step, lit in enumerate((True, False, False)):
         memory.add(1, look(left_blinker=lit, right_blinker=lit), 0.4 * step)
     assert memory.of(1, 0.8).hazard_lights is True
 
 
 def test_a_blinker_is_off_only_after_a_while() -> None:
-    memory = AttributeMemory()
+    memory = AttributeFilter()
     for step in range(2):
         memory.add(1, look(left_blinker=False), 0.5 * step)
     assert memory.of(1, 0.5).left_blinker is None
@@ -146,7 +146,7 @@ def test_a_blinker_is_off_only_after_a_while() -> None:
 
 
 def test_nothing_is_known_of_lamps_after_a_while_without_a_look() -> None:
-    memory = AttributeMemory()
+    memory = AttributeFilter()
     for step in range(4):
         memory.add(1, look(brake_lights=True, left_blinker=True, emergency_lights=True, door_open=False), 0.5 * step)
     now = memory.of(1, 1.5)
@@ -158,7 +158,7 @@ def test_nothing_is_known_of_lamps_after_a_while_without_a_look() -> None:
 
 
 def test_tracks_that_are_gone_are_forgotten() -> None:
-    memory = AttributeMemory()
+    memory = AttributeFilter()
     memory.add(1, look(), 0.0)
     memory.add(2, look(), 0.0)
     memory.keep({2: None})

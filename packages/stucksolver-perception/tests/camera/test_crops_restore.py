@@ -9,7 +9,7 @@ from stucksolver_perception.network_files import DATA
 
 torch = pytest.importorskip("torch", reason="training needs torch")
 pytest.importorskip("onnx", reason="training needs onnx")
-from lab.perception.training.camera.crops_net import SEEN, Shipped, restored  # noqa: E402
+from lab.perception.training.camera.crops_net import SEEN, ExportedCropNet, restored  # noqa: E402
 from lab.perception.training.camera.gesture_head_train import fit  # noqa: E402
 from lab.training.restore import RestoreError, mean_of, settle  # noqa: E402
 
@@ -23,7 +23,7 @@ def given(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_the_restored_network_computes_what_the_shipped_one_does() -> None:
-    net, network = Shipped(restored(SHIPPED)).eval(), CropNetwork()
+    net, network = ExportedCropNet(restored(SHIPPED)).eval(), CropNetwork()
     crops, features = given(1)
     with torch.no_grad():
         mine = [one.numpy() for one in net(torch.from_numpy(crops), torch.from_numpy(features))]

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from lab.perception.training.camera.crops_data import Crops, crops_in
-from lab.perception.training.camera.crops_evaluate import Logits, by_halves, halves, least_confidence, temperature_of
+from lab.perception.training.camera.crops_evaluate import Logits, cross_check, halves, least_confidence, temperature_of
 from stucksolver.scene import ObjectKind
 from stucksolver_perception.camera.crop_network import GESTURES, KINDS, LIGHTS, NEVER, NOTHING, CropNetwork
 from stucksolver_perception.measurements import LidarSweep
-from stucksolver_perception.network_files import WeightsError
+from stucksolver_perception.network_files import NetworkFileError
 from stucksolver_perception.recording import KINDS as RECORDED
 from stucksolver_perception.recording import LightTruth, Recorded, RecordingWriter, Truth
 from stucksolver_perception.rig import load_rig
@@ -151,7 +151,7 @@ def test_each_half_is_scored_with_thresholds_of_the_other() -> None:
     told = np.zeros((n, 5, 3))
     told[:, 0, 1] = 1.0
     logits = Logits(np.zeros((n, len(KINDS))), told, np.zeros((n, len(LIGHTS))), np.zeros((n, len(GESTURES))))
-    card, scored = by_halves(logits, crops)
+    card, scored = cross_check(logits, crops)
     # The first half allows the answer, which is always wrong in the second; the second forbids it in the first.
     assert scored["brake_lights"]["by_name"]["on"] == {
         "crops": 200,
@@ -183,9 +183,9 @@ def test_a_training_run_makes_a_network_that_the_runtime_loads(folder: Path, tmp
     pytest.importorskip("torch", reason="training needs torch")
     pytest.importorskip("onnx", reason="training needs onnx")
     from lab.perception.training.camera.crops_calibrate import calibrate
-    from lab.perception.training.camera.crops_train import Settings, train
+    from lab.perception.training.camera.crops_train import CropsTrainOptions, train
 
-    train([folder], [folder], Settings(tmp_path / "out", minutes=1.0, batch=8, steps=3))
+    train([folder], [folder], CropsTrainOptions(tmp_path / "out", minutes=1.0, batch=8, steps=3))
     network = CropNetwork(tmp_path / "out")
     told = network.run(np.zeros((2, 64, 64, 3), np.uint8), np.zeros((2, 10), np.float32))
     assert np.allclose(told.kind.sum(1), 1.0)
@@ -197,5 +197,5 @@ def test_a_training_run_makes_a_network_that_the_runtime_loads(folder: Path, tmp
     least = calibrate(tmp_path / "out", [folder], only=("gesture",))["least"]
     assert (least["kind"]["car"], least["gesture"]["stop"]) == (0.123, NEVER), "there are no flaggers"
     card.write_text(card.read_text().replace('"bag"', '"rug"'))
-    with pytest.raises(WeightsError, match=r"crops\.json.*kinds"):
+    with pytest.raises(NetworkFileError, match=r"crops\.json.*kinds"):
         CropNetwork(tmp_path / "out")

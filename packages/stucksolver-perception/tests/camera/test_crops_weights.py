@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from stucksolver_perception.network_files import WeightsError, load_card, load_session
+from stucksolver_perception.network_files import NetworkFileError, load_card, load_session
 
 
 def put(folder: Path, weights: bytes, **card: object) -> tuple[Path, Path]:
@@ -17,17 +17,17 @@ def put(folder: Path, weights: bytes, **card: object) -> tuple[Path, Path]:
 
 
 def test_a_missing_card_or_network_is_named(tmp_path: Path) -> None:
-    with pytest.raises(WeightsError, match=r"net\.json.*cannot be read.*reinstall"):
+    with pytest.raises(NetworkFileError, match=r"net\.json.*cannot be read.*reinstall"):
         load_session(tmp_path / "net.onnx", tmp_path / "net.json", 1)
     file, card = put(tmp_path, b"x")
     file.unlink()
-    with pytest.raises(WeightsError, match=r"net\.onnx.*cannot be read.*reinstall"):
+    with pytest.raises(NetworkFileError, match=r"net\.onnx.*cannot be read.*reinstall"):
         load_session(file, card, 1)
 
 
 def test_another_version_is_refused(tmp_path: Path) -> None:
     _, card = put(tmp_path, b"x", version=2)
-    with pytest.raises(WeightsError, match="version 2; version 1 is needed"):
+    with pytest.raises(NetworkFileError, match="version 2; version 1 is needed"):
         load_card(card, 1)
 
 
@@ -35,19 +35,19 @@ def test_another_version_is_refused(tmp_path: Path) -> None:
 def test_a_damaged_card_is_refused(tmp_path: Path, text: str) -> None:
     card = tmp_path / "net.json"
     card.write_text(text)
-    with pytest.raises(WeightsError, match="damaged"):
+    with pytest.raises(NetworkFileError, match="damaged"):
         load_card(card, 1)
 
 
 def test_damaged_weights_are_refused(tmp_path: Path) -> None:
     file, card = put(tmp_path, b"as they were")
     file.write_bytes(b"as they are")
-    with pytest.raises(WeightsError, match=r"net\.onnx.*damaged"):
+    with pytest.raises(NetworkFileError, match=r"net\.onnx.*damaged"):
         load_session(file, card, 1)
 
 
 def test_weights_that_onnxruntime_cannot_read_are_refused(tmp_path: Path) -> None:
     pytest.importorskip("onnxruntime")
     file, card = put(tmp_path, b"no network at all")
-    with pytest.raises(WeightsError, match=r"net\.onnx.*cannot load"):
+    with pytest.raises(NetworkFileError, match=r"net\.onnx.*cannot load"):
         load_session(file, card, 1)

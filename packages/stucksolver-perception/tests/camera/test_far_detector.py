@@ -14,7 +14,7 @@ from stucksolver.scene import ObjectKind
 from stucksolver_perception.camera.far_detector import MOST, VERSION, FarDetector, decode
 from stucksolver_perception.camera.horizon_strip import STRIDE
 from stucksolver_perception.measurements import LidarSweep, Singles
-from stucksolver_perception.network_files import WeightsError
+from stucksolver_perception.network_files import NetworkFileError
 from stucksolver_perception.recording import KINDS, Recorded, Truth
 from stucksolver_perception.rig import load_rig
 
@@ -65,7 +65,7 @@ def test_a_wild_network_gives_finite_boxes_and_not_too_many() -> None:
 
 
 def test_without_weights_the_detector_names_the_missing_file(tmp_path: Path) -> None:
-    with pytest.raises(WeightsError, match=r"far\.json"):
+    with pytest.raises(NetworkFileError, match=r"far\.json"):
         FarDetector(tmp_path)
 
 
@@ -73,7 +73,7 @@ def test_damaged_weights_are_refused(tmp_path: Path) -> None:
     (tmp_path / "far.onnx").write_bytes(b"not what was trained")
     card = {"version": VERSION, "sha256": hashlib.sha256(b"what was trained").hexdigest(), "threshold": 0.3}
     (tmp_path / "far.json").write_text(json.dumps(card))
-    with pytest.raises(WeightsError, match="damaged"):
+    with pytest.raises(NetworkFileError, match="damaged"):
         FarDetector(tmp_path)
 
 

@@ -10,7 +10,7 @@ from stucksolver_perception.network_files import DATA, load_session
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
-from lab.perception.training.camera.far_net import Shipped, restored, scaled  # noqa: E402
+from lab.perception.training.camera.far_net import ExportedFarNet, restored, scaled  # noqa: E402
 from lab.training.restore import RestoreError, settle  # noqa: E402
 
 SHIPPED = DATA / "far.onnx"
@@ -23,7 +23,7 @@ def strip(seed: int) -> np.ndarray:
 
 def test_the_restored_network_computes_what_the_shipped_one_does() -> None:
     session, _ = load_session(SHIPPED, DATA / "far.json", 1, 1)
-    net = Shipped(restored(SHIPPED)).eval()
+    net = ExportedFarNet(restored(SHIPPED)).eval()
     for seed in (1, 2):
         shown = strip(seed)[None]
         peaks, rest = session.run(None, {"strip": shown})

@@ -11,7 +11,7 @@ from stucksolver_perception.network_files import DATA
 from stucksolver_perception.recording import Recording
 
 pytest.importorskip("carla")
-from lab.perception.recording.far_scene_poses import Posed
+from lab.perception.recording.far_scene_poses import ActorPose
 from lab.perception.recording.far_scenes import LOOK_S, FarDrive, record
 from lab.perception.training.camera.far_data import boxes_of
 
@@ -19,7 +19,7 @@ LEAST_FOUND = 0.8
 
 
 def test_a_vehicle_moves_along_its_heading() -> None:
-    moved = Posed(1.0, 2.0, 3.0, 0.0, 90.0, 0.0, 10.0).moved(0.5)
+    moved = ActorPose(1.0, 2.0, 3.0, 0.0, 90.0, 0.0, 10.0).moved(0.5)
     assert (moved.x, moved.y, moved.z) == pytest.approx((1.0, 7.0, 3.0))
 
 

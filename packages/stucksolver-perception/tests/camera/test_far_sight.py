@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stucksolver_perception.camera.camera_sight_distance import CameraSight, LaneLook, SightModel, wilson_lower
+from stucksolver_perception.camera.camera_sight_distance import CameraSight, LaneCoverage, SightModel, wilson_lower
 from stucksolver_perception.measurements import Floats
 from stucksolver_perception.rig import load_rig
 
@@ -37,8 +37,8 @@ def lane(y: float = 3.5, length: float = 220.0) -> Floats:
     return np.stack([x, np.full(len(x), y)], 1)
 
 
-def seen(line: Floats, blockers: Floats = NOTHING, look: Floats = DAY, earlier: tuple[LaneLook, ...] = ()) -> float:
-    return SIGHT.seen_m(line, SIGHT.look(10.0, look, line, blockers), earlier)
+def seen(line: Floats, blockers: Floats = NOTHING, look: Floats = DAY, earlier: tuple[LaneCoverage, ...] = ()) -> float:
+    return SIGHT.visible_length_m(line, SIGHT.look(10.0, look, line, blockers), earlier)
 
 
 def car(x: float, y: float, length: float = 4.5, width: float = 1.9, height: float = 1.5) -> Floats:
@@ -56,7 +56,7 @@ def test_at_night_it_is_seen_less_far() -> None:
 def test_beyond_the_ranges_that_were_measured_nothing_is_seen() -> None:
     always = SightModel.from_card({**card(), "recall": {"vehicle": [[[400, 400]] * 8] * 2}})
     sight, line = CameraSight(CAMERA, always), lane(length=300.0)
-    assert sight.seen_m(line, sight.look(0.0, DAY, line, NOTHING)) == pytest.approx(225.0, abs=3.0)
+    assert sight.visible_length_m(line, sight.look(0.0, DAY, line, NOTHING)) == pytest.approx(225.0, abs=3.0)
 
 
 def test_few_pictures_to_measure_recall_with_give_no_sight() -> None:
@@ -103,16 +103,16 @@ def test_a_second_look_helps_only_where_it_saw_the_lane_and_only_if_it_is_anothe
     line = lane()
     half_hidden = SIGHT.look(9.0, DAY, line, car(60.0, 3.5))
     clear = SIGHT.look(9.0, DAY, line, NOTHING)
-    same = LaneLook(9.9, clear.visible_m, DAY)
-    dark = LaneLook(9.0, clear.visible_m, NIGHT)
-    assert seen(line, earlier=(clear, LaneLook(8.0, clear.visible_m, DAY))) > 200.0
+    same = LaneCoverage(9.9, clear.visible_m, DAY)
+    dark = LaneCoverage(9.0, clear.visible_m, NIGHT)
+    assert seen(line, earlier=(clear, LaneCoverage(8.0, clear.visible_m, DAY))) > 200.0
     for useless in (half_hidden, same, dark):
         assert seen(line, earlier=(useless,)) == pytest.approx(seen(line))
 
 
 def test_a_look_from_further_back_covers_less_of_the_lane_ahead() -> None:
-    assert LaneLook(0.0, 100.0, DAY).moved(30.0).visible_m == 70.0
-    assert LaneLook(0.0, 10.0, DAY).moved(30.0).visible_m == 0.0
+    assert LaneCoverage(0.0, 100.0, DAY).moved(30.0).visible_m == 70.0
+    assert LaneCoverage(0.0, 10.0, DAY).moved(30.0).visible_m == 0.0
 
 
 def test_the_lower_bound_of_a_share_is_below_it_and_rises_with_the_count() -> None:

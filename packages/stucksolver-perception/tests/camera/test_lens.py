@@ -7,17 +7,17 @@ import math
 import numpy as np
 import pytest
 
-from stucksolver_perception.camera.crops import Windows, behind_dirt
+from stucksolver_perception.camera.crops import CropWindows, behind_dirt
 from stucksolver_perception.camera.horizon_strip import is_dirty
 from stucksolver_perception.camera.lens_dirt import LensMonitor
 from stucksolver_perception.measurements import CameraFrame, PoseEstimate
-from stucksolver_perception.rig import CameraRig, Mount, load_rig
+from stucksolver_perception.rig import CameraRig, SensorMount, load_rig
 from stucksolver_perception.sensor_health import SensorHealth
 
 SMALL = 4.0
 """The tests' images are smaller than those of the shipped rig by this factor."""
-AHEAD = CameraRig(mount=Mount(x_m=0.8, y_m=0.0, z_m=1.6), width_px=400, height_px=225, fov_deg=70.0)
-BACK = AHEAD.model_copy(update={"mount": Mount(x_m=-2.0, y_m=0.0, z_m=1.6, yaw_deg=180.0)})
+AHEAD = CameraRig(mount=SensorMount(x_m=0.8, y_m=0.0, z_m=1.6), width_px=400, height_px=225, fov_deg=70.0)
+BACK = AHEAD.model_copy(update={"mount": SensorMount(x_m=-2.0, y_m=0.0, z_m=1.6, yaw_deg=180.0)})
 TILE = np.random.default_rng(5).normal(0.0, 1.0, (512, 512))
 HOUSES = np.random.default_rng(6).integers(0, 60, 720)
 LOOKS_APART_M = 2.0
@@ -209,7 +209,7 @@ def test_a_spot_is_known_with_its_place_and_only_what_it_touches_is_not_read():
     assert seen.rgb is frame.rgb
     assert why.startswith("dirt on the lens touches 0.")
     boxes = np.array([[95.0, 55.0, 105.0, 65.0], [200.0, 55.0, 260.0, 65.0], [60.0, 40.0, 140.0, 90.0]])
-    windows = Windows(boxes, np.ones(3), np.ones(3, bool))
+    windows = CropWindows(boxes, np.ones(3), np.ones(3, bool))
     assert behind_dirt(windows, seen).tolist() == [True, False, True]
     assert not behind_dirt(windows, frame).any()
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stucksolver.scene import SignWord
-from stucksolver_perception.camera.sign_words import PLATES, FoundWord, TextLine, plates_of, word_of, words_of
+from stucksolver_perception.camera.sign_words import PLATES, DetectedWord, TextLine, plates_of, word_of, words_of
 
 
 def line(text, left=0.0, top=0.0, width=100.0, height=20.0, confidence=0.9):
@@ -66,9 +66,9 @@ def test_speeds_and_chance_letters_are_no_words_unless_they_resemble_one(text):
 
 def test_the_lines_of_a_plate_are_read_together():
     road, closed = line("ROAD", left=20, width=60), line("CL0SED", top=28)
-    assert words_of([closed, road]) == (FoundWord(SignWord.ROAD_CLOSED, 50.0, 24.0),)
+    assert words_of([closed, road]) == (DetectedWord(SignWord.ROAD_CLOSED, 50.0, 24.0),)
     assert words_of([line("D0", width=40), line("NOT", left=50, width=50), line("ENTER", top=28)]) == (
-        FoundWord(SignWord.DO_NOT_ENTER, 50.0, 24.0),
+        DetectedWord(SignWord.DO_NOT_ENTER, 50.0, 24.0),
     )
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from stucksolver.scene import SeenSign, SignWord
-from stucksolver_perception.camera.sign_filter import FORGET_S, SignLook, SignMemory, WordPlace
+from stucksolver.scene import ObservedSign, SignWord
+from stucksolver_perception.camera.sign_filter import FORGET_S, SignFilter, SignReadout, WordLocation
 from stucksolver_perception.camera.sign_targets import SignTarget
 
 BARRIER = SignTarget("track-7", 0, 0, 100, 100, track_id=7, distance_m=12.0)
@@ -13,9 +13,9 @@ AHEAD = SignTarget("ahead-1", 0, 0, 640, 300, single=False)
 
 
 def after(*looks):
-    memory = SignMemory()
+    memory = SignFilter()
     for time_s, (target, *words) in enumerate(looks):
-        memory.add(SignLook(float(time_s), target, dict(words)))
+        memory.add(SignReadout(float(time_s), target, dict(words)))
     return memory, float(len(looks))
 
 
@@ -24,13 +24,13 @@ def signs(*looks):
     return memory.signs(time_s)
 
 
-STOP, SLOW = (SignWord.STOP, WordPlace(0.1, 7)), (SignWord.SLOW, WordPlace(0.1, 7))
-ALONE = (SignWord.STOP, WordPlace(0.1))
+STOP, SLOW = (SignWord.STOP, WordLocation(0.1, 7)), (SignWord.SLOW, WordLocation(0.1, 7))
+ALONE = (SignWord.STOP, WordLocation(0.1))
 
 
 def test_one_look_proves_nothing_and_two_that_agree_count():
     assert signs((BARRIER, STOP)) == ()
-    assert signs((BARRIER, STOP), (BARRIER, STOP)) == (SeenSign(word=SignWord.STOP, object_id="7"),)
+    assert signs((BARRIER, STOP), (BARRIER, STOP)) == (ObservedSign(word=SignWord.STOP, object_id="7"),)
     assert signs((BARRIER, STOP), (AHEAD, STOP)) == ()
 
 
@@ -55,26 +55,26 @@ def test_an_old_word_is_forgotten_and_a_departure_forgets_all():
 
 
 def test_a_sign_on_no_object_has_its_direction_and_its_distance_if_the_map_knows_its_place():
-    assert signs((POST, ALONE), (POST, ALONE)) == (SeenSign(word=SignWord.STOP, distance_m=15.3, bearing_rad=0.1),)
-    assert signs((AHEAD, ALONE), (AHEAD, ALONE)) == (SeenSign(word=SignWord.STOP, bearing_rad=0.1),)
-    assert signs((CAR, ALONE), (CAR, ALONE)) == (SeenSign(word=SignWord.STOP, bearing_rad=0.1),)
+    assert signs((POST, ALONE), (POST, ALONE)) == (ObservedSign(word=SignWord.STOP, distance_m=15.3, bearing_rad=0.1),)
+    assert signs((AHEAD, ALONE), (AHEAD, ALONE)) == (ObservedSign(word=SignWord.STOP, bearing_rad=0.1),)
+    assert signs((CAR, ALONE), (CAR, ALONE)) == (ObservedSign(word=SignWord.STOP, bearing_rad=0.1),)
 
 
 def test_the_same_sign_in_two_crops_is_told_once_with_its_object():
-    looks = [(AHEAD, (SignWord.STOP, WordPlace(0.12))), (BARRIER, STOP), (POST, ALONE)]
-    assert signs(*looks, *looks) == (SeenSign(word=SignWord.STOP, object_id="7"),)
-    elsewhere = (AHEAD, (SignWord.STOP, WordPlace(-0.3)))
+    looks = [(AHEAD, (SignWord.STOP, WordLocation(0.12))), (BARRIER, STOP), (POST, ALONE)]
+    assert signs(*looks, *looks) == (ObservedSign(word=SignWord.STOP, object_id="7"),)
+    elsewhere = (AHEAD, (SignWord.STOP, WordLocation(-0.3)))
     assert len(signs(elsewhere, elsewhere, (BARRIER, STOP), (BARRIER, STOP))) == 2
 
 
 def test_all_have_their_turn_and_what_was_found_once_is_read_again_soon():
-    memory = SignMemory()
+    memory = SignFilter()
     places = [BARRIER, AHEAD, CAR, POST]
     order = []
     for time_s in range(8):
         target = memory.next_of(places, float(time_s))
         order.append(target.key)
-        memory.add(SignLook(float(time_s), target, dict([STOP]) if target is BARRIER else {}))
+        memory.add(SignReadout(float(time_s), target, dict([STOP]) if target is BARRIER else {}))
     assert order[:2] == ["track-7", "track-7"]
     assert set(order) == {"track-7", "ahead-1", "track-9", "post-0"}
     assert order.count("track-7") <= 4

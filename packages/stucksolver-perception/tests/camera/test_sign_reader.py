@@ -9,8 +9,8 @@ import pytest
 
 from carlette.camera.models.signs import DETOUR, FACE_M, ROAD_CLOSED, post_sign
 from carlette.camera.rendering import tags
-from carlette.camera.rendering.renderer import Part
-from carlette.camera.rendering.view import View, matrix_of
+from carlette.camera.rendering.renderer import RenderPart
+from carlette.camera.rendering.view import CameraView, matrix_of
 from carlette.geometry import Pose, Rotation
 from carlette.maps import DEMO_TOWN
 from carlette.opendrive.map_file import load_map
@@ -18,7 +18,7 @@ from carlette.opendrive.road_network import RoadNetwork
 from carlette.tools.gallery import Studio
 from stucksolver.scene import SignWord
 from stucksolver_perception.camera import sign_reader
-from stucksolver_perception.camera.sign_reader import PACKAGE, SignReader, SignReaderError, scale_of, why_not_read
+from stucksolver_perception.camera.sign_reader import PACKAGE, SignReader, SignReaderError, scale_of, unavailable_reason
 from stucksolver_perception.camera.sign_targets import swaths
 from stucksolver_perception.rig import load_rig
 
@@ -30,10 +30,12 @@ AWAY_M = 15.0
 def ahead_of(kind):
     """The camera's image with a sign 15 m ahead, 3 m to the right."""
     studio = Studio(RoadNetwork(load_map(DEMO_TOWN)))
-    studio.extra.append(Part(post_sign(kind), matrix_of(studio.place(AWAY_M, 3.0, 0.0, 180.0)), 0, tags.TRAFFIC_SIGN))
+    studio.extra.append(
+        RenderPart(post_sign(kind), matrix_of(studio.place(AWAY_M, 3.0, 0.0, 180.0)), 0, tags.TRAFFIC_SIGN)
+    )
     studio.world.tick()
     eye = Pose(studio.place(0.0, 0.0, RIG.mount.z_m).location, Rotation(0.0, studio.spot.rotation.yaw, 0.0))
-    return studio.shoot(View(eye, RIG.width_px, RIG.height_px, RIG.fov_deg))
+    return studio.shoot(CameraView(eye, RIG.width_px, RIG.height_px, RIG.fov_deg))
 
 
 @installed
@@ -60,7 +62,7 @@ def test_a_speed_and_an_empty_picture_are_no_words():
 
 def test_without_the_package_the_remedy_is_named(monkeypatch):
     monkeypatch.setattr(sign_reader, "PACKAGE", "no_such_package")
-    assert why_not_read() == "no_such_package not installed; add the extra [signs] (README, Install)"
+    assert unavailable_reason() == "no_such_package not installed; add the extra [signs] (README, Install)"
     with pytest.raises(SignReaderError, match="no_such_package cannot be loaded"):
         SignReader().read(np.zeros((60, 60, 3), np.uint8), True)
 

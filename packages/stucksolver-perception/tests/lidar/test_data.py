@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.lidar.synthetic import drive
 
-from lab.perception.training.lidar.data import HISTORY, IGNORED, Windows, label_of, load, returns_in, vehicle_frame
+from lab.perception.training.lidar.data import HISTORY, IGNORED, SweepWindows, label_of, load, returns_in, vehicle_frame
 from stucksolver.scene import ObjectKind
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Floats
@@ -15,26 +15,26 @@ from stucksolver_perception.recording import RecordingError
 
 
 @pytest.fixture(scope="module")
-def windows(tmp_path_factory: pytest.TempPathFactory) -> Windows:
+def windows(tmp_path_factory: pytest.TempPathFactory) -> SweepWindows:
     folder = tmp_path_factory.mktemp("drives")
     drive(folder / "a", seed=1, ticks=24)
     drive(folder / "b", seed=2, ticks=12)
     return load([folder], jobs=1, every=2)
 
 
-def test_windows_end_at_every_second_tick_counted_from_a_full_history(windows: Windows) -> None:
+def test_windows_end_at_every_second_tick_counted_from_a_full_history(windows: SweepWindows) -> None:
     ends = windows.history[:, 0].tolist()
     assert ends == [*range(5, 24, 2), *range(24 + 5, 24 + 12, 2)]
 
 
-def test_a_history_is_made_of_ticks_one_after_the_other(windows: Windows) -> None:
+def test_a_history_is_made_of_ticks_one_after_the_other(windows: SweepWindows) -> None:
     full = windows.history[(windows.history >= 0).all(axis=1)]
     assert full.shape[1] == HISTORY
     assert (np.diff(full, axis=1) == -1).all()
     assert np.diff(windows.time_s[full], axis=1) == pytest.approx(-0.05)
 
 
-def test_boxes_lie_on_their_points(windows: Windows) -> None:
+def test_boxes_lie_on_their_points(windows: SweepWindows) -> None:
     taught = np.concatenate(
         [boxes[labels != IGNORED] for boxes, labels in zip(windows.boxes, windows.labels, strict=True)]
     )

@@ -13,7 +13,7 @@ from stucksolver_perception.lidar.refinement.barrier_extent import NEAR_M, with_
 from stucksolver_perception.lidar.refinement.barrier_rows import with_low_trucks_as_barriers
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections
-from stucksolver_perception.tracking.association import one_for_each_place
+from stucksolver_perception.tracking.association import suppress_duplicates
 
 CONE_M = (0.34, 0.34, 0.63)
 TRAILER_M = (2.4, 2.9, 3.5)
@@ -85,7 +85,7 @@ def test_a_cone_that_is_also_taken_for_an_animal_stays_one_thing(other, moves):
     told = measured(both, box(6.0, 0.5, CONE_M))
     assert told.center[0, 1] == pytest.approx(0.5, abs=0.12)
     assert bool(told.center[1, 1] < 0.75) is moves
-    assert (len(one_for_each_place(told)) == 1) is moves
+    assert (len(suppress_duplicates(told)) == 1) is moves
 
 
 def test_a_cone_beside_a_trailer_is_not_as_wide_as_both():

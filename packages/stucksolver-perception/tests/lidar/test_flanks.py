@@ -10,7 +10,7 @@ from scanner import RIG
 from test_residual import named, tracked, turn
 
 from grids import sample
-from stucksolver_perception.lidar.refinement.false_pedestrians import without_flanks
+from stucksolver_perception.lidar.refinement.false_pedestrians import drop_false_pedestrians
 from stucksolver_perception.lidar.refinement.unexplained_returns import standing_returns
 from stucksolver_perception.lidar_labels import LABELS
 
@@ -21,7 +21,7 @@ PERSON = (0.5, 0.5, 1.75)
 
 def left(x, y, *around, label="pedestrian", known=VAN, seed=0):
     standing = standing_returns(turn(*around, seed=seed), RIG)
-    found = without_flanks(named((x, y, *PERSON), label=label, score=0.5), standing, tracked(known))
+    found = drop_false_pedestrians(named((x, y, *PERSON), label=label, score=0.5), standing, tracked(known))
     return [LABELS[one] for one in found.label]
 
 
@@ -58,4 +58,4 @@ def test_where_not_all_returns_are_known_nothing_is_dropped():
 
 def test_without_vehicles_nothing_is_dropped():
     found = named((8.0, 0.0, *PERSON), label="pedestrian")
-    assert without_flanks(found, np.zeros((0, 3)), np.zeros((0, 8))) is found
+    assert drop_false_pedestrians(found, np.zeros((0, 3)), np.zeros((0, 8))) is found

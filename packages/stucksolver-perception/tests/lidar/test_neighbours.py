@@ -9,7 +9,7 @@ import pytest
 from test_residual import NOTHING, named, tracked, turn
 
 from grids import sample
-from stucksolver_perception.lidar.refinement.close_pedestrians import with_neighbours
+from stucksolver_perception.lidar.refinement.close_pedestrians import add_close_pedestrians
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections
 
@@ -17,7 +17,7 @@ PERSON, WIDE = (0.4, 0.4, 1.75), (0.5, 0.5, 1.75)
 
 
 def added(points, detections, known=NOTHING):
-    found = with_neighbours(detections, points, known)
+    found = add_close_pedestrians(detections, points, known)
     before = len(detections)
     assert np.array_equal(found.center[:before], detections.center), "the network's own come first, unchanged"
     assert all(LABELS[label] == "pedestrian" for label in found.label[before:])

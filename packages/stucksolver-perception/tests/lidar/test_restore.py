@@ -47,7 +47,7 @@ def test_the_restored_network_finds_what_the_shipped_one_finds(net: PillarNet, f
     from stucksolver_perception.lidar.detector import LidarDetector
 
     windows = load([folder], jobs=1)
-    store = batches.Store(windows, torch.device("cpu"))
+    store = batches.WindowStore(windows, torch.device("cpu"))
     points = store.batch(torch.tensor([0]), vary=False).points.numpy()
     shipped = LidarDetector().detect(points, 4.0)
     restored = predicted(net, store)[0]

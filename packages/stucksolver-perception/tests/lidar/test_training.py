@@ -50,7 +50,7 @@ def test_training_and_detector_gather_the_same_points(folder: Path, most: int, m
     monkeypatch.setattr(batches, "MOST_POINTS", most)
     windows = load([folder], jobs=1)
     last = len(windows) - 1
-    ours = batches.Store(windows, torch.device("cpu")).batch(torch.tensor([last]), vary=False).points.numpy()
+    ours = batches.WindowStore(windows, torch.device("cpu")).batch(torch.tensor([last]), vary=False).points.numpy()
     buffer = SweepBuffer(most_points=most)
     for tick in list(Recording(folder))[: windows.history[last, 0] + 1]:
         now = PoseEstimate(tick.time_s, *tick.pose[:4].tolist(), 0.0, 0.0, np.eye(4))
@@ -62,7 +62,7 @@ def test_varied_boxes_still_lie_on_their_points(folder: Path, monkeypatch: pytes
     monkeypatch.setattr(batches, "LEAST_KEPT", 1.0)
     monkeypatch.setattr(batches, "RANGE_NOISE_M", 0.0)
     monkeypatch.setattr(batches, "SCALE", 0.0)
-    store = batches.Store(load([folder], jobs=1), torch.device("cpu"))
+    store = batches.WindowStore(load([folder], jobs=1), torch.device("cpu"))
     plain = store.batch(torch.tensor([0, 1]), vary=False)
     points, window, boxes = batches.varied(plain.points, plain.window, plain.boxes)
     for i in range(2):
@@ -124,7 +124,7 @@ def test_what_has_no_back_is_taught_one_of_its_two_yaws() -> None:
 
 def test_average_precision_by_hand() -> None:
     right = np.array([True, False, True, False])
-    found = evaluate.Judged(np.array([0.9, 0.8, 0.7, 0.1]), right, np.zeros((2, 4)), bodies=4)
+    found = evaluate.ScoredDetections(np.array([0.9, 0.8, 0.7, 0.1]), right, np.zeros((2, 4)), bodies=4)
     assert evaluate.average_precision(found) == pytest.approx((1.0 + 2.0 / 3.0) / 4.0)
 
 
@@ -158,7 +158,7 @@ def test_a_trained_network_runs_in_the_detector(folder: Path, tmp_path: Path, in
     assert card["shipped"]["off_by"] < 1e-3
     assert card["int8"] is integers
     windows = load([folder], jobs=1)
-    points = batches.Store(windows, torch.device("cpu")).batch(torch.tensor([0]), vary=False).points.numpy()
+    points = batches.WindowStore(windows, torch.device("cpu")).batch(torch.tensor([0]), vary=False).points.numpy()
     found = LidarDetector(tmp_path / "shipped").detect(points, 4.0)
     assert found.time_s == 4.0
     assert found.center.shape == (len(found), 3)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from stucksolver_perception.localization import Localiser
+from stucksolver_perception.localization import EkfLocalizer
 from stucksolver_perception.measurements import GnssFix, ImuSample, WheelSpeed
 from stucksolver_perception.rig import load_rig
 
@@ -32,7 +32,7 @@ def drive(seed, profile, seconds, *, fix=lambda t: True, spoilt=lambda t: 0.0, g
     `fix` says when there are satellites, `spoilt` how far off a fix is; `gyro` and `slope` are the offsets.
     """
     rng = np.random.default_rng(seed)
-    localiser = Localiser(RIG)
+    localiser = EkfLocalizer(RIG)
     x = y = speed = slip = 0.0
     yaw = rng.uniform(-3.0, 3.0)
     for k in range(round(seconds / STEP_S)):

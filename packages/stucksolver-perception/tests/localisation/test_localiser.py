@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.localisation.drives import RIG, drive, error, standing, town
 
-from stucksolver_perception.localization import Localiser, NotLocalisedError
+from stucksolver_perception.localization import EkfLocalizer, NotLocalisedError
 from stucksolver_perception.measurements import GnssFix, ImuSample, PoseEstimate, WheelSpeed
 
 RUNS = 6
@@ -98,7 +98,7 @@ def test_fixes_are_used_again_when_they_agree():
 
 def test_a_lost_filter_finds_back_when_all_fixes_disagree_with_it():
     wrong = PoseEstimate(0.0, 50.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.diag([0.1, 0.1, 0.01, 0.01]))
-    localiser = Localiser(RIG, wrong)
+    localiser = EkfLocalizer(RIG, wrong)
     rng = np.random.default_rng(4)
     for k in range(200):
         t = 0.05 * (k + 1)
@@ -126,7 +126,7 @@ def test_a_vehicle_that_creeps_does_not_count_as_standing():
 
 
 def test_before_the_first_fix_and_the_first_compass_there_is_no_pose_and_it_says_what_is_missing():
-    localiser = Localiser(RIG)
+    localiser = EkfLocalizer(RIG)
     with pytest.raises(NotLocalisedError, match="a fix"):
         localiser.estimate(0.0)
     localiser.gnss(GnssFix(0.0, 3.0, 4.0, 0.0))
@@ -139,7 +139,7 @@ def test_before_the_first_fix_and_the_first_compass_there_is_no_pose_and_it_says
 
 def test_an_estimate_ahead_goes_on_with_the_speed_and_leaves_the_filter_alone():
     start = PoseEstimate(0.0, 0.0, 0.0, 0.0, 0.0, 10.0, 0.0, np.diag([0.01, 0.01, 1e-4, 0.01]))
-    localiser = Localiser(RIG, start)
+    localiser = EkfLocalizer(RIG, start)
     localiser.wheel(WheelSpeed(0.0, 10.0))
     assert localiser.estimate(0.2).x_m == pytest.approx(2.0, abs=0.01)
     assert localiser.estimate(0.2).covariance[0, 0] > localiser.estimate(0.0).covariance[0, 0]

@@ -11,7 +11,7 @@ from tests.tracking.test_hidden import everywhere
 from tests.tracking.test_object_tracker import joined
 
 from stucksolver_perception.tracking import ObjectTracker
-from stucksolver_perception.tracking.association import one_for_each_place
+from stucksolver_perception.tracking.association import suppress_duplicates
 
 BICYCLE, BARRIER, PEDESTRIAN, CONE = 2, 6, 3, 5
 
@@ -34,7 +34,7 @@ def test_the_better_of_two_at_one_place_remains_and_a_neighbour_is_left_alone():
     rng = np.random.default_rng(1)
     walker = detections(0.0, [(12.0, 4.5)], rng, label=PEDESTRIAN, size=(0.5, 0.5, 1.8), score=0.3)
     both = joined(two(0.0, rng, first=0.4, second=0.8), walker)
-    assert both.label[one_for_each_place(both)].tolist() == [BARRIER, PEDESTRIAN]
+    assert both.label[suppress_duplicates(both)].tolist() == [BARRIER, PEDESTRIAN]
 
 
 def test_what_is_found_weakly_and_now_and_then_never_becomes_certain():

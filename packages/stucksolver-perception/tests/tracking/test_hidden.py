@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.tracking.scenes import STEP_S, detections, follow, nothing, pose
 
-from stucksolver_perception.free_space import AZIMUTHS, CELL_M, SeenSpace
+from stucksolver_perception.free_space import AZIMUTHS, CELL_M, FreeSpace
 from stucksolver_perception.rig import load_rig
 from stucksolver_perception.tracking import ObjectTracker
 
@@ -15,7 +15,7 @@ LIDAR = load_rig().lidar
 
 def everywhere(seen, nearest_m=math.inf):
     cells = np.full((AZIMUTHS, int(LIDAR.range_m / CELL_M)), seen)
-    return SeenSpace(cells, np.full(AZIMUTHS, nearest_m), np.zeros(AZIMUTHS), (0.0, 0.0))
+    return FreeSpace(cells, np.full(AZIMUTHS, nearest_m), np.zeros(AZIMUTHS), (0.0, 0.0))
 
 
 def kept_for_s(space):

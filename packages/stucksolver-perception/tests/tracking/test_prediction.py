@@ -6,21 +6,23 @@ import numpy as np
 import pytest
 
 from stucksolver_perception.lidar_labels import LABELS
-from stucksolver_perception.tracking.stationarity import Motion
-from stucksolver_perception.tracking.track_state import Body, predict
+from stucksolver_perception.tracking.stationarity import MotionState
+from stucksolver_perception.tracking.track_state import TrackState, predict
 
 
 def body(motion, label="car"):
     """One that has been followed for a while, going askew."""
     root = np.random.default_rng(5).normal(0.0, 0.3, (6, 6))
-    found = Body(1, np.array([10.0, -4.0, 0.8, 0.3, 6.0, 1.5]), root @ root.T, np.array([4.5, 1.9, 1.5]), 2.0, 0.0, 2.0)
+    found = TrackState(
+        1, np.array([10.0, -4.0, 0.8, 0.3, 6.0, 1.5]), root @ root.T, np.array([4.5, 1.9, 1.5]), 2.0, 0.0, 2.0
+    )
     found.votes[LABELS.index(label)] = 4.0
     found.motion = motion
-    found.standing_since_s = 1.0 if motion is Motion.STANDING else None
+    found.standing_since_s = 1.0 if motion is MotionState.STANDING else None
     return found
 
 
-@pytest.mark.parametrize("motion", [Motion.MOVING, Motion.UNDECIDED, Motion.STANDING])
+@pytest.mark.parametrize("motion", [MotionState.MOVING, MotionState.UNDECIDED, MotionState.STANDING])
 @pytest.mark.parametrize("label", ["car", "pedestrian", "cone"])
 def test_a_track_at_a_later_time_is_what_the_filter_predicts(motion, label):
     followed = body(motion, label)
@@ -32,7 +34,7 @@ def test_a_track_at_a_later_time_is_what_the_filter_predicts(motion, label):
 
 
 def test_what_stands_stays_where_it_is_and_what_moves_goes_on():
-    stands, moves = body(Motion.STANDING).track(), body(Motion.MOVING).track()
+    stands, moves = body(MotionState.STANDING).track(), body(MotionState.MOVING).track()
     assert (stands.at(5.0).x_m, stands.at(5.0).y_m) == (stands.x_m, stands.y_m)
     assert stands.at(5.0).stationary_s == pytest.approx(stands.stationary_s + 3.0)
     assert moves.at(3.0).x_m == pytest.approx(moves.x_m + 6.0)
@@ -40,6 +42,6 @@ def test_what_stands_stays_where_it_is_and_what_moves_goes_on():
 
 
 def test_nobody_is_taken_back_in_time():
-    track = body(Motion.MOVING).track()
+    track = body(MotionState.MOVING).track()
     assert track.at(1.0) is track
     assert track.at(2.0) is track

@@ -5,19 +5,19 @@ from __future__ import annotations
 from typing import Protocol
 
 from stucksolver.plugins import PluginError, plugins
-from stucksolver.scene.interpretation import GuidanceIntent, Reading
+from stucksolver.scene.interpretation import GuidanceIntent, Interpretation
 
 MISSING = "no interpreter of words is installed; add the extra [language] (README, Install)"
 
 
-class WordsReader(Protocol):
+class Interpreter(Protocol):
     """Reads words outside the control loop, in tens of milliseconds. Called from one thread at a time."""
 
     @property
     def name(self) -> str:
         """Name and version of the reader, for the record."""
 
-    def read(self, text: str, situation: str) -> Reading:
+    def read(self, text: str, situation: str) -> Interpretation:
         """Return what `text` asks for.
 
         Args:
@@ -26,7 +26,7 @@ class WordsReader(Protocol):
         """
 
 
-class NoReader:
+class NoInterpreter:
     """Understands nothing: the passenger is asked again instead of guessing."""
 
     name = "none"
@@ -34,30 +34,32 @@ class NoReader:
     def __init__(self, why: str = MISSING) -> None:
         self.why = why
 
-    def read(self, text: str, situation: str) -> Reading:
+    def read(self, text: str, situation: str) -> Interpretation:
         """Return an unclear reading, whatever is said."""
-        return Reading(intent=GuidanceIntent.UNCLEAR, likely=GuidanceIntent.UNCLEAR, confidence=0.0, reader=self.name)
+        return Interpretation(
+            intent=GuidanceIntent.UNCLEAR, likely=GuidanceIntent.UNCLEAR, confidence=0.0, reader=self.name
+        )
 
 
-class ScriptedReader:
+class ScriptedInterpreter:
     """Knows fixed sentences, for tests without the network; everything else is unclear."""
 
     name = "scripted"
 
-    def __init__(self, readings: dict[str, Reading]) -> None:
+    def __init__(self, readings: dict[str, Interpretation]) -> None:
         self._readings = dict(readings)
 
-    def read(self, text: str, situation: str) -> Reading:
+    def read(self, text: str, situation: str) -> Interpretation:
         """Return the reading given for the text."""
-        return self._readings.get(text) or NoReader().read(text, situation)
+        return self._readings.get(text) or NoInterpreter().read(text, situation)
 
 
-def find_reader() -> WordsReader:
-    """Return the interpreter that an installed distribution provides, or a `NoReader` that says what is missing."""
+def find_reader() -> Interpreter:
+    """Return the interpreter of an installed distribution, or a `NoInterpreter` that says what is missing."""
     for plugin in plugins("interpreters"):
         try:
-            reader: WordsReader = plugin.load()()
+            reader: Interpreter = plugin.load()()
         except PluginError as error:
-            return NoReader(str(error))
+            return NoInterpreter(str(error))
         return reader
-    return NoReader()
+    return NoInterpreter()

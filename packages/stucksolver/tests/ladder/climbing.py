@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from stucksolver.ladder import Waits, profile
+from stucksolver.ladder import WaitPolicy, profile
 from stucksolver.plan import RecoveryPlan
-from stucksolver.reasoners import Answer, ReasonerError, Request, RuleReasoner
+from stucksolver.reasoners import ReasonerAnswer, ReasonerError, ReasonerRequest, RuleReasoner
 from stucksolver.scene import LineKind
 from worlds import World, straight_road, thing
 
@@ -21,12 +21,12 @@ class Says:
 
     def decide(self, request):
         self.calls += 1
-        return Answer(self.answer(request.scene), self.name)
+        return ReasonerAnswer(self.answer(request.scene), self.name)
 
 
 def planning(*behaviors):
     plan = RecoveryPlan(behaviors=behaviors)
-    return Says(lambda scene: RuleReasoner().decide(Request(scene)).decision.model_copy(update={"plan": plan}))
+    return Says(lambda scene: RuleReasoner().decide(ReasonerRequest(scene)).decision.model_copy(update={"plan": plan}))
 
 
 def helpless():
@@ -41,7 +41,7 @@ def waits(**longest):
     reasons = {
         r: p.model_copy(update={"longest_s": longest.get(r.value, p.longest_s)}) for r, p in usual.reasons.items()
     }
-    return Waits(**{**usual.model_dump(exclude={"reasons", "otherwise"}), "reasons": reasons})
+    return WaitPolicy(**{**usual.model_dump(exclude={"reasons", "otherwise"}), "reasons": reasons})
 
 
 def stuck(road=TWO_WAY, **more):

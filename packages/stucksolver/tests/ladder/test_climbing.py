@@ -14,10 +14,10 @@ from stucksolver.guard import RejectCode
 from stucksolver.ladder import profile
 from stucksolver.plan import Execute, RecoveryPlan
 from stucksolver.plan.behaviors import BackUp, BorrowOncomingLane, ChangeLane, KeepLane, Wait
-from stucksolver.reasoners import ReasonerError, Request, RuleReasoner
+from stucksolver.reasoners import ReasonerError, ReasonerRequest, RuleReasoner
 from stucksolver.scene import LineKind
 from stucksolver.solver import EventKind, QuestionKind
-from stucksolver.solver.state_machine.history import History
+from stucksolver.solver.state_machine.history import AttemptHistory
 from worlds import LANE_M, World, drive, ladder, red_light, straight_road, stubborn, thing
 
 # ---- deadlines
@@ -31,7 +31,7 @@ def test_a_rungs_deadline_is_told_to_its_reasoner():
             self.told = (*self.told, request.deadline_s)
             return super().decide(request)
 
-    model = Slow(lambda scene: RuleReasoner().decide(Request(scene)).decision, name="slow")
+    model = Slow(lambda scene: RuleReasoner().decide(ReasonerRequest(scene)).decision, name="slow")
     rungs = {"model": {"deadline_s": 240.0}, "rules": {"tries": 1, "cooldown_s": 0.5, "repair_rounds": 0}}
     world = World(TWO_WAY, [thing("lead", 75.0)], x=66.0)
     drive(world, 20.0, ladder=ladder(rungs=rungs), reasoner=helpless(), models={"model": model})
@@ -70,7 +70,7 @@ def test_a_model_is_not_asked_about_a_red_light():
 
 def test_a_model_that_always_finds_a_reason_to_wait_is_believed_only_for_so_long():
     def always_people(scene):
-        decision = RuleReasoner().decide(Request(scene)).decision
+        decision = RuleReasoner().decide(ReasonerRequest(scene)).decision
         analysis = decision.analysis.model_copy(update={"wait": "people", "immobilized": False})
         return decision.model_copy(update={"analysis": analysis, "plan": None})
 
@@ -125,7 +125,7 @@ def test_without_a_model_its_rung_is_left_out():
 
 @pytest.mark.integration
 def test_a_model_is_asked_when_the_rules_are_at_their_end():
-    model = Says(lambda scene: RuleReasoner().decide(Request(scene)).decision, "clever")
+    model = Says(lambda scene: RuleReasoner().decide(ReasonerRequest(scene)).decision, "clever")
     world = stuck()
     seen = drive(world, 20.0, reasoner=helpless(), models={"model": model}, ladder=ladder(rungs=QUICK))
     assert EventKind.RECOVERED in seen.kinds()
@@ -183,7 +183,7 @@ def test_a_plan_that_ran_out_of_time_is_not_started_again():
 def test_a_plan_that_was_done_and_changed_nothing_is_not_repeated():
     seen = drive(stuck(), 30.0, reasoner=planning(Wait(duration_s=2.0)), ladder=stubborn())
     assert seen.kinds().count(EventKind.STARTED) == 1
-    assert seen.kinds().count(EventKind.USELESS) == 1
+    assert seen.kinds().count(EventKind.INEFFECTIVE) == 1
     again = [str(e.verdict) for e in seen.events if e.verdict and not e.verdict.accepted]
     assert again and all("the vehicle did not get on" in text for text in again)
     assert any(a.outcome.startswith("it was done") for e in seen.events if e.scene for a in e.scene.attempts)
@@ -193,14 +193,14 @@ def test_a_plan_that_was_done_and_changed_nothing_is_not_repeated():
 def test_moves_that_only_prepare_are_not_called_useless():
     seen = drive(stuck(), 20.0, reasoner=planning(BackUp(distance_m=2.0)), ladder=stubborn())
     assert EventKind.FINISHED in seen.kinds()
-    assert EventKind.USELESS not in seen.kinds()
+    assert EventKind.INEFFECTIVE not in seen.kinds()
 
 
 def test_walking_pace_makes_another_plan_of_one_that_failed():
     def plan(speed):
         return RecoveryPlan(behaviors=(ChangeLane(side="left", distance_m=30.0, speed_mps=speed),))
 
-    failures = History(remembered=5).useless(plan(5.0))
+    failures = AttemptHistory(remembered=5).useless(plan(5.0))
     assert [r.code for r in failures.against(plan(4.0)).rejects] == [RejectCode.REPEATED]
     assert failures.against(plan(2.0)) is None
 

@@ -13,7 +13,7 @@ from stucksolver.ladder import PROFILES, LadderError, Resume, find_ladder, parse
 from stucksolver.ladder.rungs import KINDS
 from stucksolver.ladder.toml_lines import line_of
 from stucksolver.plan import WaitReason
-from stucksolver.plan.behaviors import Release
+from stucksolver.plan.behaviors import ApprovalLevel
 
 DEFAULT = profile_text("default")
 
@@ -33,9 +33,9 @@ def test_the_evaluation_profile_asks_nobody_for_a_solid_line():
 
 
 def test_only_the_evaluation_profile_passes_an_emergency_scene_through_the_oncoming_lane_by_itself():
-    assert profile("default").guard_policy().emergency_scene is Release.OPERATOR
-    assert profile("evaluation").guard_policy().emergency_scene is Release.AUTONOMOUS
-    assert profile("evaluation").guard_policy().authority is Release.OPERATOR
+    assert profile("default").guard_policy().emergency_scene is ApprovalLevel.OPERATOR
+    assert profile("evaluation").guard_policy().emergency_scene is ApprovalLevel.AUTONOMOUS
+    assert profile("evaluation").guard_policy().authority is ApprovalLevel.OPERATOR
 
 
 def test_in_the_evaluation_profile_a_new_plan_ends_even_the_stop():

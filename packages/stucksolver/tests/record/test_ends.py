@@ -101,7 +101,7 @@ def test_what_could_not_be_written_at_the_very_end_is_known_afterwards(tmp_path,
     def full(self, how):
         raise RecordError("cannot write it: No space left on device; make room")
 
-    monkeypatch.setattr(record_file.Scroll, "end", full)
+    monkeypatch.setattr(record_file.RecordFile, "end", full)
     with Recorder(tmp_path) as recorder:
         drive(in_front_of_a_parked_car(), UNDER_WAY_S, record=recorder)
     assert "No space left" in str(recorder.error)
@@ -119,17 +119,17 @@ def drive_an_arm(recorder):
     """Until the route is over, which is before the plan is."""
     pytest.importorskip("carla")
     from stucksolver.solver import StuckSolver
-    from stucksolver_eval.systems.solver_system import SolverArm
-    from stucksolver_eval.systems.system_under_test import Now
+    from stucksolver_eval.systems.solver_system import SolverSystem
+    from stucksolver_eval.systems.system_under_test import TickInfo
 
     seat = Seat()
 
     def make(listener):
         return StuckSolver(seat.world.scene, clock="lockstep", on_event=listener, record=recorder)
 
-    arm = SolverArm(seat, [], make, recorder)
+    arm = SolverSystem(seat, [], make, recorder)
     while seat.world.time_s < UNDER_WAY_S:
-        arm.step(Now(seat.world.time_s, seat.world.speed, seat.world.x))
+        arm.step(TickInfo(seat.world.time_s, seat.world.speed, seat.world.x))
     arm.close(seat.world.time_s)
 
 

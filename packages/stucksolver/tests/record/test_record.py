@@ -20,19 +20,19 @@ from stucksolver.guard import Guard, GuardPolicy
 from stucksolver.guard.policy import PeoplePolicy, RssPolicy, StoppingPolicy
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import Wait
-from stucksolver.reasoners import Answer, Trace
+from stucksolver.reasoners import ReasonerAnswer, ReasonerTrace
 from stucksolver.reasoners.faulty import make_faulty
 from stucksolver.record import Recorder, RecordError, replay
 from stucksolver.record.hash_chain import ChainWriter, read_chain
-from stucksolver.record.surroundings_delta import Packer, Unpacker
-from stucksolver.scene import CameraImage, LineKind, SeenSign, SignWord
+from stucksolver.record.surroundings_delta import DeltaDecoder, DeltaEncoder
+from stucksolver.scene import CameraImage, LineKind, ObservedSign, SignWord
 from stucksolver.solver import EventKind
 from worlds import LANE_M, World, drive, red_light, straight_road, stubborn, thing
 
 TWO_WAY = straight_road()
 
 
-CLOSED = SeenSign(word=SignWord.ROAD_CLOSED, object_id="lead")
+CLOSED = ObservedSign(word=SignWord.ROAD_CLOSED, object_id="lead")
 
 
 def recorded(folder, world=None, seconds=30.0, **options):
@@ -207,10 +207,10 @@ def test_a_plan_that_is_not_repeated_is_derived_again(tmp_path):
             decision = make_faulty("contradictory").decide(request).decision
             plan = RecoveryPlan(behaviors=(Wait(duration_s=1.0),))
             decision = decision.model_copy(update={"plan": plan})
-            return Answer(decision, self.name, Trace(answers=(decision.model_dump_json(),)))
+            return ReasonerAnswer(decision, self.name, ReasonerTrace(answers=(decision.model_dump_json(),)))
 
     seen, files = recorded(tmp_path, seconds=15.0, reasoner=Waits())
-    assert EventKind.USELESS in seen.kinds()
+    assert EventKind.INEFFECTIVE in seen.kinds()
     report = replay(files[0])
     assert report.findings == [] and report.plans > 1
 
@@ -294,7 +294,7 @@ def test_the_image_lies_beside_it_and_is_proven_by_its_digest(tmp_path):
 
 def test_surroundings_come_back_to_the_last_bit():
     world = World(TWO_WAY, [thing("lead", 75.0), thing("car", 120.0, LANE_M, speed=-9.1 / 3)], speed=7.7 / 3)
-    packer, unpacker = Packer(), Unpacker()
+    packer, unpacker = DeltaEncoder(), DeltaDecoder()
     for k in range(40):
         if k == 20:
             world.objects.append(thing("new", 90.1, 1 / 3))

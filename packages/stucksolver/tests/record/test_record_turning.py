@@ -8,8 +8,8 @@ import pytest
 from test_record import recorded
 
 from stucksolver.plan import Analysis, Decision, Observation, RecoveryPlan
-from stucksolver.plan.behaviors import TurnRound
-from stucksolver.reasoners import Answer
+from stucksolver.plan.behaviors import TurnAround
+from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.record import replay
 from stucksolver.solver import EventKind
 from test_guard_turning import WIDE
@@ -22,10 +22,12 @@ class TurnsRound:
     name = "turns_round"
 
     def decide(self, request):
-        plan = None if request.scene.attempts else RecoveryPlan(behaviors=(TurnRound(),))
+        plan = None if request.scene.attempts else RecoveryPlan(behaviors=(TurnAround(),))
         analysis = Analysis(steps=(), immobilized=True, reason="a test")
         observation = Observation(controls=(), participants=(), summary="")
-        return Answer(Decision(observation=observation, analysis=analysis, plan=plan, rationale="a test"), self.name)
+        return ReasonerAnswer(
+            Decision(observation=observation, analysis=analysis, plan=plan, rationale="a test"), self.name
+        )
 
 
 @pytest.mark.integration

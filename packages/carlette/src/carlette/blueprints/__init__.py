@@ -2,7 +2,7 @@
 
 from carlette.blueprints.definitions import Attribute, AttributeType, Definition
 from carlette.blueprints.library import Catalogue, load_catalogue
-from carlette.blueprints.tables import PropModel, VehicleModel, WalkerModel
+from carlette.blueprints.tables import PropModel, VehicleSpec, WalkerModel
 
 __all__ = [
     "Attribute",
@@ -10,7 +10,7 @@ __all__ = [
     "Catalogue",
     "Definition",
     "PropModel",
-    "VehicleModel",
+    "VehicleSpec",
     "WalkerModel",
     "load_catalogue",
 ]

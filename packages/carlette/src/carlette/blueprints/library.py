@@ -20,7 +20,7 @@ from carlette.blueprints.definitions import (
 from carlette.blueprints.sensor_definitions import sensor_definitions
 from carlette.blueprints.tables import (
     PropModel,
-    VehicleModel,
+    VehicleSpec,
     WalkerModel,
     animal_models,
     prop_models,
@@ -42,7 +42,7 @@ class Catalogue:
     """Everything that can be spawned; definitions are in the order in which the client gets them."""
 
     definitions: dict[str, Definition]
-    vehicles: dict[str, VehicleModel] = field(default_factory=dict)
+    vehicles: dict[str, VehicleSpec] = field(default_factory=dict)
     props: dict[str, PropModel] = field(default_factory=dict)
     walkers: dict[str, WalkerModel] = field(default_factory=dict)
     """Pedestrians and animals: everything that takes walker controls."""
@@ -69,7 +69,7 @@ def load_catalogue() -> Catalogue:
     return Catalogue({one.id: one for one in definitions}, vehicles, props, walkers | animals)
 
 
-def vehicle_definition(model: VehicleModel) -> Definition:
+def vehicle_definition(model: VehicleSpec) -> Definition:
     """The blueprint of a vehicle."""
     colors = POLICE_COLORS if model.special_type == "emergency" else COLORS
     attributes: list[Attribute] = [

@@ -20,7 +20,7 @@ from carlette.geometry import Box, Vector
 
 
 @dataclass(frozen=True)
-class VehicleModel:
+class VehicleSpec:
     """Size, mass and drive train of one kind of vehicle."""
 
     id: str
@@ -84,10 +84,10 @@ class WalkerModel:
     is_extra: bool = False
 
 
-def vehicle_models() -> list[VehicleModel]:
+def vehicle_models() -> list[VehicleSpec]:
     """All vehicles, in the order of their ids, carlette's own at the end."""
     return [
-        VehicleModel(
+        VehicleSpec(
             row["id"],
             row["base_type"],
             row["special_type"],

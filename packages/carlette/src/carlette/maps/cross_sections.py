@@ -23,7 +23,7 @@ def paint(kind: xodr.RoadMarkType, color: xodr.RoadMarkColor = _WHITE, *, change
 
 
 @dataclass(frozen=True)
-class Profile:
+class RoadCrossSection:
     """The cross-section of a road: the same lanes on both sides of its centre line."""
 
     lanes_each_way: int
@@ -41,13 +41,13 @@ class Profile:
 # CARLA's towns forbid "lane changes" across a centre line in the laneChange attribute even where its broken
 # paint permits overtaking: the attribute is what route planners use to switch lanes, and they would switch
 # into oncoming traffic.
-STREET = Profile(
+STREET = RoadCrossSection(
     lanes_each_way=1,
     speed_mph=30,
     centre=lambda: paint(xodr.RoadMarkType.broken, _YELLOW),
     edge=lambda: paint(xodr.RoadMarkType.none),
 )
-AVENUE = Profile(
+AVENUE = RoadCrossSection(
     lanes_each_way=2,
     speed_mph=40,
     centre=lambda: paint(xodr.RoadMarkType.solid_solid, _YELLOW),
@@ -55,7 +55,7 @@ AVENUE = Profile(
 )
 
 
-def two_way_lanes(profile: Profile, *, before: bool, after: bool) -> xodr.Lanes:
+def two_way_lanes(profile: RoadCrossSection, *, before: bool, after: bool) -> xodr.Lanes:
     """Both sides of a road; `before` and `after` say whether a road of the same profile joins there."""
     centre = xodr.Lane(lane_type=xodr.LaneType.none)
     centre.add_roadmark(profile.centre())
@@ -87,7 +87,7 @@ def connecting_lanes(links: list[tuple[int, int]]) -> xodr.Lanes:
     return xodr.Lanes().add_lanesection(section)
 
 
-def _one_side(profile: Profile) -> list[xodr.Lane]:
+def _one_side(profile: RoadCrossSection) -> list[xodr.Lane]:
     """The lanes of one side, from the centre line outwards."""
     inner = [
         _lane(xodr.LaneType.driving, LANE_M, paint(xodr.RoadMarkType.broken, change=True))

@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from xml.etree.ElementTree import Element, SubElement
 
-from carlette.maps.road_chains import Arm
+from carlette.maps.road_chains import RoadEnd
 
 LIGHT_TYPE = "1000001"
 _POST_BEFORE_END_M = 1.5
@@ -20,7 +20,7 @@ _CROSSWALK_M = (2.0, 5.0)
 _BEYOND_KERB_M = 1.0
 
 
-def light(arm: Arm, light_id: int) -> Element:
+def light(arm: RoadEnd, light_id: int) -> Element:
     """The post at the right kerb of an arm. `orientation` is the way it faces, as in CARLA's towns."""
     side = -1 if arm.at_end else 1
     post = {
@@ -66,7 +66,7 @@ def controller_entry(number: int, sequence: int) -> Element:
     return _element("controller", {"id": number, "type": 0, "sequence": sequence})
 
 
-def crosswalk(arm: Arm, number: int) -> Element:
+def crosswalk(arm: RoadEnd, number: int) -> Element:
     """From kerb to kerb, just inside the junction, so that cars which stop at its edge keep off it."""
     ahead = 1 if arm.at_end else -1
     near_m, far_m = (ahead * distance for distance in _CROSSWALK_M)
@@ -92,7 +92,7 @@ def crosswalk(arm: Arm, number: int) -> Element:
     return element
 
 
-def _station(arm: Arm, before_end_m: float) -> float:
+def _station(arm: RoadEnd, before_end_m: float) -> float:
     """The road's s that lies this far before the junction."""
     length_m: float = arm.road.planview.get_total_length()
     return length_m - before_end_m if arm.at_end else before_end_m

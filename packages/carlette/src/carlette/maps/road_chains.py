@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from scenariogeneration import xodr
 
-from carlette.maps.cross_sections import Profile, two_way_lanes
+from carlette.maps.cross_sections import RoadCrossSection, two_way_lanes
 from carlette.maps.reference_lines import Pose2D, Segment, end_of
 
 
 @dataclass(frozen=True)
-class Arm:
+class RoadEnd:
     """The end of a road at a junction."""
 
     road: xodr.Road
@@ -19,7 +19,7 @@ class Arm:
     """Whether the road ends (else: starts) at the junction."""
     pose: Pose2D
     """The end of the reference line, looking into the junction."""
-    profile: Profile
+    profile: RoadCrossSection
 
     def incoming(self, position: int) -> int:
         """The id of the `position`-th lane into the junction, counted from the centre line."""
@@ -31,12 +31,12 @@ class Arm:
 
 
 @dataclass(frozen=True)
-class Chain:
+class RoadChain:
     """Roads one after the other, named alike."""
 
     roads: list[xodr.Road]
-    first: Arm
-    last: Arm
+    first: RoadEnd
+    last: RoadEnd
 
 
 def chain(
@@ -44,9 +44,9 @@ def chain(
     ids: range,
     start: Pose2D,
     segments: list[Segment],
-    profile: Profile,
+    profile: RoadCrossSection,
     junctions: tuple[int, int],
-) -> Chain:
+) -> RoadChain:
     """One road for each segment, linked end to start, between the junctions with the two ids."""
     roads = []
     for index, (road_id, segment) in enumerate(zip(ids, segments, strict=True)):
@@ -63,8 +63,8 @@ def chain(
         else:
             road.add_successor(xodr.ElementType.road, road_id + 1, xodr.ContactPoint.start)
         roads.append(road)
-    first = Arm(roads[0], False, start.reversed(), profile)
-    return Chain(roads, first, Arm(roads[-1], True, end_of(start, segments), profile))
+    first = RoadEnd(roads[0], False, start.reversed(), profile)
+    return RoadChain(roads, first, RoadEnd(roads[-1], True, end_of(start, segments), profile))
 
 
 def road_along(

@@ -12,7 +12,7 @@ from scenariogeneration import xodr
 from carlette.maps import opendrive_objects
 from carlette.maps.cross_sections import LANE_M, connecting_lanes
 from carlette.maps.reference_lines import Pose2D, connect
-from carlette.maps.road_chains import Arm, road_along
+from carlette.maps.road_chains import RoadEnd, road_along
 
 _LIGHT_ID, _CONTROLLER_ID, _CROSSWALK_ID = 50, 60, 70
 _STRAIGHT_RAD = math.radians(30)
@@ -23,10 +23,10 @@ class SignalisedJunction:
     """A junction with its parts; ids count up from the junction's own."""
 
     number: int
-    arms: list[Arm]
+    arms: list[RoadEnd]
     roads: list[xodr.Road] = field(default_factory=list)
     element: xodr.Junction = field(init=False)
-    _lit_by: list[tuple[int, Arm]] = field(default_factory=list)
+    _lit_by: list[tuple[int, RoadEnd]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.element = xodr.Junction(f"junction{self.number}", self.number)
@@ -50,10 +50,10 @@ class SignalisedJunction:
             entry = opendrive_objects.controller_entry(number, sequence)
             yield opendrive_objects.controller(number, sequence, self._light_id(arm)), entry
 
-    def _light_id(self, arm: Arm) -> int:
+    def _light_id(self, arm: RoadEnd) -> int:
         return self.number + _LIGHT_ID + self.arms.index(arm)
 
-    def _join(self, incoming: Arm, outgoing: Arm) -> None:
+    def _join(self, incoming: RoadEnd, outgoing: RoadEnd) -> None:
         turn_rad = _turn_rad(incoming, outgoing)
         for lane_in, lane_out in _lane_pairs(incoming, outgoing, turn_rad):
             at_kerb = self._at_kerb(incoming, lane_in, turn_rad)
@@ -82,17 +82,17 @@ class SignalisedJunction:
             connection.add_lanelink(lane_in, -position)
         self.element.add_connection(connection)
 
-    def _at_kerb(self, incoming: Arm, lane_in: int, turn_rad: float) -> bool:
+    def _at_kerb(self, incoming: RoadEnd, lane_in: int, turn_rad: float) -> bool:
         """True if no other movement is between this one and the kerb."""
         turns = [_turn_rad(incoming, other) for other in self.arms if other is not incoming]
         return turn_rad == min(turns) and lane_in == incoming.profile.lanes_each_way
 
 
-def _turn_rad(incoming: Arm, outgoing: Arm) -> float:
+def _turn_rad(incoming: RoadEnd, outgoing: RoadEnd) -> float:
     return math.remainder(outgoing.pose.yaw_rad + math.pi - incoming.pose.yaw_rad, 2 * math.pi)
 
 
-def _lane_pairs(incoming: Arm, outgoing: Arm, turn_rad: float) -> Iterator[tuple[int, int]]:
+def _lane_pairs(incoming: RoadEnd, outgoing: RoadEnd, turn_rad: float) -> Iterator[tuple[int, int]]:
     """Positions of lanes that a movement joins: left turns inside, right turns outside, straight on all."""
     lanes_in, lanes_out = incoming.profile.lanes_each_way, outgoing.profile.lanes_each_way
     if turn_rad > _STRAIGHT_RAD:
@@ -104,6 +104,6 @@ def _lane_pairs(incoming: Arm, outgoing: Arm, turn_rad: float) -> Iterator[tuple
             yield position, position
 
 
-def _link(add: Callable[..., object], arm: Arm) -> None:
+def _link(add: Callable[..., object], arm: RoadEnd) -> None:
     point = xodr.ContactPoint.end if arm.at_end else xodr.ContactPoint.start
     add(xodr.ElementType.road, arm.road.id, point)

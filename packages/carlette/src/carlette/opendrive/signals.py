@@ -27,7 +27,7 @@ BACK_FROM_JUNCTION_M = 2.5
 
 
 @dataclass(frozen=True)
-class Turn:
+class SignalPhase:
     """A light's place in a cycle."""
 
     group: str
@@ -51,7 +51,7 @@ class Signal:
     pose: Pose
     box: Box
     """Trigger volume in the frame of `pose`."""
-    turn: Turn
+    turn: SignalPhase
     """When a light turns green; meaningless for a sign."""
 
 
@@ -83,7 +83,7 @@ def _unlisted(roads: RoadNetwork, x: float, y: float, yaw: float) -> Signal:
     edge_m = half_m + BEYOND_EDGE_M
     pose = Pose(Vector(x + edge_m * aside.x, y + edge_m * aside.y, lane.transform.location.z), Rotation(yaw=across))
     box = Box(Vector(-edge_m), Vector(half_m, BOX_HALF_DEPTH_M, BOX_HALF_HEIGHT_M))
-    return Signal("", STOP_TYPE, pose, box, Turn(""))
+    return Signal("", STOP_TYPE, pose, box, SignalPhase(""))
 
 
 def _signal_ids(root: ElementTree.Element) -> list[tuple[str, str]]:
@@ -91,7 +91,7 @@ def _signal_ids(root: ElementTree.Element) -> list[tuple[str, str]]:
     return [key for key in dict.fromkeys(found) if key[0] in ACTOR_TYPES]
 
 
-def _turns(root: ElementTree.Element, town: str) -> dict[str, Turn]:
+def _turns(root: ElementTree.Element, town: str) -> dict[str, SignalPhase]:
     """Return each signal id's turn. The phases of a junction are its controllers that hold a light; as in CARLA's
     `TrafficLightManager`, only the controller with the lowest id holds a light.
     """
@@ -101,17 +101,17 @@ def _turns(root: ElementTree.Element, town: str) -> dict[str, Turn]:
     }
     holder = {light: min(one for one in lights if light in lights[one]) for held in lights.values() for light in held}
     order = spawn_order(town, holder)
-    turns: dict[str, Turn] = {}
+    turns: dict[str, SignalPhase] = {}
     for junction in root.iter("junction"):
         here = [one.get("id", "") for one in junction.findall("controller")]
         phases = [sorted(light for light in lights.get(one, ()) if holder[light] == one) for one in here]
         phases = sorted(filter(None, phases), key=lambda phase: min(order.get(light, len(order)) for light in phase))
         for place, phase in enumerate(phases):
-            turns |= {light: Turn(junction.get("id", ""), place) for light in phase if light not in turns}
+            turns |= {light: SignalPhase(junction.get("id", ""), place) for light in phase if light not in turns}
     return turns
 
 
-def _unnamed_in_junctions(root: ElementTree.Element, turns: dict[str, Turn]) -> set[str]:
+def _unnamed_in_junctions(root: ElementTree.Element, turns: dict[str, SignalPhase]) -> set[str]:
     """Lights of a junction's own roads that have no turn; CARLA does not spawn them (Town10HD has two)."""
     inside = [road for road in root.iter("road") if road.get("junction", "-1") != "-1"]
     lights = {one.get("id", "") for road in inside for one in road.iter("signal") if one.get("type") == LIGHT_TYPE}
@@ -152,7 +152,7 @@ def _approach(waypoint: Any) -> Any:
     return back[0] if back and not back[0].is_junction else waypoint
 
 
-def _signal(key: tuple[str, str], lanes: list[Any], turn: Turn | None, roads: RoadNetwork) -> Signal:
+def _signal(key: tuple[str, str], lanes: list[Any], turn: SignalPhase | None, roads: RoadNetwork) -> Signal:
     kind, signal_id = key
     yaw = lanes[0].transform.rotation.yaw
     across = wrap_degrees(yaw + 90.0)
@@ -161,7 +161,7 @@ def _signal(key: tuple[str, str], lanes: list[Any], turn: Turn | None, roads: Ro
     pole = landmark.transform.location
     pose = Pose(Vector(pole.x, pole.y, middle.z), Rotation(yaw=across))
     box = Box(_into_frame(middle, pose), Vector(half_width_m, BOX_HALF_DEPTH_M, BOX_HALF_HEIGHT_M))
-    return Signal(signal_id, kind, pose, box, turn or Turn(f"signal {signal_id}", alone=True))
+    return Signal(signal_id, kind, pose, box, turn or SignalPhase(f"signal {signal_id}", alone=True))
 
 
 def _span(lanes: list[Any], across_deg: float) -> tuple[Vector, float]:

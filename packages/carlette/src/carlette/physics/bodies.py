@@ -13,7 +13,7 @@ from carlette.wire.snapshot import RECORD, Records
 
 
 @dataclass
-class Bodies(Table):
+class BodyTable(Table):
     """Metres, degrees, seconds, in the world frame unless said otherwise."""
 
     position: Floats = field(default_factory=numbers(3))

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from carlette.geometry import Floats, Vector
-from carlette.physics.bodies import Bodies
-from carlette.physics.doors import Doors
+from carlette.physics.bodies import BodyTable
+from carlette.physics.doors import OpenDoors
 from carlette.physics.overlap import Boxes, Indices, boxes_of, near_pairs, overlaps
 
 BOUNCE = 0.1
@@ -29,12 +29,12 @@ class Contact(NamedTuple):
 
     first: int
     second: int
-    """Rows in `Bodies`."""
+    """Rows in `BodyTable`."""
     impulse: Vector
     """Impulse on the second body (N·s, world frame); the first one gets the opposite."""
 
 
-class Side(NamedTuple):
+class ContactSide(NamedTuple):
     """One of the two bodies of a contact."""
 
     row: int
@@ -57,7 +57,7 @@ class Shapes(NamedTuple):
     extent: Floats
 
 
-def collide(bodies: Bodies, doors: Doors | None = None) -> list[Contact]:
+def collide(bodies: BodyTable, doors: OpenDoors | None = None) -> list[Contact]:
     """Resolve all contacts between solid bodies and return those with an impulse."""
     shapes = _shapes(bodies, doors)
     rows = shapes.rows
@@ -83,7 +83,7 @@ def collide(bodies: Bodies, doors: Doors | None = None) -> list[Contact]:
     return [Contact(*pair, impulse) for pair, impulse in hits.items()]
 
 
-def _shapes(bodies: Bodies, doors: Doors | None) -> Shapes:
+def _shapes(bodies: BodyTable, doors: OpenDoors | None) -> Shapes:
     rows: Indices = np.flatnonzero(bodies.solid)
     own = np.arange(len(rows))
     if doors is None or not len(doors):
@@ -100,7 +100,7 @@ def _shapes(bodies: Bodies, doors: Doors | None) -> Shapes:
 
 
 def _resolve(
-    bodies: Bodies,
+    bodies: BodyTable,
     boxes: Boxes,
     owner: Indices,
     index: tuple[int, int],
@@ -121,11 +121,11 @@ def _resolve(
         x, y = boxes.center[owner[one]].tolist()
         half_x, half_y = boxes.half[owner[one]].tolist()
         inertia = 3.0 * share / (half_x**2 + half_y**2)
-        sides.append(Side(row, share, inertia, (point[0] - x, point[1] - y)))
+        sides.append(ContactSide(row, share, inertia, (point[0] - x, point[1] - y)))
     return _exchange(bodies, sides[0], sides[1], away)
 
 
-def _exchange(bodies: Bodies, first: Side, second: Side, away: Planar) -> Vector | None:
+def _exchange(bodies: BodyTable, first: ContactSide, second: ContactSide, away: Planar) -> Vector | None:
     """Applies the impulse that ends the approach, with friction along the touching faces."""
     one, other = _speed_at(bodies, first), _speed_at(bodies, second)
     closing = (other[0] - one[0], other[1] - one[1])
@@ -144,7 +144,7 @@ def _exchange(bodies: Bodies, first: Side, second: Side, away: Planar) -> Vector
     return Vector(impulse[0], impulse[1], 0.0)
 
 
-def _passive(impulse: Planar, first: Side, second: Side, closing: Planar) -> Planar:
+def _passive(impulse: Planar, first: ContactSide, second: ContactSide, closing: Planar) -> Planar:
     """Return the impulse, reduced if its normal and friction parts together would add energy to the pair."""
     work = _dot(closing, impulse)
     size = math.hypot(*impulse)
@@ -155,19 +155,19 @@ def _passive(impulse: Planar, first: Side, second: Side, closing: Planar) -> Pla
     return share * impulse[0], share * impulse[1]
 
 
-def _give(first: Side, second: Side, along: Planar) -> float:
+def _give(first: ContactSide, second: ContactSide, along: Planar) -> float:
     """Return how much a pair's relative speed along a direction changes per N·s."""
     turning = sum(side.inverse_inertia * _cross(side.arm, along) ** 2 for side in (first, second))
     return first.inverse_mass + second.inverse_mass + turning
 
 
-def _speed_at(bodies: Bodies, side: Side) -> Planar:
+def _speed_at(bodies: BodyTable, side: ContactSide) -> Planar:
     rate = math.radians(bodies.angular[side.row, 2])
     x, y, _ = bodies.velocity[side.row].tolist()
     return x - rate * side.arm[1], y + rate * side.arm[0]
 
 
-def _inverse_mass(bodies: Bodies, row: int) -> float:
+def _inverse_mass(bodies: BodyTable, row: int) -> float:
     mass = float(bodies.mass[row])
     return 1.0 / mass if mass > 0 and bodies.simulated[row] else 0.0
 
@@ -204,7 +204,7 @@ def _cross(a: Planar, b: Planar) -> float:
     return a[0] * b[1] - a[1] * b[0]
 
 
-def is_free(bodies: Bodies, candidate: Bodies, doors: Doors | None = None) -> bool:
+def is_free(bodies: BodyTable, candidate: BodyTable, doors: OpenDoors | None = None) -> bool:
     """True if the one solid body of `candidate` would overlap no solid body and no open door."""
     shapes = _shapes(bodies, doors)
     there = boxes_of(bodies, shapes.rows, (shapes.center, shapes.extent))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.geometry import Box, Floats
-from carlette.physics.bodies import Bodies
+from carlette.physics.bodies import BodyTable
 from carlette.physics.column_table import Table, flags, indices, numbers
 
 SWING_S = 0.8
@@ -22,7 +22,7 @@ TOP_M = 1.25
 ALL = 6
 
 
-class Place(NamedTuple):
+class DoorHinge(NamedTuple):
     """Where a side door is hinged."""
 
     along: float
@@ -32,19 +32,19 @@ class Place(NamedTuple):
     reach_m: float = REACH_M
 
 
-SIDE_DOORS = {0: Place(0.36, -1.0), 1: Place(0.36, 1.0), 2: Place(-0.08, -1.0), 3: Place(-0.08, 1.0)}
+SIDE_DOORS = {0: DoorHinge(0.36, -1.0), 1: DoorHinge(0.36, 1.0), 2: DoorHinge(-0.08, -1.0), 3: DoorHinge(-0.08, 1.0)}
 """Front left, front right, rear left, rear right; bonnet and boot open upwards and take no room on the road."""
 STOP_ARM = 7
-ARM_PLACE = Place(0.5, -1.0, 0.5)
+ARM_PLACE = DoorHinge(0.5, -1.0, 0.5)
 """The stop arm of a school bus, which swings out on the left with the stop sign."""
 
 
 @dataclass
-class Doors(Table):
+class OpenDoors(Table):
     """One row for each side door that is not closed."""
 
     row: NDArray[np.int64] = field(default_factory=indices())
-    """The vehicle's row in `Bodies`."""
+    """The vehicle's row in `BodyTable`."""
     door: NDArray[np.int64] = field(default_factory=indices())
     opening: NDArray[np.bool_] = field(default_factory=flags())
     """True while it opens or stays open; otherwise it closes."""
@@ -83,7 +83,7 @@ class Doors(Table):
         for index in reversed(np.flatnonzero(~self.opening & (self.swing <= 0.0)).tolist()):
             self.delete(index)
 
-    def boxes(self, bodies: Bodies) -> tuple[Floats, Floats]:
+    def boxes(self, bodies: BodyTable) -> tuple[Floats, Floats]:
         """Centre and half sizes of each door's box, in the vehicle's frame."""
         reach = np.maximum(self.reach * self.swing, 0.01)
         base = bodies.center[self.row, 2] - bodies.extent[self.row, 2]

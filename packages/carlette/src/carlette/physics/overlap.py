@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.geometry import Floats, columns
-from carlette.physics.bodies import Bodies
+from carlette.physics.bodies import BodyTable
 
 RESTING_MPS = 0.1
 """Approaches slower than this count little against the depth when the direction of a contact is chosen (m/s)."""
@@ -37,7 +37,7 @@ class Overlap(NamedTuple):
     depth: Floats
 
 
-def boxes_of(bodies: Bodies, rows: Indices, shapes: tuple[Floats, Floats] | None = None) -> Boxes:
+def boxes_of(bodies: BodyTable, rows: Indices, shapes: tuple[Floats, Floats] | None = None) -> Boxes:
     """The bounding boxes of some bodies (or other `shapes` in their frames: centres and half sizes).
 
     Whatever passes under a body is left out.

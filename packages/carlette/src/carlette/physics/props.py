@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from carlette.physics.bodies import Bodies
+from carlette.physics.bodies import BodyTable
 from carlette.physics.column_table import Table, indices
 from carlette.physics.walkers import SLIDE_MPS2, slowed
 
@@ -20,7 +20,7 @@ class LooseProps(Table):
 
     row: NDArray[np.int64] = field(default_factory=indices())
 
-    def step(self, bodies: Bodies, dt: float) -> None:
+    def step(self, bodies: BodyTable, dt: float) -> None:
         """Let pushed props slide until friction stops them."""
         row = self.row
         velocity = slowed(bodies.velocity[row, :2], SLIDE_MPS2 * dt)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from carlette.geometry import Floats, Vector
 from carlette.opendrive.road_network import RoadNetwork
-from carlette.physics.bodies import Bodies
+from carlette.physics.bodies import BodyTable
 from carlette.physics.column_table import Table, flags, indices, numbers
 from carlette.physics.vehicle_dynamics import GRAVITY
 
@@ -28,7 +28,7 @@ class Surface(Table):
     """One row for each actor that stands on the ground: the plane under it."""
 
     row: NDArray[np.int64] = field(default_factory=indices())
-    """The actor's row in `Bodies`."""
+    """The actor's row in `BodyTable`."""
     origin: Floats = field(default_factory=numbers(3))
     slope: Floats = field(default_factory=numbers(2))
     """Rise in z for each metre of x and of y."""
@@ -44,15 +44,15 @@ class Surface(Table):
     """True if a client switched gravity off."""
 
     def add(self, row: int, stand_m: float, tilts: bool, on_foot: bool = False) -> int:
-        """Adds the actor at `row` of `Bodies`."""
+        """Adds the actor at `row` of `BodyTable`."""
         return self.append(row=row, stand=stand_m, tilts=tilts, on_foot=on_foot, looked=(np.inf, np.inf))
 
-    def airborne(self, bodies: Bodies) -> NDArray[np.bool_]:
+    def airborne(self, bodies: BodyTable) -> NDArray[np.bool_]:
         """(rows,): True for actors that are not on the ground."""
         up: NDArray[np.bool_] = bodies.position[self.row, 2] - self._ground(bodies.position[self.row]) > CONTACT_M
         return up
 
-    def look(self, bodies: Bodies, roads: RoadNetwork) -> None:
+    def look(self, bodies: BodyTable, roads: RoadNetwork) -> None:
         """Query the map for the planes under the actors that have moved on."""
         position = bodies.position[self.row]
         near = np.where(self.on_foot, STEP_M, RELOOK_M)
@@ -67,7 +67,7 @@ class Surface(Table):
         self.slope[which] = [(one.slope_x, one.slope_y) for one in grounds]
         self.looked[which] = position[which, :2]
 
-    def settle(self, bodies: Bodies, dt: float) -> None:
+    def settle(self, bodies: BodyTable, dt: float) -> None:
         """Let actors fall onto, and follow, the ground below them."""
         row = self.row
         position, slope = bodies.position[row], self.slope
@@ -92,7 +92,7 @@ class Surface(Table):
         level: Floats = self.origin[:, 2] + (rise[:, 0] + rise[:, 1]) + self.stand
         return level
 
-    def _tilt(self, bodies: Bodies, which: NDArray[np.bool_]) -> None:
+    def _tilt(self, bodies: BodyTable, which: NDArray[np.bool_]) -> None:
         row = self.row[which]
         yaw = np.radians(bodies.rotation[row, 1])
         cos, sin = np.cos(yaw), np.sin(yaw)

@@ -17,10 +17,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from carlette.blueprints import VehicleModel
+from carlette.blueprints import VehicleSpec
 from carlette.geometry import Floats, bounded
 from carlette.opendrive.speed_limit_boxes import UNSIGNED_KMH
-from carlette.physics.bodies import Bodies
+from carlette.physics.bodies import BodyTable
 from carlette.physics.column_table import Table, flags, indices, numbers
 from carlette.physics.vehicle_parameters import (
     DAMPING_IDLE,
@@ -84,11 +84,11 @@ THROTTLE, STEER, BRAKE, HAND_BRAKE, REVERSE, MANUAL, GEAR = range(7)
 
 
 @dataclass
-class Fleet(Table):
+class Vehicles(Table):
     """One row for each vehicle."""
 
     row: NDArray[np.int64] = field(default_factory=indices())
-    """The vehicle's row in `Bodies`."""
+    """The vehicle's row in `BodyTable`."""
     control: Floats = field(default_factory=numbers(7))
     """Throttle, steer, brake, hand brake, reverse, manual gear shift, gear: as the client sent them."""
     steer: Floats = field(default_factory=numbers())
@@ -129,7 +129,7 @@ class Fleet(Table):
     limit_kmh: Floats = field(default_factory=numbers())
     """Speed limit of the last sign that the vehicle passed (km/h)."""
 
-    def add(self, row: int, model: VehicleModel, physics: PhysicsParameters) -> int:
+    def add(self, row: int, model: VehicleSpec, physics: PhysicsParameters) -> int:
         """Adds a vehicle of `model` whose body is `row`."""
         index = self.append(
             row=row,
@@ -142,7 +142,7 @@ class Fleet(Table):
         self.take(index, model, physics)
         return index
 
-    def take(self, index: int, model: VehicleModel, physics: PhysicsParameters) -> None:
+    def take(self, index: int, model: VehicleSpec, physics: PhysicsParameters) -> None:
         """Set a vehicle's technical data; what they do not define stays as in the `model`."""
         mass, usual = physics.mass_kg, parameters_of(model)
         lighter = model.mass_kg / mass
@@ -175,7 +175,7 @@ class Fleet(Table):
         control = np.where(np.isnan(self.control), 1.0, self.control)
         return bounded(control, LEAST_CONTROL, MOST_CONTROL)
 
-    def step(self, bodies: Bodies, dt: float) -> None:
+    def step(self, bodies: BodyTable, dt: float) -> None:
         """Moves all simulated vehicles by `dt` seconds in the plane."""
         row = self.row
         active = bodies.simulated[row]
@@ -333,7 +333,7 @@ class Fleet(Table):
         brake = bounded((-wanted - idle) / np.maximum(self._full_brake(speed) - idle, 0.1), 0.0, 1.0)
         return throttle, brake
 
-    def _publish(self, bodies: Bodies, control: Floats, ahead: Floats) -> None:
+    def _publish(self, bodies: BodyTable, control: Floats, ahead: Floats) -> None:
         """Write the controls into the snapshot's records."""
         record = bodies.record
         record["pedals"][self.row] = control[:, :3]

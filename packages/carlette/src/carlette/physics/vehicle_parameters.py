@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from carlette.blueprints import VehicleModel
+from carlette.blueprints import VehicleSpec
 
 Curve = tuple[tuple[float, float], ...]
 
@@ -95,7 +95,7 @@ class PhysicsParameters:
         return tuple(share * turns / max(ratio * self.final_ratio, 0.01) for ratio, _, _ in self.gears)
 
 
-def parameters_of(model: VehicleModel) -> PhysicsParameters:
+def parameters_of(model: VehicleSpec) -> PhysicsParameters:
     """The technical data of a kind of vehicle."""
     launch = min(LAUNCH_MOST_MPS2, LAUNCH_BASE_MPS2 + LAUNCH_PER_KW_KG * model.power_kw / model.mass_kg)
     torque = launch * model.mass_kg * WHEEL_RADIUS_M / (EFFICIENCY * GEARS[0] * FINAL_RATIO)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.geometry import Floats, Vector
-from carlette.physics.bodies import Bodies
+from carlette.physics.bodies import BodyTable
 from carlette.physics.column_table import Table, flags, indices, numbers
 
 TURN_DEG_PER_S = 720.0
@@ -26,7 +26,7 @@ LIES_S = 10.0
 """A dead walker leaves the world after this time."""
 
 
-class Hit(Protocol):
+class WalkerImpact(Protocol):
     """Two bodies, by their rows, and the impulse on the second."""
 
     @property
@@ -58,7 +58,7 @@ class Walkers(Table):
     dead: NDArray[np.bool_] = field(default_factory=flags())
     dead_s: Floats = field(default_factory=numbers())
 
-    def step(self, bodies: Bodies, airborne: NDArray[np.bool_], dt: float) -> None:
+    def step(self, bodies: BodyTable, airborne: NDArray[np.bool_], dt: float) -> None:
         """Move all simulated walkers by `dt` seconds in the plane; those in the air keep their velocity."""
         row = self.row
         active = bodies.simulated[row]
@@ -84,12 +84,12 @@ class Walkers(Table):
         bodies.record["walk_speed"][row] = going
         bodies.record["walk_jump"][row] = wants
 
-    def take_push(self, bodies: Bodies) -> None:
+    def take_push(self, bodies: BodyTable) -> None:
         """After a collision, let the part of a walker's motion that it was not commanded decay slowly."""
         unit, going = self._will()
         self.push = bodies.velocity[self.row, :2] - unit * going[:, None]
 
-    def wound(self, bodies: Bodies, hits: Sequence[Hit], cars: Set[int]) -> None:
+    def wound(self, bodies: BodyTable, hits: Sequence[WalkerImpact], cars: Set[int]) -> None:
         """Kills the mortal walkers that one of the `cars` (rows of vehicles) has hit hard."""
         for index in np.flatnonzero(self.mortal & ~self.dead).tolist():
             row = int(self.row[index])

@@ -6,7 +6,7 @@ import os
 import tempfile
 from pathlib import Path
 
-from carlette.errors import RequestError
+from carlette.errors import CompletionRequestError
 
 LONGEST_NAME, LONGEST_PATH = 255, 1024
 """Longest name, and longest path within the folder (bytes): with the folder it stays below the system's 4,096."""
@@ -26,29 +26,29 @@ def default_folder() -> Path:
 def path_in(folder: Path, name: str) -> Path:
     """The file that a client names: relative to the folder, or absolute and within it.
 
-    Raises `RequestError` for everything that leads elsewhere, also through `..` or a link.
+    Raises `CompletionRequestError` for everything that leads elsewhere, also through `..` or a link.
     """
     encoded = os.fsencode(name)
     if not name or "\0" in name or len(encoded) > LONGEST_PATH or max(map(len, encoded.split(b"/"))) > LONGEST_NAME:
-        raise RequestError(f"'{_short(name)}' is not a file name; give one such as run.log")
+        raise CompletionRequestError(f"'{_short(name)}' is not a file name; give one such as run.log")
     root = folder.resolve()
     if ".." in Path(name).parts:
-        raise RequestError(_refusal(name, root))
+        raise CompletionRequestError(_refusal(name, root))
     try:
         path = (root / name).resolve()
     except (OSError, RuntimeError):  # circular links
-        raise RequestError(f"'{_short(name)}' is not a file name; give one such as run.log") from None
+        raise CompletionRequestError(f"'{_short(name)}' is not a file name; give one such as run.log") from None
     if path == root or not path.is_relative_to(root):
-        raise RequestError(_refusal(name, root))
+        raise CompletionRequestError(_refusal(name, root))
     return path
 
 
 def make_room(path: Path) -> None:
-    """Create the folder of a log to be written; raise `RequestError` if that fails."""
+    """Create the folder of a log to be written; raise `CompletionRequestError` if that fails."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise RequestError(
+        raise CompletionRequestError(
             f"cannot record to '{path}': {error.strerror}; start the server with another --recordings"
         ) from None
 

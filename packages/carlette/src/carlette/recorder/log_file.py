@@ -21,7 +21,7 @@ import msgpack
 import numpy as np
 from numpy.typing import NDArray
 
-from carlette.errors import RequestError
+from carlette.errors import CompletionRequestError
 from carlette.geometry import FARTHEST
 from carlette.safe_files import read_regular
 
@@ -44,7 +44,7 @@ class Entry(NamedTuple):
         return self.attributes.get("role_name", (0, ""))[1]
 
 
-class Frame(NamedTuple):
+class LogFrame(NamedTuple):
     """The positions of all actors in one frame."""
 
     number: int
@@ -57,7 +57,7 @@ class Frame(NamedTuple):
     light_colors: NDArray[np.uint8]
 
 
-class Hit(NamedTuple):
+class LogCollision(NamedTuple):
     """A collision."""
 
     time_s: float
@@ -67,15 +67,15 @@ class Hit(NamedTuple):
 
 
 @dataclass
-class Tape:
+class LogFile:
     """A log as it was read."""
 
     path: Path
     map_name: str = ""
     date: str = ""
     entries: dict[int, Entry] = field(default_factory=dict)
-    frames: list[Frame] = field(default_factory=list)
-    hits: list[Hit] = field(default_factory=list)
+    frames: list[LogFrame] = field(default_factory=list)
+    hits: list[LogCollision] = field(default_factory=list)
 
     @property
     def duration_s(self) -> float:
@@ -83,38 +83,40 @@ class Tape:
         return self.frames[-1].time_s if self.frames else 0.0
 
 
-def pack(*parts: Any) -> bytes:
+def encode_entry(*parts: Any) -> bytes:
     """One array of the file."""
     packed: bytes = msgpack.packb(parts, unicode_errors="surrogateescape")
     return packed
 
 
-def read_tape(path: Path) -> Tape:
-    """Read a log; raise `RequestError` for a file that is missing, unreadable or of another format."""
+def read_tape(path: Path) -> LogFile:
+    """Read a log; raise `CompletionRequestError` for a file that is missing, unreadable or of another format."""
     try:
         if not path.is_file():
             raise FileNotFoundError
         data = read_regular(path, LARGEST_BYTES)
     except FileNotFoundError:
-        raise RequestError(f"File '{path}' not found on server") from None
+        raise CompletionRequestError(f"File '{path}' not found on server") from None
     except OSError as error:
-        raise RequestError(f"the log '{path}' cannot be read: {error.strerror}") from None
+        raise CompletionRequestError(f"the log '{path}' cannot be read: {error.strerror}") from None
     if not data.startswith(MAGIC):
-        raise RequestError(f"'{path}' is not a carlette log (CARLA's own logs cannot be read); record one with it")
-    tape = Tape(path)
+        raise CompletionRequestError(
+            f"'{path}' is not a carlette log (CARLA's own logs cannot be read); record one with it"
+        )
+    tape = LogFile(path)
     parts = msgpack.Unpacker(raw=False, unicode_errors="surrogateescape", max_buffer_size=LARGEST_BYTES)
     parts.feed(data[len(MAGIC) :])
     try:
         for part in parts:
             _take(tape, *part)
     except (msgpack.UnpackException, ValueError, TypeError, KeyError, AttributeError, IndexError) as error:
-        raise RequestError(
+        raise CompletionRequestError(
             f"the log '{path}' is damaged after {tape.duration_s:.2f} s ({error}); record again"
         ) from None
     return tape
 
 
-def _check(tape: Tape, frame: Frame) -> None:
+def _check(tape: LogFile, frame: LogFrame) -> None:
     """Raise `ValueError` for a frame that cannot be replayed."""
     if len(frame.ids) != len(frame.motion) or len(frame.light_ids) != len(frame.light_colors):
         raise ValueError("a frame has different numbers of actors and of motions")
@@ -124,7 +126,7 @@ def _check(tape: Tape, frame: Frame) -> None:
         raise ValueError("a frame has an actor that was never seen")
 
 
-def _take(tape: Tape, kind: str, *values: Any) -> None:
+def _take(tape: LogFile, kind: str, *values: Any) -> None:
     if kind == "start":
         tape.map_name, tape.date = values
     elif kind == "spawn":
@@ -132,10 +134,10 @@ def _take(tape: Tape, kind: str, *values: Any) -> None:
         typed = {name: (int(of), str(text)) for name, (of, text) in attributes.items()}
         tape.entries[number] = Entry(number, type_id, typed, parent_id)
     elif kind == "hit":
-        tape.hits.append(Hit(*values))
+        tape.hits.append(LogCollision(*values))
     elif kind == "frame":
         number, time_s, ids, motion, light_ids, colors = values
-        frame = Frame(
+        frame = LogFrame(
             number,
             time_s,
             np.frombuffer(ids, np.uint32),

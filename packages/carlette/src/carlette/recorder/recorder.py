@@ -9,28 +9,28 @@ from typing import BinaryIO
 
 import numpy as np
 
-from carlette.errors import RequestError
-from carlette.recorder.log_file import MAGIC, pack
-from carlette.world.actor import Kind
+from carlette.errors import CompletionRequestError
+from carlette.recorder.log_file import MAGIC, encode_entry
+from carlette.world.actor import ActorKind
 from carlette.world.world import World
 
-RECORDED = (Kind.VEHICLE, Kind.WALKER, Kind.PROP, Kind.OTHER)
+RECORDED = (ActorKind.VEHICLE, ActorKind.WALKER, ActorKind.PROP, ActorKind.OTHER)
 
 log = logging.getLogger(__name__)
 
 
-class Recorder:
+class LogRecorder:
     """One recording."""
 
     def __init__(self, path: Path, world: World) -> None:
-        """Begin a file; raise `RequestError` if that fails or another kind of file is there."""
+        """Begin a file; raise `CompletionRequestError` if that fails or another kind of file is there."""
         self.path = path
         self._began_s = world.elapsed_s
         self._known: set[int] = set()
         self._hits: set[tuple[int, int]] = set()
         """Pairs that touched in the last frame."""
         self._file: BinaryIO | None = _begin(path)
-        self._write(pack("start", world.roads.file.name, time.strftime("%Y-%m-%d %H:%M:%S")))
+        self._write(encode_entry("start", world.roads.file.name, time.strftime("%Y-%m-%d %H:%M:%S")))
         self.note(world)
 
     def note(self, world: World) -> None:
@@ -42,15 +42,15 @@ class Recorder:
         for one in actors:
             if one.id not in self._known:
                 attributes = {name: [int(kind), text] for name, (kind, text) in one.attributes.items()}
-                parts.append(pack("spawn", one.id, one.type_id, attributes, one.parent_id))
+                parts.append(encode_entry("spawn", one.id, one.type_id, attributes, one.parent_id))
         ids = {one.id for one in actors}
-        parts += [pack("gone", one) for one in sorted(self._known - ids)]
+        parts += [encode_entry("gone", one) for one in sorted(self._known - ids)]
         self._known = ids
         parts += self._collisions(world)
         rows, bodies, lights = [one.row for one in actors], world.bodies, world.signals.lights
         motion = np.concatenate([bodies.position[rows], bodies.rotation[rows], bodies.velocity[rows]], axis=1)
         parts.append(
-            pack(
+            encode_entry(
                 "frame",
                 world.frame,
                 world.elapsed_s - self._began_s,
@@ -80,7 +80,7 @@ class Recorder:
             now.add(pair)
             if pair not in self._hits:
                 size = float(np.linalg.norm(contact.impulse))
-                parts.append(pack("hit", world.elapsed_s - self._began_s, *pair, size))
+                parts.append(encode_entry("hit", world.elapsed_s - self._began_s, *pair, size))
         self._hits = now
         return parts
 
@@ -106,13 +106,17 @@ class Recorder:
 def _begin(path: Path) -> BinaryIO:
     try:
         if path.exists() and not path.is_file():
-            raise RequestError(f"cannot record to '{path}': it is not a file; name a file that can be written")
+            raise CompletionRequestError(
+                f"cannot record to '{path}': it is not a file; name a file that can be written"
+            )
         if path.exists():
             with path.open("rb") as old:
                 if old.read(len(MAGIC)) != MAGIC:
-                    raise RequestError(f"'{path}' exists and is not a carlette log; record to another file")
+                    raise CompletionRequestError(f"'{path}' exists and is not a carlette log; record to another file")
         file = path.open("wb")
         file.write(MAGIC)
         return file
     except OSError as error:
-        raise RequestError(f"cannot record to '{path}': {error.strerror}; name a file that can be written") from None
+        raise CompletionRequestError(
+            f"cannot record to '{path}': {error.strerror}; name a file that can be written"
+        ) from None

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 from carlette.blueprints import AttributeType, load_catalogue
-from carlette.errors import RequestError
+from carlette.errors import CompletionRequestError
 from carlette.geometry import Floats, Pose, Rotation, Vector
-from carlette.recorder.log_file import Entry, Frame, Tape
+from carlette.recorder.log_file import Entry, LogFile, LogFrame
 from carlette.world.actor import Actor
 from carlette.world.spawn import spawn
 from carlette.world.traffic_lights import Color
@@ -32,7 +32,7 @@ class Replay:
 
     def __init__(
         self,
-        tape: Tape,
+        tape: LogFile,
         world: World,
         start_s: float = 0.0,
         duration_s: float = 0.0,
@@ -41,18 +41,20 @@ class Replay:
     ) -> None:
         """Begin `start_s` after the start of the log (before its end if negative), for `duration_s` (0: all of it).
 
-        The spectator follows the actor with the id `follow_id` in the log, unless that is 0. Raises `RequestError` for
-        a log that is empty or belongs to another map.
+        The spectator follows the actor with the id `follow_id` in the log, unless that is 0. Raises
+        `CompletionRequestError` for a log that is empty or belongs to another map.
         """
         if tape.map_name != world.roads.file.name:
-            raise RequestError(
+            raise CompletionRequestError(
                 f"the log '{tape.path}' is of map {tape.map_name}, but {world.roads.file.name} is loaded; "
                 f"call load_world('{tape.map_name}') first"
             )
         if not tape.frames:
-            raise RequestError(f"the log '{tape.path}' has no frames; nothing to replay")
+            raise CompletionRequestError(f"the log '{tape.path}' has no frames; nothing to replay")
         if not (math.isfinite(start_s) and math.isfinite(duration_s)):
-            raise RequestError(f"replay_file: start {start_s} and duration {duration_s} must be numbers of seconds")
+            raise CompletionRequestError(
+                f"replay_file: start {start_s} and duration {duration_s} must be numbers of seconds"
+            )
         begin = tape.duration_s + start_s if start_s < 0.0 else start_s
         self.time_s = min(max(begin, 0.0), tape.duration_s)
         self.end_s = min(self.time_s + duration_s, tape.duration_s) if duration_s > 0.0 else tape.duration_s
@@ -92,7 +94,7 @@ class Replay:
                 world.bodies.simulated[actor.row] = True
         self.is_over = True
 
-    def _frames(self) -> tuple[Frame, Frame, float]:
+    def _frames(self) -> tuple[LogFrame, LogFrame, float]:
         """Return the frames around the present time, and the share of the way from the first to the second."""
         frames = self._tape.frames
         if frames[self._index].time_s > self.time_s:
@@ -103,7 +105,7 @@ class Replay:
         span = after.time_s - now.time_s
         return now, after, min(max((self.time_s - now.time_s) / span, 0.0), 1.0) if span > 1e-9 else 0.0
 
-    def _meet(self, world: World, frame: Frame) -> None:
+    def _meet(self, world: World, frame: LogFrame) -> None:
         """Spawn the actors that are new, and destroy those that are no longer in the log."""
         there = set(frame.ids.tolist())
         for number in [one for one in self._actors if one not in there]:
@@ -154,7 +156,7 @@ class Replay:
             )
             world.teleport(world.spectator, behind)
 
-    def _paint(self, world: World, frame: Frame) -> None:
+    def _paint(self, world: World, frame: LogFrame) -> None:
         for number, color in zip(frame.light_ids.tolist(), frame.light_colors.tolist(), strict=True):
             light = world.actors.get(number)
             if light is not None and self._colors.get(number) != color and light.index >= 0:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from carlette.recorder.log_file import Entry, Tape
+from carlette.recorder.log_file import Entry, LogFile
 
 KINDS = {"vehicle.": "v", "walker.": "w", "traffic.": "t"}
 
 
-def file_info(tape: Tape, show_all: bool) -> str:
+def file_info(tape: LogFile, show_all: bool) -> str:
     """Return map, date and length; with `show_all`, also each frame in which something happens."""
     lines = [_head(tape)]
     if show_all:
@@ -25,7 +25,7 @@ def file_info(tape: Tape, show_all: bool) -> str:
     return "\n".join([*lines, _foot(tape)])
 
 
-def collisions(tape: Tape, first_kind: str, second_kind: str) -> str:
+def collisions(tape: LogFile, first_kind: str, second_kind: str) -> str:
     """Collisions of two kinds: h hero, v vehicle, w walker, t traffic light, o other, a any."""
     lines = [_head(tape), f"{'Time':>8}  Types  {'Id':>6} Actor 1{'':<33} {'Id':>6} Actor 2"]
     for hit in tape.hits:
@@ -40,7 +40,7 @@ def collisions(tape: Tape, first_kind: str, second_kind: str) -> str:
     return "\n".join([*lines, _foot(tape)])
 
 
-def blocked(tape: Tape, least_s: float, least_m: float) -> str:
+def blocked(tape: LogFile, least_s: float, least_m: float) -> str:
     """Vehicles and walkers that moved less than `least_m` within `least_s`, the longest first."""
     found = [one for number in tape.entries for one in _stops(tape, number, least_s, least_m)]
     found.sort(key=lambda one: -one[2])
@@ -52,7 +52,7 @@ def blocked(tape: Tape, least_s: float, least_m: float) -> str:
     return "\n".join([*lines, _foot(tape)])
 
 
-def _stops(tape: Tape, number: int, least_s: float, least_m: float) -> list[tuple[int, float, float]]:
+def _stops(tape: LogFile, number: int, least_s: float, least_m: float) -> list[tuple[int, float, float]]:
     """Return id, start and length of each period in which an actor hardly moves."""
     if _kind(tape.entries[number]) not in ("h", "v", "w"):
         return []
@@ -71,11 +71,11 @@ def _stops(tape: Tape, number: int, least_s: float, least_m: float) -> list[tupl
     return found
 
 
-def _head(tape: Tape) -> str:
+def _head(tape: LogFile) -> str:
     return f"Version: carlette 1\nMap: {tape.map_name}\nDate: {tape.date}\n"
 
 
-def _foot(tape: Tape) -> str:
+def _foot(tape: LogFile) -> str:
     return f"\nFrames: {len(tape.frames)}\nDuration: {tape.duration_s:g} seconds\n"
 
 

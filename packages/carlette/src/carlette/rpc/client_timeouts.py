@@ -41,7 +41,7 @@ C = TypeVar("C", bound=Client)
 L = TypeVar("L", bound=Listener)
 
 
-def overstayed(clients: Iterable[C], now: float) -> Iterator[tuple[C, str]]:
+def timed_out_clients(clients: Iterable[C], now: float) -> Iterator[tuple[C, str]]:
     """Yield the clients whose request has been unfinished for too long, and the largest ones while all hold too
     much.
     """
@@ -59,6 +59,6 @@ def overstayed(clients: Iterable[C], now: float) -> Iterator[tuple[C, str]]:
         yield one, f"it holds {one.held_bytes:,} bytes, and all clients together more than {MOST_HELD_BYTES:,}"
 
 
-def unnamed(listeners: Iterable[L], now: float) -> list[L]:
+def unnamed_listeners(listeners: Iterable[L], now: float) -> list[L]:
     """Return the listeners that have taken too long to name their stream."""
     return [one for one in listeners if not one.stream_id and now - one.came > UNNAMED_S]

@@ -10,7 +10,7 @@ from typing import Any
 
 import msgpack
 
-from carlette.rpc.request_framing import BAD_BYTES, Frames
+from carlette.rpc.request_framing import BAD_BYTES, RequestBuffer
 
 READ_BYTES = 1 << 20
 MOST_UNREAD_BYTES = 16 << 20
@@ -37,7 +37,7 @@ class RpcConnection:
         self.unfinished_since: float | None = None
         """When the incomplete request began, by the clock (s)."""
         self._clock = clock
-        self._frames = Frames()
+        self._frames = RequestBuffer()
         self._packer = msgpack.Packer(unicode_errors="surrogateescape")
         self._unsent = bytearray()
 

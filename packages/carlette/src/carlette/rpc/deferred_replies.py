@@ -17,7 +17,7 @@ LONGEST_HOLD_S = 3.0
 
 
 @dataclass
-class Held:
+class DeferredReply:
     """A delayed answer, and what it waits for."""
 
     connection: RpcConnection
@@ -31,14 +31,14 @@ class Held:
     is_resting: bool = False
 
 
-class HeldAnswers:
+class DeferredReplies:
     """Answers that have not been given yet. `woken` becomes readable when one may be due."""
 
     def __init__(self) -> None:
         self.woken, self._waker = socket.socketpair()
         self.woken.setblocking(False)
         self._waker.setblocking(False)
-        self._held: list[Held] = []
+        self._held: list[DeferredReply] = []
 
     def hold(
         self,
@@ -53,7 +53,7 @@ class HeldAnswers:
 
         `woken` becomes readable for each of them, also when the answer could not wait for it.
         """
-        self._held.append(Held(connection, number, result, until, time.monotonic() + longest_s, rest_s))
+        self._held.append(DeferredReply(connection, number, result, until, time.monotonic() + longest_s, rest_s))
         for one in until:
             one.add_done_callback(self._wake)
 

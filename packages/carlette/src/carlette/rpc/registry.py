@@ -7,7 +7,7 @@ import struct
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from carlette.errors import RequestError
+from carlette.errors import CompletionRequestError
 from carlette.wire import encode
 
 Handler = Callable[..., Any]
@@ -75,7 +75,7 @@ def _guarded(name: str, handler: Handler, success: Callable[[Any], Any], failure
     def call(*arguments: Any) -> Any:
         try:
             return success(handler(*arguments))
-        except RequestError as error:
+        except CompletionRequestError as error:
             return failure(str(error))
         except BAD_ARGUMENTS as error:
             log.warning("bad arguments of %s: %s: %s", name, type(error).__name__, error)

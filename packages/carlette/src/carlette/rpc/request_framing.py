@@ -21,11 +21,11 @@ BAD_BYTES = (msgpack.UnpackException, ValueError, TypeError, OverflowError, Recu
 """What decoding invalid bytes raises; a map with a list as its key, for example, is a TypeError."""
 
 
-class TooLarge(ValueError):
+class RequestTooLargeError(ValueError):
     """A request exceeds its limit."""
 
 
-class Frames:
+class RequestBuffer:
     """The bytes that have arrived, and the ends of the requests in them."""
 
     def __init__(self) -> None:
@@ -50,14 +50,16 @@ class Frames:
             self._scanner.skip()
         except msgpack.OutOfData:
             if len(self._bytes) > LARGEST_REQUEST_BYTES and len(self._bytes) > allowance(self._bytes[:_HEAD_BYTES]):
-                raise TooLarge(f"a request of more than {len(self._bytes):,} bytes; send it in parts") from None
+                raise RequestTooLargeError(
+                    f"a request of more than {len(self._bytes):,} bytes; send it in parts"
+                ) from None
             return None
         end = self._scanner.tell()
         frame = bytes(memoryview(self._bytes)[: end - self._cut])
         del self._bytes[: end - self._cut]
         self._cut = end
         if len(frame) > LARGEST_REQUEST_BYTES and len(frame) > allowance(frame[:_HEAD_BYTES]):
-            raise TooLarge(f"a request of {len(frame):,} bytes; send it in parts")
+            raise RequestTooLargeError(f"a request of {len(frame):,} bytes; send it in parts")
         return frame
 
     @staticmethod

@@ -1,6 +1,6 @@
 """Sensors: what their actors measure on each tick. A new one is a new file and a line in `ALL`."""
 
-from carlette.errors import RequestError
+from carlette.errors import CompletionRequestError
 from carlette.sensors.camera import ColorCamera, DepthCamera, InstanceCamera, SemanticCamera
 from carlette.sensors.collision import CollisionSensor
 from carlette.sensors.gnss import GnssSensor
@@ -8,11 +8,11 @@ from carlette.sensors.imu import ImuSensor
 from carlette.sensors.lidar import LidarSensor, SemanticLidarSensor
 from carlette.sensors.obstacle import ObstacleSensor
 from carlette.sensors.radar import RadarSensor
-from carlette.sensors.sensor import Body, LateSensor, Moment, Sensor, Settings
-from carlette.sensors.sensor_scene import Scene
+from carlette.sensors.sensor import Body, LateSensor, Sensor, SensorAttributes, SensorTick
+from carlette.sensors.sensor_scene import SensorScene
 from carlette.world.actor import Attributes
 
-__all__ = ["ALL", "Body", "LateSensor", "Moment", "Scene", "Sensor", "Settings", "make_sensor"]
+__all__ = ["ALL", "Body", "LateSensor", "Sensor", "SensorAttributes", "SensorScene", "SensorTick", "make_sensor"]
 
 ALL: dict[str, type[Sensor]] = {
     "sensor.camera.depth": DepthCamera,
@@ -31,10 +31,12 @@ ALL: dict[str, type[Sensor]] = {
 
 
 def make_sensor(type_id: str, attributes: Attributes) -> Sensor:
-    """Return the sensor of an actor; raise `RequestError` for attributes or kinds that this server does not support."""
+    """Return the sensor of an actor; raise `CompletionRequestError` for attributes or kinds that this server does not
+    support.
+    """
     kind = ALL.get(type_id)
     if kind is None:
-        raise RequestError(
+        raise CompletionRequestError(
             f"Spawn of '{type_id}' refused: this server does not simulate that sensor; it has {', '.join(ALL)}"
         )
-    return kind(Settings(type_id, attributes))
+    return kind(SensorAttributes(type_id, attributes))

@@ -12,11 +12,11 @@ from typing import ClassVar
 from weakref import WeakKeyDictionary
 
 from carlette.camera.arrays import Bytes
-from carlette.camera.rendering.renderer import Renderer, Shot
-from carlette.camera.rendering.scene_capture import Seen, encode_depth, notice, the_renderer
-from carlette.camera.rendering.view import View
-from carlette.sensors.sensor import Body, LateSensor, Moment, Settings
-from carlette.sensors.sensor_scene import Scene
+from carlette.camera.rendering.renderer import CapturedScene, Renderer
+from carlette.camera.rendering.scene_capture import CapturedActors, encode_depth, notice, the_renderer
+from carlette.camera.rendering.view import CameraView
+from carlette.sensors.sensor import Body, LateSensor, SensorAttributes, SensorTick
+from carlette.sensors.sensor_scene import SensorScene
 from carlette.sensors.workers import build_static_scene, drawer
 from carlette.world.world import World
 
@@ -29,7 +29,7 @@ _HEADER = struct.Struct("<IIf")
 class Camera(LateSensor):
     """A camera. Only `image_size_x`, `image_size_y` and `fov` matter; lens, exposure and colour have no effect."""
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: SensorAttributes) -> None:
         super().__init__(settings)
         self.width = settings.whole("image_size_x", 1, LARGEST_PX)
         self.height = settings.whole("image_size_y", 1, LARGEST_PX)
@@ -38,19 +38,19 @@ class Camera(LateSensor):
     def load(self, world: World) -> Future[None]:
         return build_static_scene(world.roads)
 
-    def begin(self, moment: Moment) -> Future[list[Body]]:
+    def begin(self, moment: SensorTick) -> Future[list[Body]]:
         world = moment.scene.world
-        seen = seen_of(moment.scene).from_inside(world, world.actors.get(moment.actor.parent_id), moment.pose.location)
-        view = View(moment.pose, self.width, self.height, self.fov_deg)
+        seen = capture(moment.scene).from_inside(world, world.actors.get(moment.actor.parent_id), moment.pose.location)
+        view = CameraView(moment.pose, self.width, self.height, self.fov_deg)
         return drawer().submit(lambda: self._drawn(seen, view))
 
-    def _drawn(self, seen: Seen, view: View) -> list[Body]:
+    def _drawn(self, seen: CapturedActors, view: CameraView) -> list[Body]:
         picture = self.draw(the_renderer(), seen.shot(), view)
         return [(_HEADER.pack(self.width, self.height, self.fov_deg), picture.data.cast("B"))]
 
     @staticmethod
     @abstractmethod
-    def draw(renderer: Renderer, shot: Shot, view: View) -> Bytes:
+    def draw(renderer: Renderer, shot: CapturedScene, view: CameraView) -> Bytes:
         """The picture: (height, width, 4) uint8, bytes B G R A, contiguous."""
 
 
@@ -60,7 +60,7 @@ class ColorCamera(Camera):
     wire_type: ClassVar[int] = 13
 
     @staticmethod
-    def draw(renderer: Renderer, shot: Shot, view: View) -> Bytes:
+    def draw(renderer: Renderer, shot: CapturedScene, view: CameraView) -> Bytes:
         return renderer.rgb(shot, view)
 
 
@@ -70,7 +70,7 @@ class DepthCamera(Camera):
     wire_type: ClassVar[int] = 1
 
     @staticmethod
-    def draw(renderer: Renderer, shot: Shot, view: View) -> Bytes:
+    def draw(renderer: Renderer, shot: CapturedScene, view: CameraView) -> Bytes:
         return encode_depth(renderer.depth(shot, view))
 
 
@@ -80,7 +80,7 @@ class SemanticCamera(Camera):
     wire_type: ClassVar[int] = 14
 
     @staticmethod
-    def draw(renderer: Renderer, shot: Shot, view: View) -> Bytes:
+    def draw(renderer: Renderer, shot: CapturedScene, view: CameraView) -> Bytes:
         return renderer.tags(shot, view)
 
 
@@ -90,11 +90,11 @@ class InstanceCamera(Camera):
     wire_type: ClassVar[int] = 15
 
     @staticmethod
-    def draw(renderer: Renderer, shot: Shot, view: View) -> Bytes:
+    def draw(renderer: Renderer, shot: CapturedScene, view: CameraView) -> Bytes:
         return renderer.instances(shot, view)
 
 
-def seen_of(scene: Scene) -> Seen:
+def capture(scene: SensorScene) -> CapturedActors:
     """Return what all cameras see on one tick; computed once."""
     seen = _seen.get(scene)
     if seen is None:
@@ -102,4 +102,4 @@ def seen_of(scene: Scene) -> Seen:
     return seen
 
 
-_seen: WeakKeyDictionary[Scene, Seen] = WeakKeyDictionary()
+_seen: WeakKeyDictionary[SensorScene, CapturedActors] = WeakKeyDictionary()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from carlette.sensors.sensor import Body, Moment, Sensor
+from carlette.sensors.sensor import Body, Sensor, SensorTick
 from carlette.wire.collision import encode
 
 
@@ -13,7 +13,7 @@ class CollisionSensor(Sensor):
 
     wire_type = 0
 
-    def measure(self, moment: Moment) -> Iterator[Body]:
+    def measure(self, moment: SensorTick) -> Iterator[Body]:
         world = moment.scene.world
         for event in world.collisions:
             if event.sensor_id == moment.actor.id:

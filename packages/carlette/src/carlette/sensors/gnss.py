@@ -11,7 +11,7 @@ import msgpack
 import numpy as np
 
 from carlette.geometry import Vector
-from carlette.sensors.sensor import Body, Moment, Sensor, Settings
+from carlette.sensors.sensor import Body, Sensor, SensorAttributes, SensorTick
 
 EARTH_RADIUS_M = 6378137.0
 SMALLEST_SEED, LARGEST_SEED = -(1 << 31), (1 << 31) - 1
@@ -33,20 +33,20 @@ class GnssSensor(Sensor):
 
     wire_type = 4
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: SensorAttributes) -> None:
         super().__init__(settings)
         self._bias = np.array([settings.number(f"noise_{one}_bias") for one in _FIELDS])
         self._stddev = np.array([settings.number(f"noise_{one}_stddev", 0.0) for one in _FIELDS])
         self._random = seeded(settings)
 
-    def measure(self, moment: Moment) -> Iterator[Body]:
+    def measure(self, moment: SensorTick) -> Iterator[Body]:
         origin = map_reference(moment.scene.world.roads.file.text)
         truth = geo_point(origin, moment.pose.location)
         noisy = np.array(truth) + self._bias + self._random.normal(0.0, 1.0, 3) * self._stddev
         yield (msgpack.packb(noisy.tolist()),)
 
 
-def seeded(settings: Settings) -> np.random.Generator:
+def seeded(settings: SensorAttributes) -> np.random.Generator:
     """Return the random generator of a sensor with the attribute `noise_seed`: the same seed gives the same noise."""
     return np.random.default_rng(settings.whole("noise_seed", SMALLEST_SEED, LARGEST_SEED) - SMALLEST_SEED)
 

@@ -14,7 +14,7 @@ from carlette.geometry import Floats
 from carlette.physics.vehicle_dynamics import GRAVITY
 from carlette.sensors.gnss import seeded
 from carlette.sensors.rotations import axes, turn_between
-from carlette.sensors.sensor import Body, Moment, Sensor, Settings
+from carlette.sensors.sensor import Body, Sensor, SensorAttributes, SensorTick
 
 _AXES = ("x", "y", "z")
 SHORTEST_STEP_S = 1e-6
@@ -41,7 +41,7 @@ class ImuSensor(Sensor):
 
     wire_type = 5
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: SensorAttributes) -> None:
         super().__init__(settings)
         self._accelerometer_stddev = np.array([settings.number(f"noise_accel_stddev_{one}", 0.0) for one in _AXES])
         self._gyroscope_stddev = np.array([settings.number(f"noise_gyro_stddev_{one}", 0.0) for one in _AXES])
@@ -49,7 +49,7 @@ class ImuSensor(Sensor):
         self._random = seeded(settings)
         self._path: deque[Attitude] = deque(maxlen=3)
 
-    def measure(self, moment: Moment) -> Iterator[Body]:
+    def measure(self, moment: SensorTick) -> Iterator[Body]:
         self.pass_over(moment)
         noise = self._random.normal(0.0, 1.0, (2, 3))
         here = self._path[-1].axes
@@ -57,7 +57,7 @@ class ImuSensor(Sensor):
         turning = here.T @ self._turning() + self._gyroscope_bias + noise[1] * self._gyroscope_stddev
         yield (msgpack.packb([felt.tolist(), turning.tolist(), compass(here)]),)
 
-    def pass_over(self, moment: Moment) -> None:
+    def pass_over(self, moment: SensorTick) -> None:
         time_s = moment.scene.world.elapsed_s
         self._path.append(Attitude(time_s, np.array(moment.pose.location), axes(moment.pose.rotation)))
 

@@ -17,12 +17,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carlette.errors import RequestError
+from carlette.errors import CompletionRequestError
 from carlette.geometry import Floats
 from carlette.sensors.gnss import seeded
 from carlette.sensors.ray_surfaces import Indices, Singles
-from carlette.sensors.sensor import Body, LateSensor, Moment, Settings
-from carlette.sensors.sensor_scene import Scene, Sweep
+from carlette.sensors.sensor import Body, LateSensor, SensorAttributes, SensorTick
+from carlette.sensors.sensor_scene import RaySweep, SensorScene
 from carlette.sensors.workers import build_faces, caster
 from carlette.world.world import World
 
@@ -58,7 +58,7 @@ class Points(NamedTuple):
     """Points of each channel."""
 
 
-class Turn(NamedTuple):
+class HeadRotation(NamedTuple):
     """What the head sweeps over in one tick."""
 
     azimuths: Floats
@@ -70,7 +70,7 @@ class Turn(NamedTuple):
 class Fan(LateSensor):
     """The rotating head that both kinds share."""
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: SensorAttributes) -> None:
         super().__init__(settings)
         require_kernels(settings.type_id)
         self.reach_m = settings.number("range", 0.0, MOST_RANGE_M)
@@ -88,22 +88,22 @@ class Fan(LateSensor):
     def load(self, world: World) -> Future[None]:
         return build_faces(world.roads)
 
-    def pass_over(self, moment: Moment) -> None:
+    def pass_over(self, moment: SensorTick) -> None:
         self._turned_deg = math.fmod(self._turned_deg + self._step_deg(moment), self._width_deg)
 
-    def begin(self, moment: Moment) -> Future[list[Body]]:
+    def begin(self, moment: SensorTick) -> Future[list[Body]]:
         moment.scene.hold()
         turn = self._turn(moment)
         return caster().submit(lambda: self._scan(moment, turn))
 
-    def _turn(self, moment: Moment) -> Turn:
+    def _turn(self, moment: SensorTick) -> HeadRotation:
         steps = self._steps(moment)
         spread = self._turned_deg + self._step_deg(moment) / max(steps, 1) * np.arange(steps)
         azimuths = np.radians(np.fmod(spread, self._width_deg) - self._width_deg / 2.0)
         self.pass_over(moment)
-        return Turn(azimuths, math.radians(self._turned_deg))
+        return HeadRotation(azimuths, math.radians(self._turned_deg))
 
-    def _scan(self, moment: Moment, turn: Turn) -> list[Body]:
+    def _scan(self, moment: SensorTick, turn: HeadRotation) -> list[Body]:
         columns, rows = np.argsort(turn.azimuths, kind="stable"), np.argsort(self._tangents, kind="stable")
         azimuths = turn.azimuths[columns]
         sweep = moment.scene.sweep(moment.pose, azimuths, self._tangents[rows][None, :], self.reach_m)
@@ -112,14 +112,14 @@ class Fan(LateSensor):
         return [(header, _as_bytes(self.rows(moment.scene, sweep, points)))]
 
     @abstractmethod
-    def rows(self, scene: Scene, sweep: Sweep, points: Points) -> Singles:
+    def rows(self, scene: SensorScene, sweep: RaySweep, points: Points) -> Singles:
         """Return the points as they are sent, one per row."""
 
-    def losses(self, sweep: Sweep) -> Losses:
+    def losses(self, sweep: RaySweep) -> Losses:
         """Return what becomes of the rays on their way, each (columns, rows): here nothing is lost or off."""
         return Losses(sweep.nearness, sweep.hit >= 0, _NOTHING)
 
-    def _points(self, sweep: Sweep, azimuths: Floats, column_of: Indices, rows: Indices, losses: Losses) -> Points:
+    def _points(self, sweep: RaySweep, azimuths: Floats, column_of: Indices, rows: Indices, losses: Losses) -> Points:
         """`azimuths` of the columns, the column of each step, and the channel of each row of tangents."""
         from carlette.sensors.kernels import place_points
 
@@ -133,10 +133,10 @@ class Fan(LateSensor):
         place_points(sweep.nearness, kept, column_of, starts, ways, levels, off_m, intensity, found, sources)
         return Points(found, sources, counts.astype(np.uint32))
 
-    def _step_deg(self, moment: Moment) -> float:
+    def _step_deg(self, moment: SensorTick) -> float:
         return self._turns_per_s * self._width_deg * moment.delta_s
 
-    def _steps(self, moment: Moment) -> int:
+    def _steps(self, moment: SensorTick) -> int:
         wanted = math.floor(self._points_per_s * moment.delta_s / self._channels + 0.5)
         most = max(1, MOST_RAYS // self._channels)
         if wanted > most and not self._has_warned:
@@ -151,7 +151,7 @@ class LidarSensor(Fan):
 
     wire_type = 11
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: SensorAttributes) -> None:
         super().__init__(settings)
         self._general = settings.number("dropoff_general_rate", 0.0, 1.0)
         self._limit = settings.number("dropoff_intensity_limit")
@@ -160,10 +160,10 @@ class LidarSensor(Fan):
         self._noise_stddev = settings.number("noise_stddev", 0.0)
         self._random = seeded(settings)
 
-    def rows(self, scene: Scene, sweep: Sweep, points: Points) -> Singles:
+    def rows(self, scene: SensorScene, sweep: RaySweep, points: Points) -> Singles:
         return points.rows
 
-    def losses(self, sweep: Sweep) -> Losses:
+    def losses(self, sweep: RaySweep) -> Losses:
         """Return the rays' intensity, which of them come back, and how far off they are (m), each (columns, rows).
 
         The intensity falls off as exp(-attenuation * distance). Rays are lost at random at the general rate, and more
@@ -187,7 +187,7 @@ class SemanticLidarSensor(Fan):
 
     wire_type = 10
 
-    def rows(self, scene: Scene, sweep: Sweep, points: Points) -> Singles:
+    def rows(self, scene: SensorScene, sweep: RaySweep, points: Points) -> Singles:
         from carlette.sensors.kernels import label_points
 
         labelled = np.empty((len(points.rows), 6), np.float32)
@@ -209,6 +209,6 @@ def _inverse(order: Indices) -> Indices:
 
 
 def require_kernels(type_id: str) -> None:
-    """Raises `RequestError` where numba, which compiles the rays' loops, is not installed."""
+    """Raises `CompletionRequestError` where numba, which compiles the rays' loops, is not installed."""
     if find_spec("numba") is None:
-        raise RequestError(f"Spawn of '{type_id}' refused: it needs the package 'numba'; pip install numba")
+        raise CompletionRequestError(f"Spawn of '{type_id}' refused: it needs the package 'numba'; pip install numba")

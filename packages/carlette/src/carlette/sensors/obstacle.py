@@ -11,24 +11,24 @@ import numpy as np
 
 from carlette.camera.rendering import tags
 from carlette.geometry import Floats
-from carlette.sensors.ray_surfaces import Faces
+from carlette.sensors.ray_surfaces import RaySurfaces
 from carlette.sensors.rotations import axes
-from carlette.sensors.sensor import Body, LateSensor, Moment, Settings
-from carlette.sensors.sensor_scene import Scene
+from carlette.sensors.sensor import Body, LateSensor, SensorAttributes, SensorTick
+from carlette.sensors.sensor_scene import SensorScene
 from carlette.sensors.workers import build_faces, caster
-from carlette.world.actor import Actor, Kind
+from carlette.world.actor import Actor, ActorKind
 from carlette.world.world import World
 
 TOUCH_M = 1e-3
 MOST_STEPS = 500
 MOST_REACH_M = 2000.0
-DYNAMIC = (Kind.VEHICLE, Kind.WALKER)
-SOLID = (Kind.VEHICLE, Kind.WALKER, Kind.PROP)
+DYNAMIC = (ActorKind.VEHICLE, ActorKind.WALKER)
+SOLID = (ActorKind.VEHICLE, ActorKind.WALKER, ActorKind.PROP)
 _GROUND = (tags.ROAD, tags.SIDEWALK, tags.TERRAIN, tags.GROUND, tags.ROAD_LINE)
 _NAMES = {tags.BUILDING: "building", tags.VEGETATION: "vegetation", tags.POLE: "pole", tags.TRAFFIC_SIGN: "trafficsign"}
 
 
-class Found(NamedTuple):
+class ObstacleHit(NamedTuple):
     """The first thing in the way."""
 
     distance_m: float
@@ -41,7 +41,7 @@ class ObstacleSensor(LateSensor):
 
     wire_type = 7
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: SensorAttributes) -> None:
         super().__init__(settings)
         self._reach_m = settings.number("distance", 0.0, MOST_REACH_M)
         self._radius_m = settings.number("hit_radius", 0.0, MOST_REACH_M)
@@ -52,21 +52,23 @@ class ObstacleSensor(LateSensor):
     def load(self, world: World) -> Future[None]:
         return build_faces(world.roads)
 
-    def begin(self, moment: Moment) -> Future[list[Body]]:
+    def begin(self, moment: SensorTick) -> Future[list[Body]]:
         finder = moment.scene.world.actors.get(moment.actor.parent_id, moment.actor)
         origin, ahead = np.array(moment.pose.location), axes(moment.pose.rotation)[:, 0]
         among = list(self._among_actors(moment, origin, ahead))
         described = moment.wire(finder)
         return caster().submit(lambda: self._reported(described, among, moment.scene, (origin, ahead)))
 
-    def _reported(self, finder: Any, among: list[Found], scene: Scene, ray: tuple[Floats, Floats]) -> list[Body]:
+    def _reported(
+        self, finder: Any, among: list[ObstacleHit], scene: SensorScene, ray: tuple[Floats, Floats]
+    ) -> list[Body]:
         found = [*among, *self._in_scenery(scene, *ray)]
         if not found:
             return []
         first = min(found, key=lambda one: one.distance_m)
         return [(msgpack.packb([finder, first.other, first.distance_m], unicode_errors="surrogateescape"),)]
 
-    def _among_actors(self, moment: Moment, origin: Floats, ahead: Floats) -> Iterator[Found]:
+    def _among_actors(self, moment: SensorTick, origin: Floats, ahead: Floats) -> Iterator[ObstacleHit]:
         world = moment.scene.world
         kept = (moment.actor.id, moment.actor.parent_id)
         others = [one for one in world.actors.values() if one.kind in self._kinds and one.id not in kept]
@@ -77,9 +79,9 @@ class ObstacleSensor(LateSensor):
         if others:
             index, distance = _push(_Boxes(moment, others), origin, ahead, self._radius_m, self._reach_m)
             if index >= 0:
-                yield Found(distance, moment.wire(others[index]))
+                yield ObstacleHit(distance, moment.wire(others[index]))
 
-    def _in_scenery(self, scene: Scene, origin: Floats, ahead: Floats) -> Iterator[Found]:
+    def _in_scenery(self, scene: SensorScene, origin: Floats, ahead: Floats) -> Iterator[ObstacleHit]:
         if not self._sees_scenery:
             return
         faces = scene.static
@@ -91,13 +93,13 @@ class ObstacleSensor(LateSensor):
                 tag = int(faces.tags[which[index]])
                 described = [0, f"static.{_NAMES.get(tag, 'unknown')}", []]
                 flat = [0.0, 0.0, 0.0]
-                yield Found(distance, [0, 0, described, [flat, flat, flat], bytes([tag]), b""])
+                yield ObstacleHit(distance, [0, 0, described, [flat, flat, flat], bytes([tag]), b""])
 
 
 class _Boxes:
     """The bounding boxes of some actors."""
 
-    def __init__(self, moment: Moment, actors: list[Actor]) -> None:
+    def __init__(self, moment: SensorTick, actors: list[Actor]) -> None:
         world = moment.scene.world
         poses = [world.pose(one) for one in actors]
         self._middles = np.array([pose.apply(one.box.center) for pose, one in zip(poses, actors, strict=True)])
@@ -132,7 +134,7 @@ class _Quads:
         return nearest
 
 
-def _near_quads(faces: Faces, origin: Floats, reach_m: float) -> Any:
+def _near_quads(faces: RaySurfaces, origin: Floats, reach_m: float) -> Any:
     """The quads within reach that are not ground."""
     bodies = np.flatnonzero(np.linalg.norm(faces.centers - origin, axis=1) < reach_m + faces.radii)
     which = np.concatenate([np.arange(*faces.spans[one]) for one in bodies] or [np.zeros(0, np.int64)])

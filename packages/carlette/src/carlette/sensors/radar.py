@@ -10,7 +10,7 @@ import numpy as np
 from carlette.geometry import Floats
 from carlette.sensors.lidar import MOST_POINTS_PER_S, MOST_RANGE_M, MOST_RAYS, require_kernels
 from carlette.sensors.rotations import axes
-from carlette.sensors.sensor import Body, LateSensor, Moment, Settings
+from carlette.sensors.sensor import Body, LateSensor, SensorAttributes, SensorTick
 from carlette.sensors.workers import build_faces, caster
 from carlette.world.world import World
 
@@ -23,7 +23,7 @@ class RadarSensor(LateSensor):
 
     wire_type = 9
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: SensorAttributes) -> None:
         super().__init__(settings)
         require_kernels(settings.type_id)
         self._reach_m = settings.number("range", 0.0, MOST_RANGE_M)
@@ -38,13 +38,13 @@ class RadarSensor(LateSensor):
     def load(self, world: World) -> Future[None]:
         return build_faces(world.roads)
 
-    def begin(self, moment: Moment) -> Future[list[Body]]:
+    def begin(self, moment: SensorTick) -> Future[list[Body]]:
         moment.scene.hold()
         own, ways = self._velocity(moment), self._rays(moment)
         self.pass_over(moment)
         return caster().submit(lambda: self._detections(moment, own, ways))
 
-    def _detections(self, moment: Moment, own: Floats, ways: Floats) -> list[Body]:
+    def _detections(self, moment: SensorTick, own: Floats, ways: Floats) -> list[Body]:
         length = np.linalg.norm(ways, axis=1)
         azimuths = np.arctan2(ways[:, 1], ways[:, 0])
         altitudes = np.arctan2(ways[:, 2], np.hypot(ways[:, 0], ways[:, 1]))
@@ -57,10 +57,10 @@ class RadarSensor(LateSensor):
         rows = np.stack([speeds, azimuths[met], altitudes[met], depths[met]], axis=1)
         return [(rows.astype(np.float32).tobytes(),)]
 
-    def pass_over(self, moment: Moment) -> None:
+    def pass_over(self, moment: SensorTick) -> None:
         self._before = (moment.scene.world.elapsed_s, np.array(moment.pose.location))
 
-    def _rays(self, moment: Moment) -> Floats:
+    def _rays(self, moment: SensorTick) -> Floats:
         """Directions in the radar's frame with x = 1, (n, 3), by ascending azimuth."""
         if self._random is None:
             self._random = np.random.default_rng(moment.actor.id)
@@ -71,7 +71,7 @@ class RadarSensor(LateSensor):
         ascending: Floats = ways[np.argsort(across)]
         return ascending
 
-    def _velocity(self, moment: Moment) -> Floats:
+    def _velocity(self, moment: SensorTick) -> Floats:
         """Return the radar's velocity from its own path, so that its place on the vehicle matters (m/s, world
         frame).
         """

@@ -24,7 +24,7 @@ FLAT_M = 0.002
 
 
 @dataclass(frozen=True)
-class Faces:
+class RaySurfaces:
     """Quads of several bodies, grouped by body, each in its body's frame."""
 
     corners: Singles
@@ -45,7 +45,7 @@ class Faces:
         return np.repeat(np.arange(len(self.spans)), self.spans[:, 1] - self.spans[:, 0])
 
 
-def faces_of(meshes: Sequence[Mesh]) -> Faces:
+def faces_of(meshes: Sequence[Mesh]) -> RaySurfaces:
     """One body for each mesh."""
     flat = [_flattened(mesh.corners, mesh.tags) for mesh in meshes]
     counts = [len(corners) for corners, _ in flat]
@@ -54,7 +54,7 @@ def faces_of(meshes: Sequence[Mesh]) -> Faces:
     lows = [one.min(axis=(0, 1)) if len(one) else np.zeros(3) for one, _ in flat]
     highs = [one.max(axis=(0, 1)) if len(one) else np.zeros(3) for one, _ in flat]
     low, high = np.array(lows, float).reshape(-1, 3), np.array(highs, float).reshape(-1, 3)
-    return Faces(
+    return RaySurfaces(
         np.ascontiguousarray(corners, np.float32),
         normals_of(corners),
         np.concatenate([tags for _, tags in flat] or [np.zeros(0, np.uint8)]),
@@ -65,10 +65,10 @@ def faces_of(meshes: Sequence[Mesh]) -> Faces:
 
 
 _building = Lock()
-_static: WeakKeyDictionary[RoadNetwork, Faces] = WeakKeyDictionary()
+_static: WeakKeyDictionary[RoadNetwork, RaySurfaces] = WeakKeyDictionary()
 
 
-def static_faces(network: RoadNetwork) -> Faces:
+def static_faces(network: RoadNetwork) -> RaySurfaces:
     """Roads, kerbs, terrain, signs, buildings and greenery of a map: what the cameras draw of it, without paint."""
     with _building:
         found = _static.get(network)

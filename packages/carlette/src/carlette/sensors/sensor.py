@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from carlette.blueprints import load_catalogue
-from carlette.errors import RequestError
+from carlette.errors import CompletionRequestError
 from carlette.geometry import Pose
-from carlette.sensors.sensor_scene import Scene
+from carlette.sensors.sensor_scene import SensorScene
 from carlette.world.actor import Actor, Attributes
 from carlette.world.world import World
 
@@ -30,10 +30,10 @@ LONGEST_PERIOD_S = 1e6
 
 
 @dataclass(frozen=True)
-class Moment:
+class SensorTick:
     """The world right after a tick, as sensors measure it. It does not change while they do."""
 
-    scene: Scene
+    scene: SensorScene
     actor: Actor
     """The sensor itself; `parent_id` names its carrier."""
     pose: Pose
@@ -53,8 +53,8 @@ class Sensor(ABC):
     wire_type: ClassVar[int]
     """The sensor's number in the header of its messages."""
 
-    def __init__(self, settings: Settings) -> None:
-        """Read the attributes; raise `RequestError` if one is out of range."""
+    def __init__(self, settings: SensorAttributes) -> None:
+        """Read the attributes; raise `CompletionRequestError` if one is out of range."""
         self.period_s = settings.number("sensor_tick", 0.0, LONGEST_PERIOD_S) if "sensor_tick" in settings else 0.0
 
     def load(self, world: World) -> Future[None] | None:
@@ -63,13 +63,13 @@ class Sensor(ABC):
         return None
 
     @abstractmethod
-    def measure(self, moment: Moment) -> Iterable[Body]:
+    def measure(self, moment: SensorTick) -> Iterable[Body]:
         """Return the messages of this tick: one for a measuring sensor, any number for one that reports events.
 
         It is called only while a client listens.
         """
 
-    def pass_over(self, moment: Moment) -> None:  # noqa: B027
+    def pass_over(self, moment: SensorTick) -> None:  # noqa: B027
         """Called instead of `measure` if the sensor is due but nobody listens: a LiDAR's head keeps turning."""
 
     def close(self) -> None:  # noqa: B027
@@ -80,17 +80,17 @@ class LateSensor(Sensor):
     """A sensor that works in another thread; its measurement may come after the snapshot of its tick."""
 
     @abstractmethod
-    def begin(self, moment: Moment) -> Future[list[Body]]:
+    def begin(self, moment: SensorTick) -> Future[list[Body]]:
         """Copy everything that it needs of the moment, since the world goes on, and start the work.
 
         It is called only while a client listens, in the order of the ticks.
         """
 
-    def measure(self, moment: Moment) -> Iterable[Body]:
+    def measure(self, moment: SensorTick) -> Iterable[Body]:
         return self.begin(moment).result()
 
 
-class Settings(Mapping[str, str]):
+class SensorAttributes(Mapping[str, str]):
     """The attributes of one sensor: what the client set, and the blueprint's defaults."""
 
     def __init__(self, type_id: str, attributes: Attributes) -> None:
@@ -100,7 +100,7 @@ class Settings(Mapping[str, str]):
         self._values.update((id, text) for id, (_, text) in attributes.items())
 
     def number(self, id: str, low: float = -math.inf, high: float = math.inf) -> float:
-        """Return a finite number; raise `RequestError` if it is not within `low` to `high`."""
+        """Return a finite number; raise `CompletionRequestError` if it is not within `low` to `high`."""
         try:
             value = float(self[id].removesuffix("f"))
         except ValueError:
@@ -110,7 +110,7 @@ class Settings(Mapping[str, str]):
         return value
 
     def whole(self, id: str, low: int, high: int) -> int:
-        """Return a whole number; raise `RequestError` if it is not within `low` to `high`."""
+        """Return a whole number; raise `CompletionRequestError` if it is not within `low` to `high`."""
         value = self.number(id, low, high)
         if value != int(value):
             raise self._refusal(id, f"a whole number{_span(low, high)}")
@@ -123,8 +123,10 @@ class Settings(Mapping[str, str]):
             raise self._refusal(id, "true or false")
         return text in ("true", "1")
 
-    def _refusal(self, id: str, wanted: str) -> RequestError:
-        return RequestError(f"Spawn of '{self.type_id}' refused: attribute '{id}' is '{self[id]}'; give {wanted}")
+    def _refusal(self, id: str, wanted: str) -> CompletionRequestError:
+        return CompletionRequestError(
+            f"Spawn of '{self.type_id}' refused: attribute '{id}' is '{self[id]}'; give {wanted}"
+        )
 
     def __getitem__(self, id: str) -> str:
         return self._values[id]

@@ -9,13 +9,13 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from carlette.errors import RequestError
-from carlette.sensors import LateSensor, Moment, Scene, Sensor, make_sensor
+from carlette.errors import CompletionRequestError
+from carlette.sensors import LateSensor, Sensor, SensorScene, SensorTick, make_sensor
 from carlette.sensors.sensor import Body
-from carlette.sensors.sensor_scene import Cast
-from carlette.streaming import Hub
+from carlette.sensors.sensor_scene import ActorSurfaces
+from carlette.streaming import StreamHub
 from carlette.wire.snapshot import sensor_header
-from carlette.world.actor import Actor, Kind
+from carlette.world.actor import Actor, ActorKind
 from carlette.world.world import World
 
 EARLY_S = 1e-6
@@ -27,7 +27,7 @@ log = logging.getLogger(__name__)
 
 
 @dataclass
-class Mount:
+class SensorHandle:
     """A sensor and its actor, the number of its stream, and the time from which it is due again."""
 
     actor: Actor
@@ -50,26 +50,26 @@ class Mount:
         self.has_failed = True
 
 
-class Asked(NamedTuple):
+class PendingMeasurement(NamedTuple):
     """A measurement in progress."""
 
-    mount: Mount
+    mount: SensorHandle
     header: bytes
     bodies: Future[list[Body]]
 
 
-class Suite:
+class SensorManager:
     """The sensors of one world, keyed by actor id; sensors that a client spawns are found automatically."""
 
-    def __init__(self, hub: Hub, stream_of: Callable[[Actor], int], wire: Callable[[Actor], Any]) -> None:
+    def __init__(self, hub: StreamHub, stream_of: Callable[[Actor], int], wire: Callable[[Actor], Any]) -> None:
         self._hub = hub
         self._stream_of = stream_of
         self._wire = wire
         self._world: World | None = None
-        self._cast = Cast()
-        self._mounts: dict[int, Mount] = {}
+        self._cast = ActorSurfaces()
+        self._mounts: dict[int, SensorHandle] = {}
         self._roster = (-1, -1)
-        self._asked: deque[Asked] = deque()
+        self._asked: deque[PendingMeasurement] = deque()
         """In the order of the ticks."""
 
     def measure(self, world: World) -> None:
@@ -77,7 +77,7 @@ class Suite:
         self._update_mounts(world)
         if not self._mounts:
             return
-        scene = Scene(world, self._cast)
+        scene = SensorScene(world, self._cast)
         due = [(mount, self._moment(mount, scene)) for mount in self._mounts.values() if self._takes_turn(mount)]
         # Sensors that work in other threads begin first.
         for mount, moment in sorted(due, key=lambda pair: not isinstance(pair[0].sensor, LateSensor)):
@@ -99,7 +99,7 @@ class Suite:
             else:
                 self._asked.append(one)
 
-    def _send(self, asked: Asked) -> None:
+    def _send(self, asked: PendingMeasurement) -> None:
         error = asked.bodies.exception()
         if error is not None:
             asked.mount.fail(error)
@@ -127,17 +127,17 @@ class Suite:
         for gone in [one for one in self._mounts if one not in actors]:
             self._mounts.pop(gone).sensor.close()
         for actor in actors.values():
-            if actor.kind is Kind.SENSOR and actor.stream_id and actor.id not in self._mounts:
+            if actor.kind is ActorKind.SENSOR and actor.stream_id and actor.id not in self._mounts:
                 try:
                     sensor = make_sensor(actor.type_id, actor.attributes)
-                except RequestError as error:
+                except CompletionRequestError as error:
                     log.error("%s", error)
                     actor.stream_id = 0
                 else:
                     stream_id, scenery = self._stream_of(actor), sensor.load(world)
-                    self._mounts[actor.id] = Mount(actor, sensor, stream_id, world.elapsed_s, scenery)
+                    self._mounts[actor.id] = SensorHandle(actor, sensor, stream_id, world.elapsed_s, scenery)
 
-    def _takes_turn(self, mount: Mount) -> bool:
+    def _takes_turn(self, mount: SensorHandle) -> bool:
         now, period = self._now_s, mount.sensor.period_s
         if now < mount.due_s - EARLY_S:
             return False
@@ -149,22 +149,22 @@ class Suite:
     def _now_s(self) -> float:
         return self._world.elapsed_s if self._world else 0.0
 
-    def _moment(self, mount: Mount, scene: Scene) -> Moment:
-        return Moment(scene, mount.actor, scene.world.pose(mount.actor), self._wire)
+    def _moment(self, mount: SensorHandle, scene: SensorScene) -> SensorTick:
+        return SensorTick(scene, mount.actor, scene.world.pose(mount.actor), self._wire)
 
     @staticmethod
-    def _may_begin(mount: Mount, world: World) -> bool:
+    def _may_begin(mount: SensorHandle, world: World) -> bool:
         """False for a sensor that must skip this tick: in asynchronous mode one that is not ready, as in CARLA."""
         return not mount.has_failed and (mount.is_ready or world.settings.synchronous)
 
-    def _ask(self, mount: Mount, moment: Moment) -> None:
+    def _ask(self, mount: SensorHandle, moment: SensorTick) -> None:
         world, pose = moment.scene.world, moment.pose
         stamp = (*pose.location, *pose.rotation)
         header = sensor_header(mount.sensor.wire_type, world.frame, world.elapsed_s, stamp)
-        self._asked.append(Asked(mount, header, _begun(mount.sensor, moment)))
+        self._asked.append(PendingMeasurement(mount, header, _begun(mount.sensor, moment)))
 
 
-def _begun(sensor: Sensor, moment: Moment) -> Future[list[Body]]:
+def _begun(sensor: Sensor, moment: SensorTick) -> Future[list[Body]]:
     try:
         if isinstance(sensor, LateSensor):
             return sensor.begin(moment)

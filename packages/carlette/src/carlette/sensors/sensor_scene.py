@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 from carlette.camera.environment.repeater_lights import repeaters_of
 from carlette.camera.models.mesh import Mesh, Point
 from carlette.geometry import Floats, Pose
-from carlette.sensors.ray_surfaces import Faces, Indices, Singles, faces_of, static_faces
+from carlette.sensors.ray_surfaces import Indices, RaySurfaces, Singles, faces_of, static_faces
 from carlette.sensors.rotations import axes, many_axes
 from carlette.sensors.shapes import door_shape, second_post, shape_of
-from carlette.world.actor import Actor, Kind
+from carlette.world.actor import Actor, ActorKind
 from carlette.world.world import World
 
 SWING_STEPS = 12
-SHOWN = (Kind.VEHICLE, Kind.WALKER, Kind.PROP, Kind.LIGHT)
+SHOWN = (ActorKind.VEHICLE, ActorKind.WALKER, ActorKind.PROP, ActorKind.LIGHT)
 
 
-class Sweep(NamedTuple):
+class RaySweep(NamedTuple):
     """What a fan of rays hit."""
 
     nearness: Singles
@@ -32,16 +32,16 @@ class Sweep(NamedTuple):
     """(faces,) distance from the sensor to the plane of each face that was hit (m)."""
 
 
-class Bodies(NamedTuple):
+class BodyPoses(NamedTuple):
     """The bodies of all actors at one moment; never changed."""
 
     actors: list[Actor]
-    faces: Faces
+    faces: RaySurfaces
     body_of: Indices
     """Which of `actors` each face belongs to."""
 
 
-class Cast:
+class ActorSurfaces:
     """The bodies of the actors of one world, rebuilt when one changes: an actor comes, goes or opens a door."""
 
     def __init__(self) -> None:
@@ -49,7 +49,7 @@ class Cast:
         self._faces = faces_of([])
         self._body_of = self._faces.body_of
 
-    def update(self, world: World) -> Bodies:
+    def update(self, world: World) -> BodyPoses:
         """Return the bodies of the actors that are in the world now."""
         doors = _doors(world)
         far = repeaters_of(world.roads)
@@ -58,27 +58,27 @@ class Cast:
         if len(meshes) != len(self._meshes) or any(a is not b for a, b in zip(meshes, self._meshes, strict=True)):
             self._meshes, self._faces = meshes, faces_of(meshes)
             self._body_of = self._faces.body_of
-        return Bodies([actor for actor, _ in shown], self._faces, self._body_of)
+        return BodyPoses([actor for actor, _ in shown], self._faces, self._body_of)
 
 
-class Scene:
+class SensorScene:
     """One frame of one world; created for each tick on which a sensor is due."""
 
-    def __init__(self, world: World, cast: Cast | None = None) -> None:
+    def __init__(self, world: World, cast: ActorSurfaces | None = None) -> None:
         self.world = world
-        self._cast = cast or Cast()
+        self._cast = cast or ActorSurfaces()
 
     def hold(self) -> None:
         """Copy what rays need of the actors: after this the world may change."""
         _ = (self.cast, self.places, self.turns, self._speeds)
 
     @cached_property
-    def static(self) -> Faces:
+    def static(self) -> RaySurfaces:
         """The static faces, in the world frame."""
         return static_faces(self.world.roads)
 
     @cached_property
-    def cast(self) -> Bodies:
+    def cast(self) -> BodyPoses:
         """The actors' bodies."""
         return self._cast.update(self.world)
 
@@ -92,7 +92,7 @@ class Scene:
         """How they are turned, (b, 3, 3): from their frames to the world's."""
         return many_axes(self.world.bodies.rotation[[one.row for one in self.cast.actors]].reshape(-1, 3))
 
-    def sweep(self, pose: Pose, azimuths: Floats, tangents: Floats, reach_m: float) -> Sweep:
+    def sweep(self, pose: Pose, azimuths: Floats, tangents: Floats, reach_m: float) -> RaySweep:
         """Casts a ray for each azimuth (rad, ascending, -π to π) and each tangent of an elevation (ascending).
 
         `tangents` is (1, k), or (m, k) where each azimuth has its own. Angles are in the sensor's frame.
@@ -100,7 +100,7 @@ class Scene:
         from carlette.sensors.kernels import scan  # numba is loaded when the first such sensor works
 
         shape = (len(azimuths), tangents.shape[1])
-        result = Sweep(
+        result = RaySweep(
             np.full(shape, 1.0 / max(reach_m, 1e-6), np.float32),
             np.full(shape, -1, np.int32),
             np.empty(len(self.static.tags) + len(self.cast.faces.tags), np.float32),
@@ -130,7 +130,7 @@ class Scene:
         return result
 
     @staticmethod
-    def _near(faces: Faces, origin: Floats, centers: Floats, reach_m: float) -> Indices:
+    def _near(faces: RaySurfaces, origin: Floats, centers: Floats, reach_m: float) -> Indices:
         gaps = np.linalg.norm(centers - origin, axis=1) - faces.radii
         order = np.argsort(gaps)
         nearest: Indices = order[gaps[order] < reach_m]
@@ -138,7 +138,7 @@ class Scene:
 
     @cached_property
     def face_tags(self) -> NDArray[np.uint32]:
-        """The semantic tag of each face that `Sweep.hit` can name (`CityObjectLabel`)."""
+        """The semantic tag of each face that `RaySweep.hit` can name (`CityObjectLabel`)."""
         own = np.array([one.tags[0] if one.tags else 0 for one in self.cast.actors], np.uint8)[self.cast.body_of]
         faces = self.cast.faces.tags
         return np.concatenate([self.static.tags, np.where(faces > 0, faces, own)]).astype(np.uint32)
@@ -163,7 +163,7 @@ class Scene:
 
 def _meshes(actor: Actor, doors: dict[int, list[tuple[int, float]]], far: list[Point | None]) -> list[Mesh]:
     """An actor's body, and its open doors; of a traffic light also the second post."""
-    if actor.kind is Kind.LIGHT:
+    if actor.kind is ActorKind.LIGHT:
         foot = far[actor.index]
         return [shape_of(actor), *([] if foot is None else [second_post(*foot)])]
     opened = [door_shape(actor.type_id, actor.box, *one) for one in doors.get(actor.row, [])]

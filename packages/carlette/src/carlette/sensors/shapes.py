@@ -17,7 +17,7 @@ from carlette.camera.models.props import prop_mesh
 from carlette.camera.models.traffic_lights import post_mesh, repeater_mesh
 from carlette.camera.models.vehicles import vehicle_mesh
 from carlette.geometry import Box, Pose
-from carlette.world.actor import Actor, Kind
+from carlette.world.actor import Actor, ActorKind
 from carlette.world.skeleton import Bone, bones
 
 GREY: Color = (128, 128, 128)
@@ -26,9 +26,9 @@ GREY: Color = (128, 128, 128)
 
 def shape_of(actor: Actor) -> Mesh:
     """Return the surface of an actor; empty if it has no body."""
-    if actor.kind is Kind.LIGHT:
+    if actor.kind is ActorKind.LIGHT:
         return _post(round(actor.box.center.x, 1))
-    if actor.kind is Kind.WALKER and not actor.type_id.startswith("animal."):
+    if actor.kind is ActorKind.WALKER and not actor.type_id.startswith("animal."):
         return _person(actor)
     return _shape(actor.type_id, actor.kind, actor.box)
 
@@ -40,15 +40,15 @@ def door_shape(type_id: str, box: Box, door: int, swing: float) -> Mesh:
 
 
 @lru_cache(maxsize=512)
-def _shape(type_id: str, kind: Kind, box: Box) -> Mesh:
-    if kind is Kind.VEHICLE:
+def _shape(type_id: str, kind: ActorKind, box: Box) -> Mesh:
+    if kind is ActorKind.VEHICLE:
         model = load_catalogue().vehicles[type_id]
         if model.is_two_wheeler:
             return cycle_mesh(type_id, box, model.wheelbase_m, GREY, 0.0, motor=model.base_type == "motorcycle")
         return vehicle_mesh(type_id, box, model.wheelbase_m, GREY)
-    if kind is Kind.WALKER:
+    if kind is ActorKind.WALKER:
         return animal_mesh(type_id, box, 0.0, 0.0)
-    return prop_mesh(type_id, box) if kind is Kind.PROP else EMPTY
+    return prop_mesh(type_id, box) if kind is ActorKind.PROP else EMPTY
 
 
 def _person(actor: Actor) -> Mesh:

@@ -13,7 +13,7 @@ from queue import SimpleQueue
 from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
-from carlette.allocator import hand_back
+from carlette.allocator import release_memory
 from carlette.camera.rendering.scene_capture import static_scene_of
 from carlette.opendrive.road_network import RoadNetwork
 from carlette.sensors.ray_surfaces import static_faces
@@ -89,7 +89,7 @@ def _begun(
 def _finish(build: Callable[[], object]) -> None:
     # The result must not be kept: it would keep its key, and so the map, forever.
     build()
-    hand_back()
+    release_memory()
 
 
 def _make_static_scene(roads: RoadNetwork) -> None:

@@ -29,15 +29,15 @@ from carlette.camera.rendering.lighting import (
     SUN_AZIMUTH,
     WETNESS,
 )
-from carlette.camera.rendering.renderer import Part
+from carlette.camera.rendering.renderer import RenderPart
 from carlette.camera.rendering.scene_capture import take, the_renderer
-from carlette.camera.rendering.view import View, matrix_of
+from carlette.camera.rendering.view import CameraView, matrix_of
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.maps import DEMO_TOWN
 from carlette.opendrive.map_file import load_map
 from carlette.opendrive.road_network import RoadNetwork
 from carlette.physics.doors import ALL, STOP_ARM
-from carlette.world.actor import Actor, Kind
+from carlette.world.actor import Actor, ActorKind
 from carlette.world.settings import CLEAR_NOON
 from carlette.world.spawn import spawn
 from carlette.world.traffic_lights import Color
@@ -58,7 +58,7 @@ class Studio:
     def __init__(self, network: RoadNetwork) -> None:
         self.world = World(network)
         self.spot = network.spawn_points()[SPOT]
-        self.extra: list[Part] = []
+        self.extra: list[RenderPart] = []
 
     def place(self, ahead_m: float, right_m: float, up_m: float = 0.0, turn_deg: float = 0.0) -> Pose:
         """A pose relative to the spot."""
@@ -96,14 +96,14 @@ class Studio:
     def view(
         self, ahead_m: float = 0.0, right_m: float = 0.0, up_m: float = 1.7, pitch_deg: float = -4.0,
         turn_deg: float = 0.0, ticks: int = 20,
-    ) -> View:  # fmt: skip
+    ) -> CameraView:  # fmt: skip
         """Lets a second pass and looks along the road."""
         for _ in range(ticks):
             self.world.tick()
         pose = self.place(ahead_m, right_m, up_m, turn_deg)
-        return View(replace_pitch(pose, pitch_deg), WIDTH, HEIGHT, FOV_DEG)
+        return CameraView(replace_pitch(pose, pitch_deg), WIDTH, HEIGHT, FOV_DEG)
 
-    def shoot(self, view: View, kind: str = "rgb") -> Bytes:
+    def shoot(self, view: CameraView, kind: str = "rgb") -> Bytes:
         """The picture as (height, width, 3) red, green, blue."""
         shot = take(self.world)
         shot = replace(shot, parts=[*shot.parts, *self.extra])
@@ -126,7 +126,7 @@ def replace_pitch(pose: Pose, pitch_deg: float) -> Pose:
     return Pose(pose.location, Rotation(pitch_deg, pose.rotation.yaw, 0.0))
 
 
-def _street(studio: Studio) -> View:
+def _street(studio: Studio) -> CameraView:
     """The scene of the weather pictures: traffic, a person, a cyclist, a truck."""
     studio.put("vehicle.lincoln.mkz_2020", 11.0, 0.0, lights=BRAKE | LOW, color="180,44,44")
     studio.put("vehicle.tesla.model3", 12.0, -7.0, 180.0, lights=LOW, color="22,62,120")
@@ -137,15 +137,15 @@ def _street(studio: Studio) -> View:
     return studio.view(right_m=-1.6)
 
 
-def _weather(**values: float) -> Callable[[Studio], View]:
-    def scene(studio: Studio) -> View:
+def _weather(**values: float) -> Callable[[Studio], CameraView]:
+    def scene(studio: Studio) -> CameraView:
         studio.weather(**values)
         return _street(studio)
 
     return scene
 
 
-def _lights(studio: Studio) -> View:
+def _lights(studio: Studio) -> CameraView:
     studio.put("vehicle.lincoln.mkz_2020", 7.0, -3.4, lights=BRAKE, color="88,88,88")
     studio.put("vehicle.tesla.model3", 7.0, 0.2, lights=RIGHT | LEFT, color="22,62,120")
     studio.put("vehicle.nissan.patrol_2021", 10.0, -7.2, lights=REVERSE, color="255,255,255")
@@ -153,7 +153,7 @@ def _lights(studio: Studio) -> View:
     return studio.view(right_m=-2.2, ticks=2)
 
 
-def _door(studio: Studio) -> View:
+def _door(studio: Studio) -> CameraView:
     car = studio.put("vehicle.lincoln.mkz_2020", 6.8, 0.4, color="180,44,44")
     studio.world.doors.move(car.row, car.box, 0, True)
     other = studio.put("vehicle.mini.cooper_s_2021", 8.0, -6.0, 180.0, color="178,174,162")
@@ -161,7 +161,7 @@ def _door(studio: Studio) -> View:
     return studio.view(right_m=-1.8)
 
 
-def _cones(studio: Studio) -> View:
+def _cones(studio: Studio) -> CameraView:
     for number in range(5):
         studio.put("static.prop.trafficcone01", 6.0 + 2.2 * number, 1.4 - 0.8 * number)
     for number in range(3):
@@ -172,7 +172,7 @@ def _cones(studio: Studio) -> View:
     return studio.view(right_m=-1.0, pitch_deg=-8.0)
 
 
-def _litter(studio: Studio) -> View:
+def _litter(studio: Studio) -> CameraView:
     rows = ("paperbag", "rock", "cardboardbox"), ("plasticbag", "tyre", "dirtdebris01"), ("box01", "trashbag", "ball")
     for row, names in enumerate(rows):
         for column, name in enumerate(names):
@@ -180,7 +180,7 @@ def _litter(studio: Studio) -> View:
     return studio.view(right_m=-0.7, up_m=1.4, pitch_deg=-18.0)
 
 
-def _cyclist(studio: Studio) -> View:
+def _cyclist(studio: Studio) -> CameraView:
     studio.put("vehicle.gazelle.omafiets", 5.4, -2.2, 62.0, color="22,62,120")
     studio.put("vehicle.bh.crossbike", 6.0, -4.9, 140.0, color="120,20,20")
     studio.put("vehicle.kawasaki.ninja", 6.0, 0.5, 40.0, color="60,140,60")
@@ -188,14 +188,14 @@ def _cyclist(studio: Studio) -> View:
     return studio.view(right_m=-1.0, up_m=1.5, ticks=2)
 
 
-def _van(studio: Studio) -> View:
+def _van(studio: Studio) -> CameraView:
     studio.put("vehicle.mercedes.sprinter", 10.0, 1.2, color="255,255,255")
     studio.walk(studio.put("walker.pedestrian.0003", 5.2, -2.0, -90.0), 1.0)
     studio.put("walker.pedestrian.0011", 8.4, -0.9, 180.0)
     return studio.view(right_m=-1.4, ticks=10)
 
 
-def _ambulance(studio: Studio) -> View:
+def _ambulance(studio: Studio) -> CameraView:
     studio.put("vehicle.ford.ambulance", 11.0, -3.4, 195.0, lights=FLASH | LOW, color="255,255,255")
     studio.put("vehicle.dodge.charger_police_2020", 9.5, 1.2, -35.0, lights=FLASH, color="255,255,255")
     studio.put("vehicle.carlamotors.firetruck", 22.0, -0.5, 160.0, lights=FLASH)
@@ -203,7 +203,7 @@ def _ambulance(studio: Studio) -> View:
     return studio.view(right_m=-1.4, up_m=2.0)
 
 
-def _flagger(studio: Studio) -> View:
+def _flagger(studio: Studio) -> CameraView:
     studio.put("walker.flagger.0001", 6.0, -2.2, 180.0, gesture="stop")
     studio.put("walker.flagger.0001", 6.0, 0.9, 180.0, gesture="slow")
     for number in range(3):
@@ -212,7 +212,7 @@ def _flagger(studio: Studio) -> View:
     return studio.view(right_m=-0.6, up_m=1.6)
 
 
-def _school_bus(studio: Studio) -> View:
+def _school_bus(studio: Studio) -> CameraView:
     bus = studio.put("vehicle.carlette.schoolbus", 11.5, 0.2, lights=FLASH | BRAKE)
     studio.world.doors.move(bus.row, bus.box, STOP_ARM, True)
     studio.walk(studio.put("walker.pedestrian.0010", 6.5, 3.6, 0.0), 0.8)
@@ -220,7 +220,7 @@ def _school_bus(studio: Studio) -> View:
     return studio.view(right_m=-2.2, up_m=1.8, pitch_deg=-1.0)
 
 
-def _crossing(studio: Studio) -> View:
+def _crossing(studio: Studio) -> CameraView:
     studio.put("static.prop.crossinggatepost", 9.0, 3.0, 180.0)
     studio.put("static.prop.crossinggate", 9.0, 2.8, 180.0)
     studio.put("static.prop.crossinggatepost", 12.0, -8.2, 0.0)
@@ -228,7 +228,7 @@ def _crossing(studio: Studio) -> View:
     return studio.view(right_m=-1.2)
 
 
-def _animals(studio: Studio) -> View:
+def _animals(studio: Studio) -> CameraView:
     for number, name in enumerate(("cat", "dog", "deer", "cow", "horse", "goose")):
         actor = studio.put(
             f"animal.{name}",
@@ -240,8 +240,8 @@ def _animals(studio: Studio) -> View:
     return studio.view(right_m=-0.6, up_m=1.4, ticks=4)
 
 
-def _kinds(*ids: str) -> Callable[[Studio], View]:
-    def scene(studio: Studio) -> View:
+def _kinds(*ids: str) -> Callable[[Studio], CameraView]:
+    def scene(studio: Studio) -> CameraView:
         colors = ("180,44,44", "22,62,120", "255,255,255", "178,174,162", "60,140,80", "88,88,88")
         for number, type_id in enumerate(ids):
             row, column = divmod(number, 2)
@@ -253,7 +253,7 @@ def _kinds(*ids: str) -> Callable[[Studio], View]:
     return scene
 
 
-def _props(studio: Studio) -> View:
+def _props(studio: Studio) -> CameraView:
     names = (
         "container",
         "bench01",
@@ -271,7 +271,7 @@ def _props(studio: Studio) -> View:
     return studio.view(right_m=-2.0, up_m=2.4, pitch_deg=-10.0, ticks=2)
 
 
-def _signs(studio: Studio) -> View:
+def _signs(studio: Studio) -> CameraView:
     wanted = (
         ("206", ""),
         ("205", ""),
@@ -284,13 +284,13 @@ def _signs(studio: Studio) -> View:
     )
     for number, (kind, value) in enumerate(wanted):
         place = studio.place(6.0, -5.2 + 1.4 * number, 0.0, 180.0)
-        studio.extra.append(Part(post_sign(kind, value), matrix_of(place), 0, tags.TRAFFIC_SIGN))
+        studio.extra.append(RenderPart(post_sign(kind, value), matrix_of(place), 0, tags.TRAFFIC_SIGN))
     return studio.view(right_m=-0.4, up_m=1.7, pitch_deg=2.0, ticks=1)
 
 
-def _traffic_light(color: Color) -> Callable[[Studio], View]:
-    def scene(studio: Studio) -> View:
-        lights = [one for one in studio.world.actors.values() if one.kind is Kind.LIGHT]
+def _traffic_light(color: Color) -> Callable[[Studio], CameraView]:
+    def scene(studio: Studio) -> CameraView:
+        lights = [one for one in studio.world.actors.values() if one.kind is ActorKind.LIGHT]
         for one in lights:
             studio.world.signals.set_color(one.index, color if one is lights[0] else Color.RED)
         pose = studio.world.pose(lights[0])
@@ -305,7 +305,7 @@ _WEATHER = {
     "cloudiness": CLOUDINESS, "precipitation": PRECIPITATION, "deposits": DEPOSITS, "wetness": WETNESS,
     "azimuth": SUN_AZIMUTH, "altitude": SUN_ALTITUDE, "fog": FOG_DENSITY,
 }  # fmt: skip
-SCENES: dict[str, tuple[Callable[[Studio], View], str]] = {
+SCENES: dict[str, tuple[Callable[[Studio], CameraView], str]] = {
     "clear": (_weather(), "rgb"),
     "cloudy": (_weather(cloudiness=70.0), "rgb"),
     "sunset": (_weather(cloudiness=20.0, altitude=4.0, azimuth=10.0), "rgb"),

@@ -18,7 +18,7 @@ from carlette.camera.rendering import tags
 from carlette.geometry import Floats, Pose, Rotation, Vector
 from carlette.opendrive.map_file import find_map, map_folders
 from carlette.opendrive.road_network import RoadNetwork
-from carlette.sensors import Moment, Scene, make_sensor
+from carlette.sensors import SensorScene, SensorTick, make_sensor
 from carlette.sensors.rotations import axes
 from carlette.world.spawn import spawn
 from carlette.world.world import World
@@ -92,7 +92,7 @@ def scan(number: int) -> tuple[Floats, NDArray[np.uint8]]:
     sensor, actor = make_sensor(type_id, attributes), spawn(world, type_id, {}, Pose(Vector(z=2.3)), car.id)
     for _ in range(40):
         world.tick()
-    moment = Moment(Scene(world), actor, world.pose(actor), lambda _: None)
+    moment = SensorTick(SensorScene(world), actor, world.pose(actor), lambda _: None)
     (body,) = (parts[1] for parts in sensor.measure(moment))
     rows = np.frombuffer(body, np.float32).reshape(-1, 6)
     table = np.full((256, 3), 140, np.uint8)

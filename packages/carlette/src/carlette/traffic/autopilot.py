@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.geometry import Floats
-from carlette.physics.bodies import Bodies
+from carlette.physics.bodies import BodyTable
 from carlette.physics.vehicle_dynamics import BRAKE, STEER, THROTTLE
-from carlette.traffic.idm import Driver, free_acceleration, interaction
+from carlette.traffic.idm import IdmParameters, free_acceleration, interaction
 from carlette.traffic.junction_locks import Junctions
 from carlette.traffic.lane_graph import lane_graph
 from carlette.traffic.lane_point_grid import Ints, blocked_points
-from carlette.traffic.routes import AHEAD_POINTS, RENEW_POINTS, ROW_POINTS, Route
+from carlette.traffic.routes import AHEAD_POINTS, RENEW_POINTS, ROW_POINTS, CarRoute
 from carlette.traffic.stop_lines import stop_lines
-from carlette.world.actor import Kind
+from carlette.world.actor import ActorKind
 from carlette.world.traffic_lights import Color
 from carlette.world.world import World
 
@@ -46,11 +46,11 @@ HOLD_BRAKE = 0.4
 
 
 @dataclass(frozen=True)
-class View:
+class TrafficView:
     """What all cars see on this tick; arrays with one row per car."""
 
     rows: Ints
-    """In `Bodies`."""
+    """In `BodyTable`."""
     index: Ints
     """In `Fleet`."""
     speed: Floats
@@ -73,19 +73,21 @@ class Traffic:
         """Take over the vehicles `ids` (default: all) in their present state; `self.ids` are those on a lane."""
         self.graph = lane_graph(world.roads)
         self.lines = stop_lines(world, self.graph)
-        self.driver = Driver()
+        self.driver = IdmParameters()
         self.ids: list[int] = []
         """The cars that are driven."""
-        self.routes: list[Route] = []
+        self.routes: list[CarRoute] = []
         self.junctions = Junctions()
-        wanted = [one.id for one in world.actors.values() if one.kind is Kind.VEHICLE] if ids is None else list(ids)
+        wanted = (
+            [one.id for one in world.actors.values() if one.kind is ActorKind.VEHICLE] if ids is None else list(ids)
+        )
         points = []
         for actor_id in wanted:
             row = world.actor(actor_id, "traffic").row
             point = self.graph.nearest(world.bodies.position[row], float(np.radians(world.bodies.rotation[row, 1])))
             if point >= 0:
                 self.ids.append(actor_id)
-                self.routes.append(Route(self.graph, point, f"{seed} {actor_id}"))
+                self.routes.append(CarRoute(self.graph, point, f"{seed} {actor_id}"))
                 points.append(point)
         count = len(self.ids)
         self.at = np.zeros(count, np.int64)
@@ -159,7 +161,7 @@ class Traffic:
         junctions.held = {car - (car > gone): lanes for car, lanes in junctions.held.items()}
         junctions.waiting = {car - (car > gone): ticks for car, ticks in junctions.waiting.items() if car != gone}
 
-    def _look(self, world: World) -> View:
+    def _look(self, world: World) -> TrafficView:
         actors = [world.actors[one] for one in self.ids]
         rows = np.array([one.row for one in actors])
         bodies, graph = world.bodies, self.graph
@@ -181,14 +183,14 @@ class Traffic:
         window = self.at[:, None] + np.arange(self._sight_points(float(speed.max())))
         gap = self.runs[cars, window] - (run + nose)[:, None]
         index = np.array([one.index for one in actors])
-        return View(rows, index, speed, run, nose, window, self.points[cars, window], gap)
+        return TrafficView(rows, index, speed, run, nose, window, self.points[cars, window], gap)
 
     def _sight_points(self, fastest: float) -> int:
         """How far the fastest car must see; lane points are about a metre apart."""
         stopping = fastest * fastest / (2.0 * self.driver.braking_mps2)
         return min(AHEAD_POINTS, int(LEAST_SIGHT_M + fastest * self.driver.headway_s + stopping))
 
-    def _accelerate(self, world: World, view: View) -> Floats:
+    def _accelerate(self, world: World, view: TrafficView) -> Floats:
         driver, speed = self.driver, view.speed
         reach = np.maximum(view.gap + view.nose[:, None], 0.0)
         targets = self.speeds[np.arange(len(speed))[:, None], view.window]
@@ -204,7 +206,7 @@ class Traffic:
         )
         return np.maximum(free_acceleration(driver, speed, wanted) + pull, -driver.emergency_mps2)
 
-    def _leaders(self, bodies: Bodies, view: View) -> tuple[Floats, Floats]:
+    def _leaders(self, bodies: BodyTable, view: TrafficView) -> tuple[Floats, Floats]:
         """Return the distance to the nearest body in each car's path (m), and its speed along it (m/s)."""
         who, point = blocked_points(self.graph.grid, self.graph.place, bodies)
         # If bodies share a point, at least one of the first and the last of them is not the car itself.
@@ -219,7 +221,7 @@ class Traffic:
         speed = (bodies.velocity[body[cars, found], :2] * ahead).sum(axis=1)
         return gap - 0.5 * POINT_STEP_M, np.where(np.isfinite(gap), np.maximum(speed, 0.0), 0.0)
 
-    def _lights(self, world: World, view: View) -> Floats:
+    def _lights(self, world: World, view: TrafficView) -> Floats:
         """Return the distance to the stop line of a light that requires a stop (m)."""
         color = world.signals.lights.color
         if not len(color):
@@ -230,7 +232,7 @@ class Traffic:
         stop = (shown == Color.RED) & (needed < RED_MPS2) | (shown == Color.YELLOW) & (needed < AMBER_MPS2)
         return _first(stop & (view.gap > 0.0), view.gap)[1]
 
-    def _signs(self, view: View) -> Floats:
+    def _signs(self, view: TrafficView) -> Floats:
         """Return the distance to a stop sign's line at which the car has not stopped yet (m)."""
         sign = self.lines.sign[view.points] > 0
         if not sign.any():
@@ -240,7 +242,7 @@ class Traffic:
         self.halted = np.where(halted, view.points[np.arange(len(found)), found], self.halted)
         return np.where(halted, np.inf, gap)
 
-    def _gates(self, view: View, halt_gap: Floats, leader_gap: Floats, leader_speed: Floats) -> Floats:
+    def _gates(self, view: TrafficView, halt_gap: Floats, leader_gap: Floats, leader_speed: Floats) -> Floats:
         """Return the distance to a junction that the car may not enter yet (m)."""
         front = view.run + view.nose
         for car in np.flatnonzero(view.run - view.nose > self.way_out).tolist():
@@ -261,7 +263,7 @@ class Traffic:
     def _lanes_at_gate(self, car: int) -> tuple[int, ...]:
         return self.routes[car].next_junction(self.graph, float(self.gate[car, 0]) - 0.1)[2]
 
-    def _control(self, world: World, view: View, acceleration: Floats) -> None:
+    def _control(self, world: World, view: TrafficView, acceleration: Floats) -> None:
         fleet = world.fleet
         speed, wanted, curvature = (np.zeros(len(fleet)) for _ in range(3))
         speed[view.index], wanted[view.index] = view.speed, acceleration
@@ -276,7 +278,7 @@ class Traffic:
         control[:, STEER] = steer[view.index]
         fleet.control[view.index] = control
 
-    def _curvature(self, world: World, view: View) -> Floats:
+    def _curvature(self, world: World, view: TrafficView) -> Floats:
         """Of the arc from the rear axle to a place ahead on the lane (pure pursuit)."""
         bodies = world.bodies
         look = np.clip(LOOK_S * view.speed, 0.0, MOST_LOOK_M) + LEAST_LOOK_M

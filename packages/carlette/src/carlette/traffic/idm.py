@@ -15,7 +15,7 @@ from carlette.geometry import Floats
 
 
 @dataclass(frozen=True)
-class Driver:
+class IdmParameters:
     """The model's parameters."""
 
     headway_s: float = 1.4
@@ -27,14 +27,14 @@ class Driver:
     exponent: float = 4.0
 
 
-def free_acceleration(driver: Driver, speed: Floats, wanted: Floats) -> Floats:
+def free_acceleration(driver: IdmParameters, speed: Floats, wanted: Floats) -> Floats:
     """Return the acceleration of a car with nothing ahead (m/s²)."""
     share = speed / np.maximum(wanted, 0.1)
     free: Floats = driver.acceleration_mps2 * (1.0 - share**driver.exponent)
     return np.maximum(free, -driver.braking_mps2)
 
 
-def interaction(driver: Driver, speed: Floats, gap: Floats, leader: Floats) -> Floats:
+def interaction(driver: IdmParameters, speed: Floats, gap: Floats, leader: Floats) -> Floats:
     """Return how much a leader `gap` metres ahead reduces the free acceleration (m/s², zero or less)."""
     closing = speed * (speed - leader) / (2.0 * math.sqrt(driver.acceleration_mps2 * driver.braking_mps2))
     wanted = driver.standstill_m + np.maximum(0.0, speed * driver.headway_s + closing)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from carlette.traffic.lane_graph import LaneGraph
+from carlette.traffic.lane_graph import TrafficLaneGraph
 
 PATIENCE_TICKS = 60
 """A car that has waited this long keeps later ones from crossing its path (ticks)."""
@@ -20,7 +20,7 @@ class Junctions:
     waiting: dict[int, int] = field(default_factory=dict)
     """For how many ticks each car has been asking."""
 
-    def grant(self, graph: LaneGraph, wishes: dict[int, Lanes]) -> set[int]:
+    def grant(self, graph: TrafficLaneGraph, wishes: dict[int, Lanes]) -> set[int]:
         """Reserve junction lanes for the cars that may go, the longest waiting first; return those cars."""
         self.waiting = {car: self.waiting.get(car, 0) + 1 for car in wishes}
         reserved: list[Lanes] = []
@@ -44,5 +44,5 @@ class Junctions:
         self.held.pop(car, None)
 
 
-def _cross(graph: LaneGraph, lanes: Lanes, others: Lanes) -> bool:
+def _cross(graph: TrafficLaneGraph, lanes: Lanes, others: Lanes) -> bool:
     return any(not graph.crossing[lane].isdisjoint(others) for lane in lanes)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from carlette.geometry import Floats
 from carlette.opendrive.road_network import RoadNetwork
-from carlette.traffic.lane_point_grid import OTHER_LEVEL_M, Grid, make_grid
+from carlette.traffic.lane_point_grid import OTHER_LEVEL_M, LanePointGrid, make_grid
 from carlette.world.fork import shared
 
 SPACING_M = 1.0
@@ -33,7 +33,7 @@ Key = tuple[int, int, int]
 
 @shared
 @dataclass(frozen=True, eq=False)
-class LaneGraph:
+class TrafficLaneGraph:
     """All lanes of a map; lane `i` owns the points `first[i]` to `first[i + 1]`. Never changes."""
 
     place: Floats
@@ -53,7 +53,7 @@ class LaneGraph:
     """Lanes that a lane leads to."""
     crossing: list[frozenset[int]]
     """Lanes of the same junction that must be empty for this one to be used."""
-    grid: Grid
+    grid: LanePointGrid
     """The points by where they are."""
 
     def nearest(self, place: Floats, yaw_rad: float) -> int:
@@ -66,17 +66,17 @@ class LaneGraph:
         return int(points[np.where(fits, far, np.inf).argmin()]) if fits.any() else -1
 
 
-_graphs: WeakKeyDictionary[RoadNetwork, LaneGraph] = WeakKeyDictionary()
+_graphs: WeakKeyDictionary[RoadNetwork, TrafficLaneGraph] = WeakKeyDictionary()
 
 
-def lane_graph(roads: RoadNetwork) -> LaneGraph:
+def lane_graph(roads: RoadNetwork) -> TrafficLaneGraph:
     """Return the graph of a map; it is built once."""
     if roads not in _graphs:
         _graphs[roads] = _build(roads)
     return _graphs[roads]
 
 
-def _build(roads: RoadNetwork) -> LaneGraph:
+def _build(roads: RoadNetwork) -> TrafficLaneGraph:
     links = _links(roads)
     lanes = _lanes(roads)
     keys = sorted(lanes)
@@ -93,7 +93,7 @@ def _build(roads: RoadNetwork) -> LaneGraph:
     steps = np.hypot(*np.diff(place[:, :2], axis=0, prepend=place[:1, :2]).T)
     steps[first[:-1]] = 0.0
     run = np.cumsum(steps)
-    return LaneGraph(
+    return TrafficLaneGraph(
         place=place,
         ahead=np.stack([np.cos(yaw), np.sin(yaw)], axis=1),
         along=run - run[first[:-1]][lane],

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.geometry import Floats
-from carlette.physics.bodies import Bodies
+from carlette.physics.bodies import BodyTable
 from carlette.world.fork import shared
 
 Ints = NDArray[np.int64]
@@ -22,7 +22,7 @@ OTHER_LEVEL_M = 3.0
 
 @shared
 @dataclass(frozen=True, eq=False)
-class Grid:
+class LanePointGrid:
     """Lane points sorted by square cells; never changes."""
 
     low: Ints
@@ -50,7 +50,7 @@ class Grid:
         return np.repeat(who, count), self.points[np.repeat(begin, count) + offset]
 
 
-def make_grid(place: Floats) -> Grid:
+def make_grid(place: Floats) -> LanePointGrid:
     """The grid of some points."""
     cell = np.floor(place[:, :2] / CELL_M).astype(np.int64)
     low = cell.min(axis=0)
@@ -58,11 +58,11 @@ def make_grid(place: Floats) -> Grid:
     number = (cell[:, 0] - low[0]) * shape[1] + cell[:, 1] - low[1]
     order = np.argsort(number, kind="stable")
     first = np.searchsorted(number[order], np.arange(int(shape[0] * shape[1]) + 1))
-    return Grid(low, (int(shape[0]), int(shape[1])), first, order)
+    return LanePointGrid(low, (int(shape[0]), int(shape[1])), first, order)
 
 
-def blocked_points(grid: Grid, place: Floats, bodies: Bodies) -> tuple[Ints, Ints]:
-    """Pairs (row of `Bodies`, lane point) for all solid bodies that are in the way of a car at that point."""
+def blocked_points(grid: LanePointGrid, place: Floats, bodies: BodyTable) -> tuple[Ints, Ints]:
+    """Pairs (row of `BodyTable`, lane point) for all solid bodies that are in the way of a car at that point."""
     rows = np.flatnonzero(bodies.solid)
     yaw = np.radians(bodies.rotation[rows, 1])
     cos, sin = np.cos(yaw), np.sin(yaw)

@@ -6,7 +6,7 @@ from zlib import crc32
 
 import numpy as np
 
-from carlette.traffic.lane_graph import LaneGraph
+from carlette.traffic.lane_graph import TrafficLaneGraph
 from carlette.traffic.lane_point_grid import Ints
 
 AHEAD_POINTS = 100
@@ -16,17 +16,17 @@ RENEW_POINTS = 40
 ROW_POINTS = AHEAD_POINTS + RENEW_POINTS + 20
 
 
-class Route:
+class CarRoute:
     """The lanes of one car, from the one it is on, with the distance to the start of each (m)."""
 
-    def __init__(self, graph: LaneGraph, point: int, chance: str) -> None:
+    def __init__(self, graph: TrafficLaneGraph, point: int, chance: str) -> None:
         self.lanes = [int(graph.lane[point])]
         self.starts = [-float(graph.along[point])]
         """Distances on the car's own count, which starts at 0 where it was taken over (m)."""
         self.chance = chance
         self.turns = 0
 
-    def extend(self, graph: LaneGraph, until_m: float) -> None:
+    def extend(self, graph: TrafficLaneGraph, until_m: float) -> None:
         """Choose lanes by the seed until the route is known up to `until_m`, and to the end of any junction there."""
         while self.starts[-1] < until_m or graph.inside[self.lanes[-1]]:
             last = self.lanes[-1]
@@ -46,7 +46,7 @@ class Route:
         while self.lanes[0] != lane:
             del self.lanes[0], self.starts[0]
 
-    def points(self, graph: LaneGraph, point: int) -> Ints:
+    def points(self, graph: TrafficLaneGraph, point: int) -> Ints:
         """Return `ROW_POINTS` lane points from `point` of the first lane on; the last one repeats where the route
         ends.
         """
@@ -55,7 +55,7 @@ class Route:
         row = np.concatenate(parts)[:ROW_POINTS]
         return np.pad(row, (0, ROW_POINTS - len(row)), mode="edge")
 
-    def next_junction(self, graph: LaneGraph, after_m: float) -> tuple[float, float, tuple[int, ...]]:
+    def next_junction(self, graph: TrafficLaneGraph, after_m: float) -> tuple[float, float, tuple[int, ...]]:
         """Return start, end (m) and lanes of the first junction that starts after `after_m`; infinite if there is
         none.
         """

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from carlette.geometry import Floats
-from carlette.traffic.lane_graph import LaneGraph
+from carlette.traffic.lane_graph import TrafficLaneGraph
 from carlette.traffic.lane_point_grid import Ints
-from carlette.world.actor import Kind
+from carlette.world.actor import ActorKind
 from carlette.world.fork import shared
 from carlette.world.world import World
 
@@ -25,24 +25,24 @@ class StopLines:
     """1 where a stop sign applies."""
 
 
-def stop_lines(world: World, graph: LaneGraph) -> StopLines:
+def stop_lines(world: World, graph: TrafficLaneGraph) -> StopLines:
     """The stop lines of the world's lights and signs: where a governed lane passes the middle of the trigger box."""
     light = np.full(len(graph.place), -1)
     sign = np.zeros(len(graph.place), np.int64)
     for actor in world.actors.values():
-        if actor.kind is Kind.LIGHT or (actor.kind is Kind.SIGN and actor.type_id == "traffic.stop"):
+        if actor.kind is ActorKind.LIGHT or (actor.kind is ActorKind.SIGN and actor.type_id == "traffic.stop"):
             pose = world.pose(actor)
             middle = np.array(pose.apply(actor.box.center))
             yaw = np.radians(pose.rotation.yaw)
             points = _governed(graph, middle, np.array((np.cos(yaw), np.sin(yaw))), actor.box.extent.x)
-            if actor.kind is Kind.LIGHT:
+            if actor.kind is ActorKind.LIGHT:
                 light[points] = actor.index
             else:
                 sign[points] = 1
     return StopLines(light, sign)
 
 
-def _governed(graph: LaneGraph, middle: Floats, across: Floats, half_m: float) -> Ints:
+def _governed(graph: TrafficLaneGraph, middle: Floats, across: Floats, half_m: float) -> Ints:
     """The nearest point of each lane that passes through the box; its x axis runs across the lanes."""
     _, points = graph.grid.candidates(middle[None], half_m + 2.0)
     gap = graph.place[points] - middle

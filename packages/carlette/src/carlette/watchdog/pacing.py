@@ -46,7 +46,7 @@ ASK_LIMIT_S = 0.001
 """Longest time to wait for the worker's request before the tick is computed (s)."""
 
 
-class Pacing:
+class SnapshotPacer:
     """Says how long the snapshot of the current tick must still be held back. Times are monotonic seconds."""
 
     def __init__(self) -> None:

@@ -10,7 +10,7 @@ from carlette.geometry import Box, Pose
 from carlette.physics.vehicle_parameters import PhysicsParameters
 
 
-class Kind(IntEnum):
+class ActorKind(IntEnum):
     """How an actor takes part in the world."""
 
     OTHER = 0
@@ -31,7 +31,7 @@ class Actor:
 
     id: int
     type_id: str
-    kind: Kind
+    kind: ActorKind
     row: int
     box: Box
     attributes: Attributes = field(default_factory=dict)

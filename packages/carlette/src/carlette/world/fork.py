@@ -27,7 +27,7 @@ def shared(kind: type[T]) -> type[T]:
     return kind
 
 
-def forked(value: T) -> T:
+def fork(value: T) -> T:
     """An independent copy of anything that can be pickled."""
     buffer = io.BytesIO()
     _Pickler(buffer, pickle.HIGHEST_PROTOCOL).dump(value)

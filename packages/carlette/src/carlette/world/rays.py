@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from carlette.geometry import Box, Pose, Rotation, Vector, rotate
 from carlette.opendrive.road_network import RoadNetwork
-from carlette.world.actor import Kind
+from carlette.world.actor import ActorKind
 from carlette.world.world import World
 
 STEP_M = 0.5
@@ -16,7 +16,7 @@ ROAD_LABEL, SIDEWALK_LABEL, TERRAIN_LABEL, STATIC_LABEL = 1, 2, 10, 20
 _X, _Y, _Z = Vector(x=1.0), Vector(y=1.0), Vector(z=1.0)
 
 
-class Hit(NamedTuple):
+class RayHit(NamedTuple):
     """A point on a surface and what the surface belongs to (`CityObjectLabel`)."""
 
     distance_m: float
@@ -24,14 +24,14 @@ class Hit(NamedTuple):
     label: int
 
 
-def cast(world: World, start: Vector, way: Vector, distance_m: float) -> list[Hit]:
+def cast(world: World, start: Vector, way: Vector, distance_m: float) -> list[RayHit]:
     """Return what is hit within `distance_m` of `start` in the direction `way` (any non-zero length), nearest first."""
     length = math.sqrt(way.x**2 + way.y**2 + way.z**2)
     unit = Vector(way.x / length, way.y / length, way.z / length)
     hits = [
-        Hit(reach, _along(start, unit, reach), actor.tags[0] if actor.tags else STATIC_LABEL)
+        RayHit(reach, _along(start, unit, reach), actor.tags[0] if actor.tags else STATIC_LABEL)
         for actor in world.actors.values()
-        if actor.kind in (Kind.VEHICLE, Kind.WALKER, Kind.PROP)
+        if actor.kind in (ActorKind.VEHICLE, ActorKind.WALKER, ActorKind.PROP)
         and (reach := _box_reach(world.pose(actor), actor.box, start, unit)) is not None
         and reach <= distance_m
     ]
@@ -67,7 +67,7 @@ def _dot(a: Vector, b: Vector) -> float:
     return a.x * b.x + a.y * b.y + a.z * b.z
 
 
-def _ground_hit(roads: RoadNetwork, start: Vector, unit: Vector, distance_m: float) -> Hit | None:
+def _ground_hit(roads: RoadNetwork, start: Vector, unit: Vector, distance_m: float) -> RayHit | None:
     """Return where a ray hits the surface from above; beside the road, the surface of the nearest lane continues."""
     steps = max(1, min(MOST_STEPS, math.ceil(distance_m / STEP_M)))
     before = _height(roads, start)
@@ -78,7 +78,7 @@ def _ground_hit(roads: RoadNetwork, start: Vector, unit: Vector, distance_m: flo
             part = before / (before - height) if before > height else 0.0
             reach -= (1.0 - part) * distance_m / steps
             place = _along(start, unit, reach)
-            return Hit(reach, place, _ground_label(roads, place))
+            return RayHit(reach, place, _ground_label(roads, place))
         before = height
     return None
 

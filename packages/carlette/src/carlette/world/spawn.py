@@ -5,12 +5,12 @@ from __future__ import annotations
 from carlette.blueprints import Catalogue, load_catalogue
 from carlette.blueprints.default_color import painted
 from carlette.blueprints.sensor_definitions import IN_THE_CLIENT
-from carlette.errors import RequestError, SpawnCollision
+from carlette.errors import CompletionRequestError, SpawnCollisionError
 from carlette.geometry import Box, Pose, Vector
-from carlette.physics.bodies import Bodies
+from carlette.physics.bodies import BodyTable
 from carlette.physics.contacts import is_free
 from carlette.physics.vehicle_parameters import parameters_of
-from carlette.world.actor import Actor, Attributes, Kind
+from carlette.world.actor import Actor, ActorKind, Attributes
 from carlette.world.skeleton import gesture
 from carlette.world.speed_limits import pass_signs
 from carlette.world.world import World
@@ -28,16 +28,20 @@ _VEHICLE_TAGS = {"truck": TRUCK_TAG, "bus": BUS_TAG, "motorcycle": MOTORCYCLE_TA
 def spawn(world: World, type_id: str, attributes: Attributes, pose: Pose, parent_id: int = 0) -> Actor:
     """Add an actor as a client requested it.
 
-    `pose` is in the world, or in the parent's frame where there is a parent. Raises `SpawnCollision` when the
-    place is taken and `RequestError` when the kind, the pose or the parent is not valid.
+    `pose` is in the world, or in the parent's frame where there is a parent. Raises `SpawnCollisionError` when the
+    place is taken and `CompletionRequestError` when the kind, the pose or the parent is not valid.
     """
     catalogue = load_catalogue()
     if type_id not in catalogue.definitions:
-        raise RequestError(_unknown_type(type_id))
+        raise CompletionRequestError(_unknown_type(type_id))
     if len(world.actors) >= MOST_ACTORS:
-        raise RequestError(f"Spawn of '{type_id}' refused: the world has {MOST_ACTORS:,} actors; destroy some first")
+        raise CompletionRequestError(
+            f"Spawn of '{type_id}' refused: the world has {MOST_ACTORS:,} actors; destroy some first"
+        )
     if not pose.is_finite():
-        raise RequestError(f"Spawn of '{type_id}' refused: the transform is not finite; give real coordinates")
+        raise CompletionRequestError(
+            f"Spawn of '{type_id}' refused: the transform is not finite; give real coordinates"
+        )
     attached = None
     if parent_id:
         parent = world.actor(parent_id, "spawn_actor_with_parent")
@@ -64,9 +68,9 @@ def _enter(world: World, catalogue: Catalogue, type_id: str, attributes: Attribu
         return _enter_walker(world, catalogue, type_id, attributes, pose)
     if type_id in catalogue.props or type_id == "static.prop.mesh":
         return _enter_prop(world, catalogue, type_id, attributes, pose)
-    kind = Kind.SENSOR if type_id.startswith("sensor.") else Kind.OTHER
+    kind = ActorKind.SENSOR if type_id.startswith("sensor.") else ActorKind.OTHER
     actor = world.enter(type_id, kind, pose, Box(Vector(), Vector()), attributes)
-    actor.stream_id = actor.id if kind is Kind.SENSOR and type_id not in IN_THE_CLIENT else 0
+    actor.stream_id = actor.id if kind is ActorKind.SENSOR and type_id not in IN_THE_CLIENT else 0
     return actor
 
 
@@ -74,7 +78,7 @@ def _enter_vehicle(world: World, catalogue: Catalogue, type_id: str, attributes:
     model = catalogue.vehicles[type_id]
     _require_free(world, pose, model.box, VEHICLE_CLEARANCE_M)
     chosen = painted(catalogue.definitions[type_id], attributes, world.next_id)
-    actor = world.enter(type_id, Kind.VEHICLE, pose, model.box, chosen)
+    actor = world.enter(type_id, ActorKind.VEHICLE, pose, model.box, chosen)
     actor.tags = bytes([_VEHICLE_TAGS.get(model.base_type, CAR_TAG)])
     _make_solid(world, actor, model.mass_kg, VEHICLE_CLEARANCE_M)
     actor.physics = parameters_of(model)
@@ -93,7 +97,7 @@ def _flag(attributes: Attributes, name: str, default: bool) -> bool:
 def _enter_walker(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
     model = catalogue.walkers[type_id]
     _require_free(world, pose, model.box, 0.0)
-    actor = world.enter(type_id, Kind.WALKER, pose, model.box, attributes)
+    actor = world.enter(type_id, ActorKind.WALKER, pose, model.box, attributes)
     actor.tags = bytes([PEDESTRIAN_TAG])
     _make_solid(world, actor, model.mass_kg, 0.0)
     mortal = _flag(attributes, "is_invincible", True) is False
@@ -107,7 +111,7 @@ def _enter_walker(world: World, catalogue: Catalogue, type_id: str, attributes: 
 def _enter_prop(world: World, catalogue: Catalogue, type_id: str, attributes: Attributes, pose: Pose) -> Actor:
     model = catalogue.props.get(type_id)
     box = model.box if model else _mesh_box(attributes)
-    actor = world.enter(type_id, Kind.PROP, pose, box, attributes)
+    actor = world.enter(type_id, ActorKind.PROP, pose, box, attributes)
     world.turn_prop(actor)
     actor.tags = bytes([PROP_TAG])
     movable = model is not None and model.contact == "loose"
@@ -138,9 +142,9 @@ def _make_solid(world: World, actor: Actor, mass_kg: float, clearance_m: float) 
 
 
 def _require_free(world: World, pose: Pose, box: Box, clearance_m: float) -> None:
-    candidate = Bodies()
+    candidate = BodyTable()
     candidate.append(
         position=pose.location, rotation=pose.rotation, center=box.center, extent=box.extent, clearance=clearance_m
     )
     if not is_free(world.bodies, candidate, world.doors):
-        raise SpawnCollision
+        raise SpawnCollisionError

@@ -7,14 +7,14 @@ from numpy.typing import NDArray
 
 from carlette.geometry import Floats
 from carlette.opendrive.speed_limit_boxes import SpeedBoxes
-from carlette.physics.bodies import Bodies
-from carlette.physics.vehicle_dynamics import Fleet
+from carlette.physics.bodies import BodyTable
+from carlette.physics.vehicle_dynamics import Vehicles
 
 NEAR_M = 15.0
 """Boxes further away than this in x or y are not examined (m): no vehicle is that long."""
 
 
-def pass_signs(bodies: Bodies, fleet: Fleet, boxes: SpeedBoxes) -> None:
+def pass_signs(bodies: BodyTable, fleet: Vehicles, boxes: SpeedBoxes) -> None:
     """Give each vehicle that touches a sign's box that sign's limit, and write all limits into the records."""
     rows = fleet.row
     if len(boxes) and len(rows):
@@ -26,7 +26,7 @@ def pass_signs(bodies: Bodies, fleet: Fleet, boxes: SpeedBoxes) -> None:
     bodies.record["speed_limit"][rows] = fleet.limit_kmh
 
 
-def _touch(bodies: Bodies, row: NDArray[np.int64], boxes: SpeedBoxes, box: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _touch(bodies: BodyTable, row: NDArray[np.int64], boxes: SpeedBoxes, box: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return which pairs of a vehicle's row and a box overlap, seen from above: no axis of either separates them."""
     yaw = np.radians(bodies.rotation[row, 1])
     along = _unit(yaw)

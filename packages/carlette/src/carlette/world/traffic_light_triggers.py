@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.geometry import Floats
-from carlette.physics.bodies import Bodies
-from carlette.physics.vehicle_dynamics import Fleet
+from carlette.physics.bodies import BodyTable
+from carlette.physics.vehicle_dynamics import Vehicles
 from carlette.world.traffic_lights import Color, Lights
 
 PROBES = np.array([1.0, 0.5, 0.0, -0.5, -1.0])
@@ -16,7 +16,7 @@ NEAR_M = 20.0
 """Boxes further away in x or y are not examined (m)."""
 
 
-def watch_lights(bodies: Bodies, fleet: Fleet, lights: Lights) -> None:
+def watch_lights(bodies: BodyTable, fleet: Vehicles, lights: Lights) -> None:
     """Write the light whose trigger box contains a vehicle into the vehicle's record."""
     if not len(fleet) or not len(lights):
         return
@@ -41,7 +41,7 @@ def watch_lights(bodies: Bodies, fleet: Fleet, lights: Lights) -> None:
 
 
 def _inside(
-    bodies: Bodies, row: NDArray[np.int64], lights: Lights, light: NDArray[np.int64], gap: tuple[Floats, Floats]
+    bodies: BodyTable, row: NDArray[np.int64], lights: Lights, light: NDArray[np.int64], gap: tuple[Floats, Floats]
 ) -> NDArray[np.bool_]:
     """Which of the pairs of a vehicle's row and a light, `gap` apart in x and y, touch."""
     yaw = np.radians(bodies.rotation[row, 1])

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carlette.geometry import Floats
-from carlette.opendrive.signals import Turn
-from carlette.physics.bodies import Bodies
+from carlette.opendrive.signals import SignalPhase
+from carlette.physics.bodies import BodyTable
 from carlette.physics.column_table import Table, flags, indices, numbers
 
 GREEN_S = 10.0
@@ -36,7 +36,7 @@ STAGES = (Color.GREEN, Color.YELLOW, Color.RED)
 
 
 @dataclass
-class Group:
+class LightGroup:
     """The lights of a junction; its phases turn green one after the other."""
 
     phases: list[list[int]]
@@ -54,7 +54,7 @@ class Lights(Table):
     """One row for each traffic light."""
 
     row: NDArray[np.int64] = field(default_factory=indices())
-    """The light's row in `Bodies`."""
+    """The light's row in `BodyTable`."""
     group: NDArray[np.int64] = field(default_factory=indices())
     color: NDArray[np.int64] = field(default_factory=indices())
     elapsed: Floats = field(default_factory=numbers())
@@ -75,13 +75,13 @@ class Signals:
 
     def __init__(self) -> None:
         self.lights = Lights()
-        self.groups: list[Group] = []
+        self.groups: list[LightGroup] = []
         self._is_news = True
         """True if anything but the time has changed since it was last published."""
         self._is_held = False
         """True if a light may be set by hand; checked first, because scanning the column costs more."""
 
-    def form_groups(self, turns: list[Turn], random: Random) -> None:
+    def form_groups(self, turns: list[SignalPhase], random: Random) -> None:
         """Groups the lights by their turns; each group starts in a phase drawn at random."""
         by_group: dict[str, dict[int, list[int]]] = {}
         for index, turn in enumerate(turns):
@@ -90,7 +90,7 @@ class Signals:
         for number, (name, members) in enumerate(by_group.items()):
             ordered = [members[key] for key in sorted(members)]
             red_s = RED_ALONE_S if name in alone else RED_S
-            self.groups.append(Group(ordered, red_s, phase=random.randrange(len(ordered))))
+            self.groups.append(LightGroup(ordered, red_s, phase=random.randrange(len(ordered))))
             for index in (one for phase in ordered for one in phase):
                 self.lights.group[index] = number
         self.reset(range(len(self.groups)), keep_phase=True)
@@ -132,7 +132,7 @@ class Signals:
         """The lights of the same group."""
         return [one for phase in self.groups[self.lights.group[index]].phases for one in phase]
 
-    def step(self, bodies: Bodies, dt: float) -> None:
+    def step(self, bodies: BodyTable, dt: float) -> None:
         """Advance the time of all lights."""
         lights = self.lights
         if not len(lights):
@@ -147,7 +147,7 @@ class Signals:
                 self._advance(group)
         self.publish(bodies)
 
-    def publish(self, bodies: Bodies) -> None:
+    def publish(self, bodies: BodyTable) -> None:
         """Writes colours and times into the records."""
         lights, record = self.lights, bodies.record
         record["elapsed"][lights.row] = lights.elapsed
@@ -158,7 +158,7 @@ class Signals:
         record["light_times"][lights.row] = lights.times
         record["frozen"][lights.row] = lights.frozen
 
-    def _advance(self, group: Group) -> None:
+    def _advance(self, group: LightGroup) -> None:
         lights = self.lights
         if group.due_s is None:
             group.due_s = float(lights.times[group.phases[group.phase], group.stage].max())

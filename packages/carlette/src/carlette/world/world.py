@@ -9,21 +9,21 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from carlette.errors import UnknownActor
+from carlette.errors import UnknownActorError
 from carlette.geometry import Box, Pose, Vector, turned
 from carlette.opendrive.map_file import check_opendrive
 from carlette.opendrive.road_network import RoadNetwork
 from carlette.opendrive.signals import ACTOR_TYPES, LIGHT_TYPE, read_signals
 from carlette.physics.ackermann import Ackermann
-from carlette.physics.bodies import Bodies
+from carlette.physics.bodies import BodyTable
 from carlette.physics.contacts import Contact, collide
-from carlette.physics.doors import Doors
+from carlette.physics.doors import OpenDoors
 from carlette.physics.props import LooseProps
 from carlette.physics.surface import Surface
-from carlette.physics.vehicle_dynamics import STEER, Fleet
+from carlette.physics.vehicle_dynamics import STEER, Vehicles
 from carlette.physics.walkers import LIES_S, Walkers
-from carlette.world.actor import Actor, Attributes, Kind
-from carlette.world.fork import forked, shared
+from carlette.world.actor import Actor, ActorKind, Attributes
+from carlette.world.fork import fork, shared
 from carlette.world.settings import CLEAR_NOON, EpisodeSettings
 from carlette.world.speed_limits import pass_signs
 from carlette.world.traffic_light_triggers import watch_lights
@@ -59,12 +59,12 @@ class World:
         self.weather: tuple[float, ...] = CLEAR_NOON
         self.frame = 0
         self.elapsed_s = 0.0
-        self.bodies = Bodies()
-        self.fleet = Fleet()
+        self.bodies = BodyTable()
+        self.fleet = Vehicles()
         self.walkers = Walkers()
         self.props = LooseProps()
         self.surface = Surface()
-        self.doors = Doors()
+        self.doors = OpenDoors()
         self.ackermanns: dict[int, Ackermann] = {}
         """The Ackermann controllers of the vehicles that ever had one, by id."""
         self.signals = Signals()
@@ -75,7 +75,7 @@ class World:
         self.traffic: Drivers | None = None
         """What drives cars from inside the world, as in forks (`carlette.traffic.Traffic`); None if only clients do."""
         self._next_id = first_id
-        self.spectator = self.enter(SPECTATOR, Kind.OTHER, Pose(), Box(Vector(), Vector()))
+        self.spectator = self.enter(SPECTATOR, ActorKind.OTHER, Pose(), Box(Vector(), Vector()))
         self._install_signals(Random(seed))
 
     @property
@@ -98,16 +98,16 @@ class World:
 
         It needs no server: `tick` advances it. Only the map, which never changes, is shared.
         """
-        return forked(self)
+        return fork(self)
 
     def actor(self, actor_id: int, method: str) -> Actor:
-        """Return the actor with an id; `method` is named in the `UnknownActor` raised if there is none."""
+        """Return the actor with an id; `method` is named in the `UnknownActorError` raised if there is none."""
         found = self.actors.get(actor_id)
         if found is None:
-            raise UnknownActor(actor_id, method)
+            raise UnknownActorError(actor_id, method)
         return found
 
-    def enter(self, type_id: str, kind: Kind, pose: Pose, box: Box, attributes: Attributes | None = None) -> Actor:
+    def enter(self, type_id: str, kind: ActorKind, pose: Pose, box: Box, attributes: Attributes | None = None) -> Actor:
         """Add an actor without any check (clients use `world.spawn`)."""
         row = self.bodies.append(position=pose.location, rotation=pose.rotation, center=box.center, extent=box.extent)
         actor = Actor(self._next_id, type_id, kind, row, box, attributes or {})
@@ -123,7 +123,9 @@ class World:
         actor = self.actors.pop(actor_id, None)
         if actor is None:
             return False
-        table = {Kind.VEHICLE: self.fleet, Kind.WALKER: self.walkers, Kind.PROP: self.props}.get(actor.kind)
+        table = {ActorKind.VEHICLE: self.fleet, ActorKind.WALKER: self.walkers, ActorKind.PROP: self.props}.get(
+            actor.kind
+        )
         if table is not None and actor.index >= 0:
             table.delete(actor.index)
         if actor.surface >= 0:
@@ -164,7 +166,7 @@ class World:
         self.bodies.place(actor.row, pose)
         if actor.surface >= 0:
             self.surface.looked[actor.surface] = np.inf
-        if actor.kind is Kind.PROP:
+        if actor.kind is ActorKind.PROP:
             self.turn_prop(actor)
 
     def turn_prop(self, actor: Actor) -> None:
@@ -261,7 +263,9 @@ class World:
         turns = []
         for signal in read_signals(self.roads, root):
             is_light = signal.type == LIGHT_TYPE
-            actor = self.enter(ACTOR_TYPES[signal.type], Kind.LIGHT if is_light else Kind.SIGN, signal.pose, signal.box)
+            actor = self.enter(
+                ACTOR_TYPES[signal.type], ActorKind.LIGHT if is_light else ActorKind.SIGN, signal.pose, signal.box
+            )
             self.bodies.record["sign_id"][actor.row] = signal.id.encode()[:31]
             if is_light:
                 yaw = np.radians(signal.pose.rotation.yaw)

@@ -30,11 +30,11 @@ from srunner.scenariomanager.carla_data_provider import CarlaDataProvider  # noq
 from stucksolver_bridge.agent_driver import AgentDriver  # noqa: E402
 from stucksolver_bridge.agent_plan import make_agent  # noqa: E402
 from stucksolver_bridge.entry_config import NONE, PLANNER, SENSORS, TIMERS, Config, read_config  # noqa: E402
-from stucksolver_bridge.guidance_script import Speaker  # noqa: E402
-from stucksolver_bridge.in_process_planner import OwnPlanner  # noqa: E402
-from stucksolver_bridge.recovery_client import Recovery  # noqa: E402
-from stucksolver_bridge.sensor_client import SensedDrive  # noqa: E402
-from stucksolver_bridge.timer_baseline import Timers  # noqa: E402
+from stucksolver_bridge.guidance_script import GuidancePlayer  # noqa: E402
+from stucksolver_bridge.in_process_planner import InProcessPlanner  # noqa: E402
+from stucksolver_bridge.recovery_client import RecoveryClient  # noqa: E402
+from stucksolver_bridge.sensor_client import SensorClient  # noqa: E402
+from stucksolver_bridge.timer_baseline import TimerBaseline  # noqa: E402
 
 CAMERA = {"x": 0.8, "y": 0.0, "z": 1.6, "roll": 0.0, "pitch": 0.0, "yaw": 0.0, "width": 1600, "height": 900, "fov": 70}
 REAR = {"x": -2.0, "y": 0.0, "z": 1.6, "roll": 0.0, "pitch": 0.0, "yaw": 180.0, "width": 800, "height": 450, "fov": 70}
@@ -56,9 +56,9 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         self._config, self._name = read_config(path_to_conf_file)
         self._metrics: dict[str, Any] = {}
         self._driver: Any = None
-        self._recovery: Recovery | Timers | None = None
-        self._sensed: SensedDrive | None = None
-        self._speaker: Speaker | None = None
+        self._recovery: RecoveryClient | TimerBaseline | None = None
+        self._sensed: SensorClient | None = None
+        self._speaker: GuidancePlayer | None = None
         self._tick = 0
         self._place_m = 0.0
         self._hear(dict(self._config._asdict()))
@@ -120,7 +120,7 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
             self._begin_sensed(config, hero, carla_map)
             return
         if config.driver == PLANNER:
-            self._driver = OwnPlanner(hero, config.behavior, carla_map)
+            self._driver = InProcessPlanner(hero, config.behavior, carla_map)
         else:
             agent = make_agent(BehaviorAgent, hero, config.behavior, carla_map)
             # The evaluator ends the route, not the agent.
@@ -130,9 +130,9 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         if config.recovery == NONE:
             return
         if config.recovery == TIMERS:
-            self._recovery = Timers(self._driver, self._hear)
+            self._recovery = TimerBaseline(self._driver, self._hear)
             return
-        self._recovery = Recovery(
+        self._recovery = RecoveryClient(
             self._driver,
             carla_map,
             carla,
@@ -148,7 +148,7 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
         settings = {**self._settings(config), "driver": config.driver, "behavior": config.behavior}
         if config.rig:
             settings["rig"] = os.path.abspath(config.rig)
-        self._sensed = SensedDrive(
+        self._sensed = SensorClient(
             hero,
             carla_map,
             carla,
@@ -173,7 +173,7 @@ class StuckSolverAgent(AutonomousAgent):  # type: ignore[misc]
     def _begin_speaking(self, config: Config) -> None:
         if config.guidance:
             # RouteScenario_2101_rep0_Town10HD_...: the second word is the route's id.
-            self._speaker = Speaker(config.guidance, self._name.split("_")[1])
+            self._speaker = GuidancePlayer(config.guidance, self._name.split("_")[1])
 
     def _speak(self, time_s: float) -> None:
         listener = self._sensed or self._recovery

@@ -1,9 +1,9 @@
 """Commands on a running CARLA server."""
 
-from stucksolver.commands.command_table import Command
+from stucksolver.commands.command_table import CliCommand
 
 COMMANDS = {
-    "watch": Command(
+    "watch": CliCommand(
         "observe a car in a running simulator: detect, reason, check and record, but never act",
         "stucksolver_carla.commands.watch",
         drives=True,

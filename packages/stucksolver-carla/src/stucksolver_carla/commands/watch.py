@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     """Observe until the time is up or Ctrl-C. Returns 0. Raises `UsageError`, also if a record cannot be completed."""
     from stucksolver.atomic_files import OutputError, require_writable
     from stucksolver_carla.client_connection import ServerError, connect, remote_server
-    from stucksolver_carla.observer import NoSuchCar, Watching
+    from stucksolver_carla.observer import VehicleNotFoundError, VehicleObserver
 
     ladder = chosen_ladder(options.ladder)
     try:
@@ -40,8 +40,8 @@ def run(options: argparse.Namespace) -> int:
             require_writable(options.out)
         client = connect(remote_server(options.host, options.port), 10.0)
         sensors = options.perception != PERCEPTIONS[0]
-        watching = Watching(client.get_world(), options.role, ladder, options.out, lambda event: None, sensors)
-    except (ServerError, NoSuchCar, OutputError) as error:
+        watching = VehicleObserver(client.get_world(), options.role, ladder, options.out, lambda event: None, sensors)
+    except (ServerError, VehicleNotFoundError, OutputError) as error:
         raise UsageError(str(error)) from error
     line, until = _Line(), None if options.seconds is None else time.monotonic() + options.seconds
     try:
@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
     except BaseException as error:
         line.end()
         watching.break_off()
-        if isinstance(error, NoSuchCar):
+        if isinstance(error, VehicleNotFoundError):
             raise UsageError(str(error)) from error
         raise
     line.end()

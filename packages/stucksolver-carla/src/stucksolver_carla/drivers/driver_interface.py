@@ -27,7 +27,7 @@ class RoutePoint(NamedTuple):
     """`lane_follow`, `left`, `right`, `straight`, `change_left` or `change_right`."""
 
 
-class HasRoute(Protocol):
+class RouteHolder(Protocol):
     """Knows the ego's route."""
 
     @property
@@ -35,7 +35,7 @@ class HasRoute(Protocol):
         """The whole planned route, including points already passed."""
 
 
-class DrivesPath(Protocol):
+class PathFollower(Protocol):
     """Has controllers that drive the ego along its route or along a given path."""
 
     def run_step(self) -> Any:
@@ -59,7 +59,7 @@ class DrivesPath(Protocol):
         """End `follow` or `hold`: drive the route again from the nearest point of it ahead."""
 
 
-class Driver(HasRoute, DrivesPath, Protocol):
+class Driver(RouteHolder, PathFollower, Protocol):
     """A planner with controllers: it drives the ego along a route or along a given path."""
 
     def set_destination(self, destination: carla.Location, start: carla.Location | None = None) -> None:

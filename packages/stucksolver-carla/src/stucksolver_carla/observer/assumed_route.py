@@ -16,7 +16,7 @@ STEP_M = 1.0
 LENGTH_M = 400
 
 
-class Ahead:
+class AssumedRoute:
     """The assumed route of a car that someone else drives."""
 
     def __init__(self, vehicle: EgoVehicle, carla_map: carla.Map) -> None:

@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 from stucksolver.scene import Status
-from stucksolver_carla.observer.assumed_route import LENGTH_M, Ahead
-from stucksolver_carla.stack import CarlaSenses
+from stucksolver_carla.observer.assumed_route import LENGTH_M, AssumedRoute
+from stucksolver_carla.stack import CarlaSceneSource
 from stucksolver_carla.stack.client_interface import EgoVehicle
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ AHEAD_M = 250.0
 """At least this much of the assumed route is kept ahead."""
 
 
-class ObservedStack(CarlaSenses):
+class ObservedStack(CarlaSceneSource):
     """Reads the world through the client; applies, ticks and sets nothing.
 
     The route is unknown: it is assumed to follow the lane, and assumed again when the car goes elsewhere. So progress
@@ -28,7 +28,7 @@ class ObservedStack(CarlaSenses):
 
     def __init__(self, vehicle: EgoVehicle) -> None:
         carla_map = vehicle.get_world().get_map()
-        self._ahead = Ahead(vehicle, carla_map)
+        self._ahead = AssumedRoute(vehicle, carla_map)
         self._seen_at = _place(vehicle)
         super().__init__(vehicle, self._ahead, carla_map)
 

@@ -25,7 +25,7 @@ LOOKING_TICKS = 20
 """Ticks of sensor data before the first look, so that the pose is good."""
 
 
-class NoSuchCar(RuntimeError):
+class VehicleNotFoundError(RuntimeError):
     """The observed car is missing. The message says what is there."""
 
 
@@ -40,11 +40,11 @@ def find_car(world: carla.World, role: str) -> Any:
     if not found:
         roles = sorted({car.attributes.get("role_name", "") for car in cars} - {""})
         there = f"there are: {', '.join(roles)}" if roles else "there are no vehicles"
-        raise NoSuchCar(f"no vehicle has the role {role!r}; {there}: see --role")
+        raise VehicleNotFoundError(f"no vehicle has the role {role!r}; {there}: see --role")
     return found[0]
 
 
-class Watching:
+class VehicleObserver:
     """One car under observation. Call `look` repeatedly; it waits for the next tick of another client.
 
     Raises:
@@ -88,7 +88,7 @@ class Watching:
         """
         self._await_tick()
         if not self._car.is_alive:
-            raise NoSuchCar("the observed car is gone")
+            raise VehicleNotFoundError("the observed car is gone")
         if self._eyes is not None:
             self._eyes.tick()
         status = self._stack.status()
@@ -133,14 +133,14 @@ class Watching:
         try:
             eyes = sensor_perception().open(self._car, self._world.get_map(), paced=False)
         except SensorError as error:
-            raise NoSuchCar(str(error)) from error
+            raise VehicleNotFoundError(str(error)) from error
         try:
             for _ in range(LOOKING_TICKS):
                 self._await_tick()
                 eyes.tick()
         except SensorError as error:
             eyes.close()
-            raise NoSuchCar(str(error)) from error
+            raise VehicleNotFoundError(str(error)) from error
         return eyes
 
     def _shut_eyes(self) -> None:
@@ -151,7 +151,7 @@ class Watching:
         try:
             self._world.wait_for_tick(TICK_LIMIT_S)
         except RuntimeError as error:
-            raise NoSuchCar(
+            raise VehicleNotFoundError(
                 f"the world has not advanced for {TICK_LIMIT_S:g} s, or its server has stopped: {error}"
             ) from error
 

@@ -8,8 +8,8 @@ one line.
 
 From the stack:
 
-* `hello`: `version`, `settings` (`Settings`), and either `carla`, the facts of a CARLA world, or `sensed`, those of a
-  vehicle with its own perception, or neither.
+* `hello`: `version`, `settings` (`SessionSettings`), and either `carla`, the facts of a CARLA world, or `sensed`,
+  those of a vehicle with its own perception, or neither.
 * `tick`: `status` in its JSON form; for a CARLA world time, frame, the ego's motion and the speed limit instead. For a
   vehicle with its own perception: time, frame, speed limit and its own lamps, but no positions. `say`: a passenger's
   words. `again`: the last answer was lost or has expired; send it all again.
@@ -26,7 +26,7 @@ From the solver:
 * `error`: what is wrong; no message follows it.
 """
 
-from stucksolver_carla.session_settings import Settings
-from stucksolver_carla.sidecar.session import Session
+from stucksolver_carla.session_settings import SessionSettings
+from stucksolver_carla.sidecar.session import SidecarSession
 
-__all__ = ["Session", "Settings"]
+__all__ = ["SessionSettings", "SidecarSession"]

@@ -9,7 +9,7 @@ import sys
 
 from stucksolver.record import RecordError
 from stucksolver_bridge.message_socket import Wire, WireError
-from stucksolver_carla.sidecar.session import Session
+from stucksolver_carla.sidecar.session import SidecarSession
 
 
 def main() -> int:
@@ -20,7 +20,7 @@ def main() -> int:
     # An interrupt in the stack's terminal is meant for the stack; this process ends with it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        Session(Wire(connected)).run()
+        SidecarSession(Wire(connected)).run()
     except WireError:
         return 1
     except RecordError as error:

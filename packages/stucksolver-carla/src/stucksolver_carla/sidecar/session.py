@@ -19,11 +19,11 @@ from stucksolver.scene.wording import in_one_line
 from stucksolver.solver import Event, StuckSolver
 from stucksolver_bridge.message_socket import VERSION, Wire
 from stucksolver_carla.perception_interface import SensorError, sensor_perception
-from stucksolver_carla.remote_stack import Side, UnusableError
-from stucksolver_carla.session_settings import Settings
+from stucksolver_carla.remote_stack import RemoteStack, UnusableError
+from stucksolver_carla.session_settings import SessionSettings
 
 
-class Session:
+class SidecarSession:
     """Serves one stack. If it disconnects without `bye`, it has died, and its record is left incomplete."""
 
     def __init__(self, wire: Wire) -> None:
@@ -45,7 +45,7 @@ class Session:
             self._wire.send({"error": f"{differ}; install both from the same release"})
             return
         try:
-            settings = Settings.model_validate(hello.get("settings", {}))
+            settings = SessionSettings.model_validate(hello.get("settings", {}))
             side = self._side(hello, settings)
             recorder = settings.recorder()
             solver = settings.solver(side.scene, self._hear, recorder) if settings.helps else None
@@ -64,7 +64,7 @@ class Session:
         if recorder is not None and recorder.error is not None:
             raise recorder.error
 
-    def _side(self, hello: dict[str, Any], settings: Settings) -> Side:
+    def _side(self, hello: dict[str, Any], settings: SessionSettings) -> RemoteStack:
         """Return the stack's part of this process. Raises `UnusableError` or `ValueError`."""
         if hello.get("sensed"):
             return _sensed(hello["sensed"], settings, self._ask)
@@ -78,7 +78,7 @@ class Session:
         self._number = number
         return tick
 
-    def _step(self, solver: StuckSolver | None, side: Side, tick: dict[str, Any]) -> dict[str, Any]:
+    def _step(self, solver: StuckSolver | None, side: RemoteStack, tick: dict[str, Any]) -> dict[str, Any]:
         if "say" in tick and solver is not None:
             solver.guide(str(tick["say"]))
         if tick.get("again"):
@@ -117,7 +117,7 @@ class Session:
         self._events.append(told)
 
 
-def _sensed(opening: dict[str, Any], settings: Settings, ask: Any) -> Side:
+def _sensed(opening: dict[str, Any], settings: SessionSettings, ask: Any) -> RemoteStack:
     uses_image = sees(settings.recovery) or sees(settings.reasoner or "")
     try:
         return sensor_perception().remote_stack(opening, settings, ask, uses_image=uses_image)
@@ -125,7 +125,7 @@ def _sensed(opening: dict[str, Any], settings: Settings, ask: Any) -> Side:
         raise UnusableError(str(error)) from error
 
 
-class _Forms(Side):
+class _Forms(RemoteStack):
     """A stack that builds its surroundings and scenes itself."""
 
     def __init__(self, ask: Any) -> None:
@@ -157,7 +157,7 @@ class _Forms(Side):
         """Do nothing: there is nothing to repeat."""
 
 
-class _Carla(Side):
+class _Carla(RemoteStack):
     """A CARLA world reported as raw facts: `CarlaStack` on its mirror."""
 
     def __init__(self, opening: dict[str, Any], ask: Any) -> None:

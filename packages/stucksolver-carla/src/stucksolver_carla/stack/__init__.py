@@ -1,6 +1,6 @@
 """StuckSolver on a vehicle in CARLA (or carlette), through the `carla` client alone."""
 
 from stucksolver_carla.stack.carla_stack import CarlaStack
-from stucksolver_carla.stack.scene_source import CarlaSenses
+from stucksolver_carla.stack.scene_source import CarlaSceneSource
 
-__all__ = ["CarlaSenses", "CarlaStack"]
+__all__ = ["CarlaSceneSource", "CarlaStack"]

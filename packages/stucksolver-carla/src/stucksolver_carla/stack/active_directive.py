@@ -15,7 +15,7 @@ APART_M = 0.02
 """A path needs two points this far apart, otherwise no driver can follow it."""
 
 
-class Orders:
+class ActiveDirective:
     """Call `hear` and then `due` on every tick."""
 
     def __init__(self) -> None:
@@ -33,7 +33,7 @@ class Orders:
         self._said = directive
         if directive is None or not (news or asked):
             return
-        wrong = why_unfit(directive) if news else None
+        wrong = rejection_reason(directive) if news else None
         if wrong is not None:
             self.refuse(wrong)
         elif news or self._lease.order is not STAND:
@@ -59,7 +59,7 @@ class Orders:
         return self._lease.tick(x_m, y_m, path_is_done=done, at_rest=speed_mps < AT_REST_MPS)
 
 
-def why_unfit(directive: object) -> str | None:
+def rejection_reason(directive: object) -> str | None:
     """Return why a directive cannot be performed, in a few words, or None.
 
     The models refuse most errors when they are made; copies and objects made without validation are checked here.

@@ -16,7 +16,7 @@ MAX_LANES = 5
 
 
 @dataclass(frozen=True)
-class Neighbour:
+class AdjacentLane:
     """One lane at one station. `place` counts from the route's lane (0), positive to the left."""
 
     place: int
@@ -41,16 +41,18 @@ _KERB = {carla.LaneMarkingType.Curb, carla.LaneMarkingType.Grass}
 _NEAR_SIDE_BROKEN = carla.LaneMarkingType.BrokenSolid
 
 
-def neighbours(waypoint: carla.Waypoint, x: float, y: float, heading: float, *, alone: bool) -> tuple[Neighbour, ...]:
+def neighbours(
+    waypoint: carla.Waypoint, x: float, y: float, heading: float, *, alone: bool
+) -> tuple[AdjacentLane, ...]:
     """Return the route's lane and those beside it; only the route's if `alone` (lanes overlap inside junctions)."""
-    own = Neighbour(0, LaneKind.DRIVING, LaneDirection.SAME, 0.0, float(waypoint.lane_width), LineKind.NONE)
+    own = AdjacentLane(0, LaneKind.DRIVING, LaneDirection.SAME, 0.0, float(waypoint.lane_width), LineKind.NONE)
     if alone:
         return (own,)
     return (own, *_walk(waypoint, x, y, heading, +1), *_walk(waypoint, x, y, heading, -1))
 
 
-def _walk(start: Any, x: float, y: float, heading: float, side: int) -> list[Neighbour]:
-    found: list[Neighbour] = []
+def _walk(start: Any, x: float, y: float, heading: float, side: int) -> list[AdjacentLane]:
+    found: list[AdjacentLane] = []
     here, same = start, True
     while len(found) < MAX_LANES:
         # Seen from a lane in the opposite direction, further to our left is further to its right.
@@ -67,7 +69,9 @@ def _walk(start: Any, x: float, y: float, heading: float, side: int) -> list[Nei
         if kind is not None:
             direction = LaneDirection.SAME if same else LaneDirection.OPPOSITE
             place = side * (len(found) + 1)
-            found.append(Neighbour(place, kind, direction, offset, float(beside.lane_width), line_kind(marking, kind)))
+            found.append(
+                AdjacentLane(place, kind, direction, offset, float(beside.lane_width), line_kind(marking, kind))
+            )
         elif found and found[-1].kind is not LaneKind.DRIVING:
             break
         here = beside

@@ -39,7 +39,7 @@ Line = list["carla.Waypoint"]
 
 
 @dataclass(frozen=True)
-class OtherWay:
+class AlternativeRoute:
     """`waypoint` is where the new route begins, `distance_m` from the ego in a straight line (m).
 
     `route_length_m` is the length from there to the destination (m); None if no route avoids the road ahead.
@@ -58,7 +58,7 @@ def other_ways(
     ego: EgoState,
     things: Sequence[TrackedObject],
     destination: Any,
-) -> tuple[OtherWay, ...]:
+) -> tuple[AlternativeRoute, ...]:
     """Return the ways that the ego can turn onto from where it stands, past the junction's stop line.
 
     They are within its turning circle, on the road surface, and clear of standing objects. Before the junction there
@@ -87,7 +87,7 @@ def other_ways(
             continue
         x, y = to_local(start.transform.location)
         length_m = route_length_m(carla_map, start, destination, road_ahead(road, last))
-        found.append(OtherWay(start, _turn(line), math.hypot(x - ego.x_m, y - ego.y_m), length_m))
+        found.append(AlternativeRoute(start, _turn(line), math.hypot(x - ego.x_m, y - ego.y_m), length_m))
     return tuple(found)
 
 

@@ -10,14 +10,14 @@ from stucksolver.plan import Continue, Directive, Execute, Replan, SafeStop
 from stucksolver.plan.behaviors import HazardLights
 from stucksolver_carla.drivers.behavior import DrivePoint, Driver, RouteError
 from stucksolver_carla.drivers.behavior.nearby_objects import HAZARD_LAMPS
-from stucksolver_carla.stack.active_directive import Orders
+from stucksolver_carla.stack.active_directive import ActiveDirective
 from stucksolver_carla.stack.alternative_routes import destination_beside
 from stucksolver_carla.stack.carla_frames import to_local, to_world
 from stucksolver_carla.stack.client_interface import EgoVehicle
-from stucksolver_carla.stack.front_camera import GivesPicture
+from stucksolver_carla.stack.front_camera import PictureSource
 from stucksolver_carla.stack.ground_truth_tracker import RANGE_M
 from stucksolver_carla.stack.route_after_turn import faces
-from stucksolver_carla.stack.scene_source import CarlaSenses
+from stucksolver_carla.stack.scene_source import CarlaSceneSource
 
 NEAR_DESTINATION_M = 100.0
 """With this little of the route left, a lane beside it may lead back only round the block."""
@@ -26,7 +26,7 @@ DETOUR_M = 100.0
 ON_ITS_WAY_MPS = 2.0
 
 
-class CarlaStack(CarlaSenses):
+class CarlaStack(CarlaSceneSource):
     """One driver, one ego. On each tick call `status`, then `StuckSolver.step`, then `perform`.
 
     If nothing is asked of it on a tick, nobody has called `step`; what `perform` gets then is not a renewal.
@@ -38,11 +38,11 @@ class CarlaStack(CarlaSenses):
         driver: Driver,
         carla_map: carla.Map | None = None,
         range_m: float = RANGE_M,
-        camera: GivesPicture | None = None,
+        camera: PictureSource | None = None,
     ) -> None:
         super().__init__(vehicle, driver, carla_map, range_m, camera)
         self._driver = driver
-        self._orders = Orders()
+        self._orders = ActiveDirective()
         self._performed: Directive | None = None
         self._lights_before: carla.VehicleLightState | None = None
 

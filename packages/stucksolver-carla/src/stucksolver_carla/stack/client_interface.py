@@ -7,16 +7,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
-from stucksolver.scene import EgoState, LaneSight, SeenSign, TrackedObject
+from stucksolver.scene import EgoState, LaneSight, ObservedSign, TrackedObject
 from stucksolver.scene.frenet import RoadFrame
 
 if TYPE_CHECKING:
     import carla
 
-    from stucksolver_carla.stack.contact import Footprint
+    from stucksolver_carla.stack.contact import EgoFootprint
 
 
-class GivesWorld(Protocol):
+class WorldSource(Protocol):
     """The part of `carla.World` that is read."""
 
     def get_map(self) -> Any:
@@ -44,7 +44,7 @@ class EgoVehicle(Protocol):
         """Its bounding box, in its own frame."""
 
     def get_world(self) -> Any:
-        """The world, as in `GivesWorld`."""
+        """The world, as in `WorldSource`."""
 
     def get_location(self) -> carla.Location:
         """Location of its origin."""
@@ -65,31 +65,31 @@ class EgoVehicle(Protocol):
         """Switch its lamps."""
 
 
-class TracksObjects(Protocol):
+class TrackedObjectSource(Protocol):
     """Tracks the objects around the ego: `Tracker` from the client, a sensed vehicle's from its sensors."""
 
     @property
     def pushes(self) -> bool:
         """True if the ego pushed something at the last look."""
 
-    def watch(self, ego: Footprint, now_s: float) -> object:
+    def watch(self, ego: EgoFootprint, now_s: float) -> object:
         """Look around and note who moves by itself; cheap."""
 
-    def update(self, ego: Footprint, now_s: float) -> tuple[TrackedObject, ...]:
+    def update(self, ego: EgoFootprint, now_s: float) -> tuple[TrackedObject, ...]:
         """Return everything within range of the ego, in the local frame."""
 
     def read_lights(self, now_s: float) -> None:
         """Refresh the lamps of all vehicles."""
 
 
-class SeesLanes(Protocol):
+class LaneSightSource(Protocol):
     """Says how far lanes are seen on one road geometry."""
 
     def of_lanes(self, ego: EgoState, ego_s: float, objects: tuple[TrackedObject, ...]) -> tuple[LaneSight, ...]:
         """Return, for each driving lane beside the ego, the length seen without a break, ahead and behind."""
 
 
-class OwnEyes(Protocol):
+class EgoPerceptionSource(Protocol):
     """What a vehicle with its own sensors provides."""
 
     perception: str
@@ -100,7 +100,7 @@ class OwnEyes(Protocol):
         """Standard deviation of the ego's position in the worst direction (m)."""
 
     @property
-    def signs(self) -> tuple[SeenSign, ...]:
+    def signs(self) -> tuple[ObservedSign, ...]:
         """Words that were read on signs while the ego has been standing."""
 
     @property
@@ -110,8 +110,8 @@ class OwnEyes(Protocol):
     def age_s(self, now_s: float) -> float:
         """Age of the newest result's data (s)."""
 
-    def tracker(self) -> TracksObjects:
+    def tracker(self) -> TrackedObjectSource:
         """The tracked objects for the solver."""
 
-    def sight_lines(self, frame: RoadFrame) -> SeesLanes:
+    def sight_lines(self, frame: RoadFrame) -> LaneSightSource:
         """Says how far lanes are seen."""

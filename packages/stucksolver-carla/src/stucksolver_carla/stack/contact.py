@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stucksolver.scene.boxes import separation
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.stack.client_interface import EgoVehicle
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ SPEEDS_UP_MPS = 0.3
 STANDS_MPS = 0.1
 
 
-class Footprint(NamedTuple):
+class EgoFootprint(NamedTuple):
     """The ego's box and motion in CARLA's world: metres, radians, m/s."""
 
     x: float
@@ -37,14 +37,14 @@ class Footprint(NamedTuple):
     vy: float
 
 
-def footprint(vehicle: EgoVehicle) -> Footprint:
+def footprint(vehicle: EgoVehicle) -> EgoFootprint:
     """Return the footprint of the ego, or of a stand-in for one."""
     transform, velocity, half = vehicle.get_transform(), vehicle.get_velocity(), vehicle.bounding_box.extent
     place, yaw = transform.location, math.radians(transform.rotation.yaw)
-    return Footprint(place.x, place.y, place.z, yaw, float(half.x), float(half.y), velocity.x, velocity.y)
+    return EgoFootprint(place.x, place.y, place.z, yaw, float(half.x), float(half.y), velocity.x, velocity.y)
 
 
-class Pushing:
+class PushDetector:
     """Call `look` with the bodies around; twice a second is enough."""
 
     def __init__(self) -> None:
@@ -53,7 +53,7 @@ class Pushing:
         self._rolling: dict[int, float] = {}
         """Speed at the last look of everything that moves because it was pushed."""
 
-    def look(self, ego: Footprint, seen: NearbyBodies) -> frozenset[int]:
+    def look(self, ego: EgoFootprint, seen: NearbyObjects) -> frozenset[int]:
         """Return the ids of what moves because the ego pushes it, or pushed it a moment ago and it still rolls."""
         if not len(seen):
             self.now, self._rolling = frozenset(), {}
@@ -69,7 +69,7 @@ class Pushing:
         return frozenset(self._rolling)
 
 
-def _gaps(ego: Footprint, seen: NearbyBodies) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def _gaps(ego: EgoFootprint, seen: NearbyObjects) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     """Return the gap from the ego's box to each body (m); infinite for those on another level."""
     half = (ego.half_length, ego.half_width)
     gap = separation((ego.x, ego.y, ego.yaw), half, (seen.x, seen.y, seen.yaw), (seen.half_length, seen.half_width))

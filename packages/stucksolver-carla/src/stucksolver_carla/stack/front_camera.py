@@ -19,7 +19,7 @@ PERIOD_S = 0.5
 QUALITY = 80
 
 
-class GivesPicture(Protocol):
+class PictureSource(Protocol):
     """Gives the front camera's latest image."""
 
     def image(self) -> CameraImage | None:

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stucksolver.scene import ObjectKind, TrackedObject
-from stucksolver_carla.drivers.behavior.nearby_objects import HAZARD_LAMPS, Perception
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies as Seen
-from stucksolver_carla.stack.contact import Footprint, Pushing
+from stucksolver_carla.drivers.behavior.nearby_objects import HAZARD_LAMPS, GroundTruthObjects
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects as Seen
+from stucksolver_carla.stack.contact import EgoFootprint, PushDetector
 from stucksolver_carla.stack.object_kinds import attributes_of, kind_of
 
 if TYPE_CHECKING:
@@ -45,17 +45,17 @@ class Tracker:
 
     def __init__(self, world: carla.World, ego_id: int, range_m: float = RANGE_M) -> None:
         self._world = world
-        self._perception = Perception(world, ego_id, range_m)
+        self._perception = GroundTruthObjects(world, ego_id, range_m)
         self._tracks: dict[int, _Track] = {}
         self._lights_read_s = -math.inf
-        self._pushing = Pushing()
+        self._pushing = PushDetector()
 
     @property
     def pushes(self) -> bool:
         """True if the ego pushed something at the last look."""
         return bool(self._pushing.now)
 
-    def watch(self, ego: Footprint, now_s: float) -> Seen:
+    def watch(self, ego: EgoFootprint, now_s: float) -> Seen:
         """Look around and note who moves by itself; cheap."""
         seen = self._perception.read(ego.x, ego.y)
         self._meet(seen.actor_id, now_s)
@@ -68,7 +68,7 @@ class Tracker:
                 self._move(track, moves and not track.pushed, now_s)
         return seen
 
-    def update(self, ego: Footprint, now_s: float) -> tuple[TrackedObject, ...]:
+    def update(self, ego: EgoFootprint, now_s: float) -> tuple[TrackedObject, ...]:
         """Return everything within range of the ego, in the local frame."""
         seen = self.watch(ego, now_s)
         objects = []

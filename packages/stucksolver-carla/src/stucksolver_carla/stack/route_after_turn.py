@@ -8,7 +8,7 @@ from typing import Any
 import carla
 
 from stucksolver.scene import EgoState
-from stucksolver_carla.stack.alternative_routes import OtherWay, road_ahead, route_length_m
+from stucksolver_carla.stack.alternative_routes import AlternativeRoute, road_ahead, route_length_m
 from stucksolver_carla.stack.carla_frames import to_local
 from stucksolver_carla.stack.route_road import SPACING_M, RouteRoad
 
@@ -19,7 +19,9 @@ AGAINST_COS = -0.5
 """Cosine of the smallest angle (120 degrees) at which a vehicle faces the other way."""
 
 
-def way_back(carla_map: carla.Map, road: RouteRoad, arc_m: float, ego: EgoState, destination: Any) -> OtherWay | None:
+def way_back(
+    carla_map: carla.Map, road: RouteRoad, arc_m: float, ego: EgoState, destination: Any
+) -> AlternativeRoute | None:
     """Return the lane of the other direction beside the route, behind the ego (local frame), or None.
 
     Its length is None if no route leads from there to the `carla.Location` without the road ahead.
@@ -33,7 +35,7 @@ def way_back(carla_map: carla.Map, road: RouteRoad, arc_m: float, ego: EgoState,
         return None
     x, y = to_local(start.transform.location)
     length_m = route_length_m(carla_map, start, destination, road_ahead(road, int(arc_m / SPACING_M)))
-    return OtherWay(start, "back", math.hypot(x - ego.x_m, y - ego.y_m), length_m)
+    return AlternativeRoute(start, "back", math.hypot(x - ego.x_m, y - ego.y_m), length_m)
 
 
 def _other_direction(waypoint: carla.Waypoint) -> carla.Waypoint | None:

@@ -13,7 +13,7 @@ import shapely
 from stucksolver.scene import LaneDirection, LaneKind, LaneStrip, RoadGeometry, Zone, ZoneKind
 from stucksolver.scene.polyline import arc_lengths, distances, nearest_index
 from stucksolver_carla.drivers.behavior import RoutePoint
-from stucksolver_carla.stack.adjacent_lanes import Neighbour, neighbours
+from stucksolver_carla.stack.adjacent_lanes import AdjacentLane, neighbours
 from stucksolver_carla.stack.carla_frames import to_local, yaw_to_local
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class Station:
     y: float
     waypoint: carla.Waypoint
     junction: bool
-    lanes: tuple[Neighbour, ...]
+    lanes: tuple[AdjacentLane, ...]
 
 
 class RouteRoad:
@@ -165,9 +165,9 @@ def _station(waypoint: carla.Waypoint, x: float, y: float, heading: float) -> St
     return Station(x, y, waypoint, junction, neighbours(waypoint, x, y, heading, alone=junction))
 
 
-def _named(stations: Sequence[Station]) -> list[list[tuple[str, Neighbour]]]:
+def _named(stations: Sequence[Station]) -> list[list[tuple[str, AdjacentLane]]]:
     """Return the lanes of each station with a name that stays the same while a lane keeps its place."""
-    named: list[list[tuple[str, Neighbour]]] = []
+    named: list[list[tuple[str, AdjacentLane]]] = []
     before: dict[str, str] = {}
     for i, station in enumerate(stations):
         here = {}
@@ -179,9 +179,9 @@ def _named(stations: Sequence[Station]) -> list[list[tuple[str, Neighbour]]]:
     return named
 
 
-def _strips(part: Sequence[Sequence[tuple[str, Neighbour]]], limit: float | None) -> list[LaneStrip]:
+def _strips(part: Sequence[Sequence[tuple[str, AdjacentLane]]], limit: float | None) -> list[LaneStrip]:
     """Return runs of stations in which a lane keeps its place beside the route, as strips, from the route outwards."""
-    runs: dict[str, list[tuple[int, Neighbour]]] = {}
+    runs: dict[str, list[tuple[int, AdjacentLane]]] = {}
     for i, lanes in enumerate(part):
         for name, lane in lanes:
             runs.setdefault(name, []).append((i, lane))

@@ -24,17 +24,23 @@ from stucksolver.scene import (
 from stucksolver.scene.frenet import road_frame
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.scene_builder import build_scene
-from stucksolver_carla.drivers.behavior import HasRoute
+from stucksolver_carla.drivers.behavior import RouteHolder
 from stucksolver_carla.stack.alternative_routes import other_ways
 from stucksolver_carla.stack.carla_frames import to_local, to_world, yaw_to_local
-from stucksolver_carla.stack.client_interface import EgoVehicle, GivesWorld, OwnEyes, SeesLanes, TracksObjects
+from stucksolver_carla.stack.client_interface import (
+    EgoPerceptionSource,
+    EgoVehicle,
+    LaneSightSource,
+    TrackedObjectSource,
+    WorldSource,
+)
 from stucksolver_carla.stack.contact import footprint
-from stucksolver_carla.stack.front_camera import GivesPicture
+from stucksolver_carla.stack.front_camera import PictureSource
 from stucksolver_carla.stack.ground_truth_tracker import RANGE_M, Tracker
 from stucksolver_carla.stack.line_of_sight import SightLines
 from stucksolver_carla.stack.route_after_turn import way_back
 from stucksolver_carla.stack.route_road import SPACING_M, RouteRoad
-from stucksolver_carla.stack.traffic_controls import RouteControls
+from stucksolver_carla.stack.traffic_controls import RouteTrafficControls
 
 TRACK_EVERY_S = 0.5
 EPISODE_REACH_M = 60.0
@@ -44,7 +50,7 @@ DESTINATION_M = 5.0
 STARTS_WITHIN_M = 30.0
 
 
-class CarlaSenses:
+class CarlaSceneSource:
     """Describes one ego to the solver; it applies, ticks and sets nothing.
 
     For a `carla.Vehicle` the data are ground truth from the client (`perception` is `privileged`). A vehicle with its
@@ -55,20 +61,20 @@ class CarlaSenses:
     def __init__(
         self,
         vehicle: EgoVehicle,
-        driver: HasRoute,
+        driver: RouteHolder,
         carla_map: carla.Map | None = None,
         range_m: float = RANGE_M,
-        camera: GivesPicture | None = None,
+        camera: PictureSource | None = None,
     ) -> None:
         self._vehicle = vehicle
         self._follows = driver
-        self._world: GivesWorld = vehicle.get_world()
+        self._world: WorldSource = vehicle.get_world()
         self._map = self._world.get_map() if carla_map is None else carla_map
         self._range_m = range_m
         self._camera = camera
-        self._eyes: OwnEyes | None = getattr(vehicle, "perceiver", None)
+        self._eyes: EgoPerceptionSource | None = getattr(vehicle, "perceiver", None)
         self.perception = "privileged" if self._eyes is None else self._eyes.perception
-        self._tracker: TracksObjects = (
+        self._tracker: TrackedObjectSource = (
             Tracker(self._world, vehicle.id, range_m) if self._eyes is None else self._eyes.tracker()
         )
         self._tracked_s = -math.inf
@@ -95,7 +101,7 @@ class CarlaSenses:
         self._road = RouteRoad(self._map, route)
         actors = self._world.get_actors()
         lights, signs = list(actors.filter("*traffic_light*")), list(actors.filter("*traffic.stop*"))
-        self._controls = RouteControls(lights, self._road, signs)
+        self._controls = RouteTrafficControls(lights, self._road, signs)
         self._geometry: RoadGeometry | None = None
         self._geometry_arc = 0.0
         # The ego is at the route's start or before it; a route that passes here again must not confuse that.
@@ -210,7 +216,7 @@ class CarlaSenses:
             self._geometry = self._road.slice(self._arc, limit if limit > 0 else None)
             self._geometry_arc = self._arc
             frame = road_frame(self._geometry)
-            self._lines: SeesLanes = (
+            self._lines: LaneSightSource = (
                 SightLines(frame, self._range_m) if self._eyes is None else self._eyes.sight_lines(frame)
             )
         return self._geometry

@@ -22,7 +22,7 @@ PASSED_M = 3.0
 NEAR_M = 20.0
 
 
-class RouteControls:
+class RouteTrafficControls:
     """The stop lines of lights and the stop signs on a route; found once, read on demand."""
 
     def __init__(

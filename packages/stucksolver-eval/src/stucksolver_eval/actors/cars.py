@@ -88,7 +88,7 @@ class Car:
         return any(c.enter_s - half < self.s < c.leave_s + half for c in self.path.crossings)
 
 
-class Cars:
+class SimulatedCars:
     """All cars of a run. Call `step` once per tick, after target speeds have been set."""
 
     def __init__(self, cast: ActorPool, dt_s: float) -> None:

@@ -17,7 +17,7 @@ Chooser = Callable[[Sequence[Any]], Any]
 """Picks one of the `carla.Waypoint`s that follow a lane."""
 
 
-class Crossing(NamedTuple):
+class JunctionSpan(NamedTuple):
     """A junction on the path: its id, and where the path enters and leaves it (arc length, m)."""
 
     junction: int
@@ -87,7 +87,7 @@ class LanePath:
         self.s: list[float] = []
         self.limit_mps: list[float] = []
         self.lights: list[StopAt] = []
-        self.crossings: list[Crossing] = []
+        self.crossings: list[JunctionSpan] = []
         self.at = 0
         """Index of the path point nearest to the car."""
         for waypoint in waypoints:
@@ -190,7 +190,7 @@ class LanePath:
         if self.crossings and self.crossings[-1].junction == number and s - self.crossings[-1].leave_s < 2.5 * STEP_M:
             self.crossings[-1] = self.crossings[-1]._replace(leave_s=s)
         else:
-            self.crossings.append(Crossing(number, max(s - STEP_M, 0.0), s))
+            self.crossings.append(JunctionSpan(number, max(s - STEP_M, 0.0), s))
 
     def _note_light(self, waypoint: carla.Waypoint, s: float) -> None:
         stop = self._stops.get((waypoint.road_id, waypoint.lane_id))

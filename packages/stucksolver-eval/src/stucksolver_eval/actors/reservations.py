@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver_eval.actors.lane_path import Crossing
+from stucksolver_eval.actors.lane_path import JunctionSpan
 
 if TYPE_CHECKING:
     from stucksolver_eval.actors.cars import Car
@@ -29,7 +29,7 @@ class JunctionReservations:
         """Set the hero's path through the junction that it is in or about to enter, shape (n, 2) in m, or None."""
         self._hero = None if junction is None or way is None else (junction, way)
 
-    def claim(self, car: Car, crossing: Crossing) -> bool:
+    def claim(self, car: Car, crossing: JunctionSpan) -> bool:
         """Reserve or keep a path through a junction. Returns False while it conflicts with another reservation."""
         taken = self._claimed.setdefault(crossing.junction, {})
         if car.member.id in taken:
@@ -43,13 +43,13 @@ class JunctionReservations:
         taken[car.member.id] = way
         return True
 
-    def insist(self, car: Car, crossing: Crossing) -> None:
+    def insist(self, car: Car, crossing: JunctionSpan) -> None:
         """Reserve a path through a junction regardless of conflicts, for a car that does not brake."""
         taken = self._claimed.setdefault(crossing.junction, {})
         if car.member.id not in taken:
             taken[car.member.id] = _way(car, crossing)
 
-    def release(self, car: Car, crossing: Crossing) -> None:
+    def release(self, car: Car, crossing: JunctionSpan) -> None:
         """Release a reservation after the car has left the junction."""
         self._claimed.get(crossing.junction, {}).pop(car.member.id, None)
 
@@ -59,7 +59,7 @@ class JunctionReservations:
             taken.pop(car.member.id, None)
 
 
-def _way(car: Car, crossing: Crossing) -> Way:
+def _way(car: Car, crossing: JunctionSpan) -> Way:
     path = car.path
     path.grow(crossing.leave_s + 4.0)
     inside = [i for i, s in enumerate(path.s) if crossing.enter_s <= s <= crossing.leave_s]

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from stucksolver_eval.background_traffic.crossing import CrossingTraffic
-from stucksolver_eval.background_traffic.ego_snapshot import Seen
+from stucksolver_eval.background_traffic.ego_snapshot import EgoSnapshot
 from stucksolver_eval.background_traffic.lanes import route_junctions
 from stucksolver_eval.background_traffic.oncoming import OncomingTraffic
 from stucksolver_eval.background_traffic.road import RoadTraffic
@@ -19,7 +19,7 @@ from stucksolver_eval.background_traffic.road import RoadTraffic
 if TYPE_CHECKING:
     import carla
 
-    from stucksolver_eval.scenario_context import Setting
+    from stucksolver_eval.scenario_context import ScenarioContext
 
 EVERY = 5
 """Ticks between two updates of spawning, removal and speeds."""
@@ -30,10 +30,10 @@ _CLAIM_MPS = 1.0
 class Background:
     """All background traffic. Call `populate` once and `tick` after every tick; the rest are hooks for scenarios."""
 
-    def __init__(self, setting: Setting, empty: bool = False) -> None:
+    def __init__(self, setting: ScenarioContext, empty: bool = False) -> None:
         """With `empty` there is no traffic, and the hooks have no effect."""
         self._setting, self._empty = setting, empty
-        self._seen = Seen(setting)
+        self._seen = EgoSnapshot(setting)
         self._junctions = route_junctions(setting.route)
         self._ticks = 0
         self.road = RoadTraffic(self._seen)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from stucksolver_eval.actors import Car
-from stucksolver_eval.background_traffic.ego_snapshot import Seen
+from stucksolver_eval.background_traffic.ego_snapshot import EgoSnapshot
 from stucksolver_eval.background_traffic.lanes import RouteJunction, back, beside, entries, slots
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class CrossingTraffic:
     EXIT_CARS: ClassVar[int] = 2
     GONE_M: ClassVar[float] = 70.0
 
-    def __init__(self, seen: Seen) -> None:
+    def __init__(self, seen: EgoSnapshot) -> None:
         self._seen = seen
         self._junction: RouteJunction | None = None
         self._sources: list[_Source] = []

@@ -14,7 +14,7 @@ from stucksolver_eval.background_traffic.lanes import RouteJunction
 if TYPE_CHECKING:
     import carla
 
-    from stucksolver_eval.scenario_context import Setting
+    from stucksolver_eval.scenario_context import ScenarioContext
 
 JUNCTION_NEAR_M = 30.0
 JUNCTION_NEAR_S = 1.5
@@ -24,10 +24,10 @@ _BEHIND, _AHEAD = 130, 160
 
 
 @dataclass
-class Seen:
+class EgoSnapshot:
     """The hero on its route. `limit_mps` is the speed limit at the hero, which all background traffic uses."""
 
-    setting: Setting
+    setting: ScenarioContext
     index: int = 0
     s_m: float = 0.0
     speed_mps: float = 0.0

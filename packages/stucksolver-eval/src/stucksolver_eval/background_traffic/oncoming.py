@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from stucksolver_eval.actors import Car
-from stucksolver_eval.background_traffic.ego_snapshot import Seen
+from stucksolver_eval.background_traffic.ego_snapshot import EgoSnapshot
 from stucksolver_eval.background_traffic.lanes import oncoming_lanes
 
 
@@ -17,7 +17,7 @@ class OncomingTraffic:
     KEEP_M: ClassVar[float] = 80.0
     MOST: ClassVar[int] = 8
 
-    def __init__(self, seen: Seen) -> None:
+    def __init__(self, seen: EgoSnapshot) -> None:
         self._seen = seen
         self._cars: list[Car] = []
         self.active = True

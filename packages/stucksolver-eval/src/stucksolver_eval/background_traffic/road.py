@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from stucksolver_eval.actors import Car
 from stucksolver_eval.actors.lane_path import Chooser, straightest
-from stucksolver_eval.background_traffic.ego_snapshot import Seen
+from stucksolver_eval.background_traffic.ego_snapshot import EgoSnapshot
 from stucksolver_eval.background_traffic.lanes import back, beside, is_driving, slots
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class RoadTraffic:
     SOURCE_M: ClassVar[float] = 30.0
     LOST_M: ClassVar[float] = 150.0
 
-    def __init__(self, seen: Seen) -> None:
+    def __init__(self, seen: EgoSnapshot) -> None:
         self._seen = seen
         self._cars: list[_RoadCar] = []
         self._closed: set[tuple[int, int]] = set()

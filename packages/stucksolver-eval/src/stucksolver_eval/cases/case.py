@@ -21,7 +21,7 @@ class CaseError(ValueError):
 
 
 @dataclass(frozen=True)
-class Place:
+class CaseLocation:
     """Waypoints 1 m apart, from the start to the destination, and the scenario's parameters."""
 
     waypoints: tuple[carla.Waypoint, ...]
@@ -35,7 +35,7 @@ class Case:
     name: str
     title: str
     type: str
-    find: Callable[[Any, Any], Place]
+    find: Callable[[Any, Any], CaseLocation]
     """Finds the place in a `carla.World` and its `carla.Map`. Raises `CaseError` and `StreetError`."""
     words: tuple[float, str] | None = None
     drive_s: float = 60.0
@@ -43,24 +43,24 @@ class Case:
     """The figure shows no decision before this time (s)."""
 
 
-def _before_a_light(world: carla.World, carla_map: carla.Map) -> Place:
+def _before_a_light(world: carla.World, carla_map: carla.Map) -> CaseLocation:
     """Find a traffic light with `APPROACH_M` of the same road before its stop line."""
     for light in sorted(world.get_actors().filter("traffic.traffic_light"), key=lambda one: one.id):
         for stop in light.get_stop_waypoints():
             before = stop.previous(float(APPROACH_M))
             if len(before) == 1 and not before[0].is_junction and before[0].road_id == stop.road_id:
-                return Place(_onward(before[0], APPROACH_M + BEYOND_M), {})
+                return CaseLocation(_onward(before[0], APPROACH_M + BEYOND_M), {})
     raise CaseError(
         f"map {carla_map.name} has no traffic light with {APPROACH_M} m of street before it; use another map"
     )
 
 
-def _several_lanes(length_m: int, with_obstacle: bool) -> Callable[[Any, Any], Place]:
+def _several_lanes(length_m: int, with_obstacle: bool) -> Callable[[Any, Any], CaseLocation]:
     """Return a finder of a street with a second lane of the same direction, with or without an obstacle on it."""
 
-    def find(world: carla.World, carla_map: carla.Map) -> Place:
+    def find(world: carla.World, carla_map: carla.Map) -> CaseLocation:
         street = choose_street(carla_map, "multi_lane", 1, length_m)
-        return Place(street.waypoints, {"distance": float(street.obstacle_index)} if with_obstacle else {})
+        return CaseLocation(street.waypoints, {"distance": float(street.obstacle_index)} if with_obstacle else {})
 
     return find
 

@@ -11,15 +11,15 @@ from stucksolver.atomic_files import write_text
 from stucksolver.ladder import parse_ladder, profile_text
 from stucksolver.solver import Event, EventKind
 from stucksolver_eval.cases.case import Case
-from stucksolver_eval.guidance import Line, When
+from stucksolver_eval.guidance import ScriptLine, ScriptTrigger
 from stucksolver_eval.results.outcome import RouteOutcome
 from stucksolver_eval.results.run_log import RunLog
-from stucksolver_eval.results.store import Store
+from stucksolver_eval.results.store import ResultStore
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.job import RouteJob
-from stucksolver_eval.runner.route_process import Task, drive_task
-from stucksolver_eval.streets.routes import Where, look_on_map, street_route
-from stucksolver_eval.systems.spec import ArmSpec
+from stucksolver_eval.runner.route_process import RouteTask, drive_task
+from stucksolver_eval.streets.routes import SimulatorTarget, street_route, with_map
+from stucksolver_eval.systems.spec import SystemSpec
 
 SEED = 1
 DEADLINE_S, TRIES = 30.0, 20
@@ -126,8 +126,10 @@ def run_cases(
     ladder = head + LADDER.format(deadline_s=deadline_s, tries=tries)
     parse_ladder(ladder, "cases")
     write_text(out / LADDER_FILE, ladder)
-    arm = ArmSpec(recovery="rules", reasoner=reasoner, clock=clock, ladder=out / LADDER_FILE, camera=pictures)
-    places = look_on_map(Where(map_name, maps, SEED), lambda world, town: [one.find(world, town) for one in cases])
+    arm = SystemSpec(recovery="rules", reasoner=reasoner, clock=clock, ladder=out / LADDER_FILE, camera=pictures)
+    places = with_map(
+        SimulatorTarget(map_name, maps, SEED), lambda world, town: [one.find(world, town) for one in cases]
+    )
     results = []
     for case, place in zip(cases, places, strict=True):
         say(f"{case.title} …")
@@ -137,8 +139,8 @@ def run_cases(
     return results
 
 
-def _job(case: Case, route: Route, arm: ArmSpec, maps: str | None, records: Path | None) -> RouteJob:
-    words = [] if case.words is None else [Line(when=When(time_s=case.words[0]), say=(case.words[1],))]
+def _job(case: Case, route: Route, arm: SystemSpec, maps: str | None, records: Path | None) -> RouteJob:
+    words = [] if case.words is None else [ScriptLine(when=ScriptTrigger(time_s=case.words[0]), say=(case.words[1],))]
     return RouteJob(
         route=route,
         seed=SEED,
@@ -155,8 +157,8 @@ def _job(case: Case, route: Route, arm: ArmSpec, maps: str | None, records: Path
 
 def _driven(case: Case, job: RouteJob, folder: Path) -> CaseResult:
     """Drive a case and return its result. Raises `RunError`."""
-    outcome = drive_task(Task(job, folder))
-    store = Store(folder)
+    outcome = drive_task(RouteTask(job, folder))
+    store = ResultStore(folder)
     events = store.events(job.route, job.seed)
     decided = _telling(events, case.shown_from_s)
     return CaseResult(

@@ -11,7 +11,7 @@ from pathlib import Path
 from PIL import Image, ImageDraw, ImageFont
 
 from stucksolver.optional_dependencies import can_plot
-from stucksolver.scene import Reading
+from stucksolver.scene import Interpretation
 from stucksolver.solver import EventKind
 from stucksolver_eval.cases.case import CASES, Case
 from stucksolver_eval.cases.case_runner import CaseResult
@@ -56,7 +56,7 @@ def worded(wordings: Sequence[Wording]) -> tuple[Case, ...]:
     )
 
 
-def read_as(result: CaseResult) -> Reading | None:
+def read_as(result: CaseResult) -> Interpretation | None:
     """Return how the sentence was interpreted, or None if it was not."""
     return next((event.reading for event in result.events if event.reading is not None), None)
 
@@ -106,7 +106,9 @@ def _row(draw: ImageDraw.ImageDraw, top: int, wording: Wording, result: CaseResu
         draw.text((MARGIN, top + 9 + 21 * i), line, INK, font=_font(wording.text, 16))
     left = MARGIN + TEXT_W
     reading = read_as(result)
-    draw.text((left, top + 9), "nothing" if reading is None else reading.told, INK, font=ImageFont.load_default(16))
+    draw.text(
+        (left, top + 9), "nothing" if reading is None else reading.description, INK, font=ImageFont.load_default(16)
+    )
     if wording.meant is not None:
         draw.text((left, top + 31), f"meant: {wording.meant.replace('_', ' ')}", GREY, font=ImageFont.load_default(13))
     _chart(draw, left + READ_W, top, result)

@@ -1,21 +1,21 @@
 """Commands of evaluations, the demonstration and the ride."""
 
-from stucksolver.commands.command_table import Command
+from stucksolver.commands.command_table import CliCommand
 
 COMMANDS = {
-    "demo": Command(
+    "demo": CliCommand(
         "drive past a parked car and two cyclists, without and with help, and report",
         "stucksolver_eval.commands.demo",
         drives=True,
     ),
-    "ride": Command(
+    "ride": CliCommand(
         "ride along a street with a page to talk to the car", "stucksolver_eval.commands.ride", drives=True
     ),
-    "evaluate": Command(
+    "evaluate": CliCommand(
         "drive a suite of routes with scenarios, and score it", "stucksolver_eval.commands.evaluate", drives=True
     ),
-    "score": Command("compute all scores of evaluations from their files", "stucksolver_eval.commands.score"),
-    "compare": Command(
+    "score": CliCommand("compute all scores of evaluations from their files", "stucksolver_eval.commands.score"),
+    "compare": CliCommand(
         "test whether one evaluation is better than another",
         "stucksolver_eval.commands.score",
         "add_compare_options",
@@ -24,7 +24,7 @@ COMMANDS = {
         "both, the difference B - A over the routes and seeds that both drove, with its 95 % interval and p-value, "
         "what their recoveries did, and the routes that B won and lost. Each of several Bs is compared with A.",
     ),
-    "cases": Command(
+    "cases": CliCommand(
         "run the cases of Bao and Li 2025 with a reasoner, and draw them",
         "stucksolver_eval.commands.cases",
         drives=True,

@@ -14,7 +14,7 @@ from stucksolver.commands.json_lines import json_lines
 from stucksolver.ladder import LadderError
 from stucksolver.reasoners.factory import HELP, make_reasoner, preflight, sees, unanswered_banner
 from stucksolver.reasoners.registry import ReasonerNameError
-from stucksolver_eval.commands.run_arguments import tell_notes
+from stucksolver_eval.commands.run_arguments import print_notes
 from stucksolver_language.commands.api_keys import add_send_key
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
     figure = WORDINGS if options.wordings is not None else FIGURE
     wordings = _wordings(options.wordings) if options.wordings is not None else ()
     try:
-        tell_notes(preflight(make_reasoner(options.reasoner), options.reasoner))
+        print_notes(preflight(make_reasoner(options.reasoner), options.reasoner))
         options.out.mkdir(parents=True, exist_ok=True)
         results = run_cases(
             worded(wordings) if wordings else CASES,

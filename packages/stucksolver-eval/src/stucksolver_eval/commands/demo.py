@@ -19,10 +19,10 @@ from stucksolver.commands.arguments import (
     whole,
 )
 from stucksolver.commands.errors import UsageError
-from stucksolver.interpreter import NoReader, find_reader
+from stucksolver.interpreter import NoInterpreter, find_reader
 from stucksolver.reasoners.factory import HELP
 from stucksolver.scene import MAX_WORDS
-from stucksolver_eval.commands.ride import add_page, page_server, tell_page
+from stucksolver_eval.commands.ride import add_page, page_server, print_page_url
 from stucksolver_eval.commands.run_arguments import clock_name, driver_name
 from stucksolver_language.commands.api_keys import add_send_key
 from stucksolver_passenger.commands.memory import add_memory
@@ -78,7 +78,7 @@ def run(options: argparse.Namespace) -> int:
     from stucksolver_eval.run_table import conversation, runs_table
     from stucksolver_eval.runner.isolated_process import RunError
     from stucksolver_eval.streets.finder import StreetError
-    from stucksolver_eval.systems.factory import ArmError
+    from stucksolver_eval.systems.factory import SystemSpecError
 
     spec = DemoSpec(
         map_name=options.map,
@@ -101,10 +101,10 @@ def run(options: argparse.Namespace) -> int:
         with contextlib.ExitStack() as page:
             if options.passenger:
                 server = page.enter_context(page_server(options))
-                tell_page(server, VEHICLE, options.listen, sys.stderr if options.json else sys.stdout)
+                print_page_url(server, VEHICLE, options.listen, sys.stderr if options.json else sys.stdout)
                 spec = replace(spec, passenger=server.address)
             runs, report = demo(spec, _say)
-    except (ArmError, RunError, StreetError, ServerError, OutputError, ReportError) as error:
+    except (SystemSpecError, RunError, StreetError, ServerError, OutputError, ReportError) as error:
         _end_line()
         raise UsageError(str(error)) from error
     if options.json:
@@ -127,7 +127,7 @@ def _words(text: str | None) -> str | None:
     if len(text) > MAX_WORDS:
         raise UsageError(f"--say: {len(text)} characters; at most {MAX_WORDS} are accepted")
     reader = find_reader()
-    if isinstance(reader, NoReader):
+    if isinstance(reader, NoInterpreter):
         raise UsageError(reader.why)
     return text
 

@@ -102,15 +102,15 @@ def run(options: argparse.Namespace) -> int:
     from stucksolver_eval.runner.sweep import SweepError, parse_sweep, run_sweep
     from stucksolver_eval.scenarios.scenario import ScenarioError
     from stucksolver_eval.suites import SuiteError, shipped_guidance
-    from stucksolver_eval.systems.factory import ArmError
-    from stucksolver_eval.systems.spec import ArmSpec
+    from stucksolver_eval.systems.factory import SystemSpecError
+    from stucksolver_eval.systems.spec import SystemSpec
 
-    errors = (ArmError, OutputError, GuidanceError, StoreError, RouteFileError, ClusterError, SuiteError)
+    errors = (SystemSpecError, OutputError, GuidanceError, StoreError, RouteFileError, ClusterError, SuiteError)
     try:
         spec = EvaluationSpec(
             suite=options.suite,
             out=options.out,
-            arm=ArmSpec(
+            arm=SystemSpec(
                 driver=driver_name(options.driver),
                 recovery=options.recovery,
                 reasoner=options.reasoner,

@@ -62,11 +62,11 @@ def run(options: argparse.Namespace) -> int:
     from stucksolver_eval.drivers.factory import DriverNameError, check_driver
     from stucksolver_eval.ride import RideSpec, drive_ride, find_ride
     from stucksolver_eval.ride.ride import VEHICLE, RideError
-    from stucksolver_eval.scenarios.scenario import ScenarioError, Unsupported
+    from stucksolver_eval.scenarios.scenario import ScenarioError, UnsupportedScenarioError
     from stucksolver_eval.streets.finder import StreetError
-    from stucksolver_passenger.gateway import Desk
+    from stucksolver_passenger.gateway import PassengerGateway
     from stucksolver_passenger.link import LinkError
-    from stucksolver_passenger.memory import EpisodeStore, MemoryFileError
+    from stucksolver_passenger.memory import MemoryFileError, SolutionStore
 
     spec = RideSpec(
         case=options.case,
@@ -83,12 +83,12 @@ def run(options: argparse.Namespace) -> int:
     try:
         spec.policy()
         if spec.memory is not None:
-            EpisodeStore(spec.memory)
+            SolutionStore(spec.memory)
         check_driver(spec.driver)
         page = page_server(options)
         route = find_ride(spec)
-        with page as server, Desk(server.address) as desk:
-            outcome = drive_ride(spec, route, desk, begun=lambda: tell_page(server, VEHICLE, options.listen))
+        with page as server, PassengerGateway(server.address) as desk:
+            outcome = drive_ride(spec, route, desk, begun=lambda: print_page_url(server, VEHICLE, options.listen))
             print(f"{'arrived' if outcome.arrived else 'ended'} after {outcome.duration_s:.0f} s; {_pace(outcome)}")
             if not options.once:
                 print("the page stays open until Ctrl-C", flush=True)
@@ -105,7 +105,7 @@ def run(options: argparse.Namespace) -> int:
         ScenarioError,
         ServerError,
         StreetError,
-        Unsupported,
+        UnsupportedScenarioError,
     ) as error:
         raise UsageError(str(error)) from error
     return 0
@@ -118,14 +118,14 @@ def page_server(options: argparse.Namespace) -> PassengerServer:
         import uvicorn  # noqa: F401
     except ImportError as error:
         raise UsageError(MISSING) from error
-    from stucksolver.interpreter import NoReader, find_reader
+    from stucksolver.interpreter import NoInterpreter, find_reader
     from stucksolver_eval.report import ASSETS
-    from stucksolver_passenger.server.options import PageError, PageOptions
+    from stucksolver_passenger.server.options import PageOptions, ServerOptionsError
     from stucksolver_passenger.server.process import PassengerServer
     from stucksolver_passenger.speech_recognizer import find_recognizer
 
     reader = find_reader()
-    if isinstance(reader, NoReader):
+    if isinstance(reader, NoInterpreter):
         raise UsageError(reader.why)
     page = PageOptions(
         listen=options.listen or PageOptions.listen,
@@ -140,11 +140,11 @@ def page_server(options: argparse.Namespace) -> PassengerServer:
         page.check()
         page.bound().close()
         return PassengerServer(page)
-    except PageError as error:
+    except ServerOptionsError as error:
         raise UsageError(str(error)) from error
 
 
-def tell_page(server: PassengerServer, vehicle: str, listen: str | None, out: TextIO | None = None) -> None:
+def print_page_url(server: PassengerServer, vehicle: str, listen: str | None, out: TextIO | None = None) -> None:
     """Print the page's addresses to `out` (standard output), and a QR code if a phone can reach the page."""
     url = server.url(server.tokens.passenger(vehicle))
     print(f"passenger: {url}\noperator:  {server.url(server.tokens.operator())}", file=out, flush=True)

@@ -33,7 +33,7 @@ def clock_name(text: str) -> str:
         raise UsageError(str(error)) from error
 
 
-def tell_notes(notes: Sequence[str]) -> None:
+def print_notes(notes: Sequence[str]) -> None:
     """Print what the user should know before a drive, one note per line on standard error."""
     for note in notes:
         print(f"note: {note}", file=sys.stderr, flush=True)

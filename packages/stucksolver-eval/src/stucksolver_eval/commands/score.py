@@ -18,7 +18,7 @@ SCORES = '[{"folder": path, "warnings": [text], ...}] with all fields of the fol
 if TYPE_CHECKING:
     from stucksolver_eval.metrics.comparison import Compared
     from stucksolver_eval.metrics.summary import Summary
-    from stucksolver_eval.results.store import Store
+    from stucksolver_eval.results.store import ResultStore
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -70,7 +70,7 @@ def show_scores(
     from stucksolver_eval.report.evaluation import write_evaluation
     from stucksolver_eval.report.plots import write_plots
     from stucksolver_eval.report.tables import banners, summary_text
-    from stucksolver_eval.results.store import Store, StoreError
+    from stucksolver_eval.results.store import ResultStore, StoreError
     from stucksolver_eval.routes import RouteFileError
 
     try:
@@ -78,7 +78,7 @@ def show_scores(
         summaries = []
         for folder in folders:
             summaries.append(_summarized(folder, pair))
-            write_evaluation(Store(folder), summaries[-1])
+            write_evaluation(ResultStore(folder), summaries[-1])
         if plots is not None:
             write_plots(summaries, plots)
     except (StoreError, RouteFileError, OutputError, ReportError, RecordError, OSError) as error:
@@ -97,21 +97,21 @@ def _print_scores(evaluations: Iterable[tuple[Path, Summary]]) -> None:
     print_json([{"folder": folder, "warnings": banners(s), **summary_data(s)} for folder, s in evaluations])
 
 
-def _pair(folders: list[Path], alone: Path | None) -> Store | None:
+def _pair(folders: list[Path], alone: Path | None) -> ResultStore | None:
     """Return the evaluation of the driver alone: `alone`, or the one among `folders` that is, or None."""
-    from stucksolver_eval.results.store import Store
+    from stucksolver_eval.results.store import ResultStore
 
     if alone is not None:
-        return Store(alone)
-    return next((s for s in map(Store, folders) if s.manifest().recovery == "none"), None)
+        return ResultStore(alone)
+    return next((s for s in map(ResultStore, folders) if s.manifest().recovery == "none"), None)
 
 
-def _summarized(folder: Path, alone: Store | None) -> Summary:
+def _summarized(folder: Path, alone: ResultStore | None) -> Summary:
     """Return the figures of one evaluation, paired with the driver alone unless it is that itself."""
     from stucksolver_eval.metrics.summary import summarize
-    from stucksolver_eval.results.store import Store
+    from stucksolver_eval.results.store import ResultStore
 
-    return summarize(Store(folder), None if alone is None or folder == alone.folder else alone)
+    return summarize(ResultStore(folder), None if alone is None or folder == alone.folder else alone)
 
 
 def show_sweep(summaries: dict[str, Summary], out: Path, *, as_json: bool = False) -> int:
@@ -119,10 +119,10 @@ def show_sweep(summaries: dict[str, Summary], out: Path, *, as_json: bool = Fals
     from stucksolver_eval.report.evaluation import write_evaluation
     from stucksolver_eval.report.tables import banners
     from stucksolver_eval.report.tradeoff import write_tradeoff
-    from stucksolver_eval.results.store import Store
+    from stucksolver_eval.results.store import ResultStore
 
     for label, summary in summaries.items():
-        write_evaluation(Store(out / label), summary)
+        write_evaluation(ResultStore(out / label), summary)
     table = write_tradeoff(summaries, out)
     warned = [f"{label}: {text}" for label, summary in summaries.items() for text in banners(summary)]
     if as_json:

@@ -3,6 +3,6 @@
 `criteria.base` needs no client, so that scores can be computed without one.
 """
 
-from stucksolver_eval.criteria.criterion import Criterion, Infraction, Moment
+from stucksolver_eval.criteria.criterion import Criterion, EgoTick, Infraction
 
-__all__ = ["Criterion", "Infraction", "Moment"]
+__all__ = ["Criterion", "EgoTick", "Infraction"]

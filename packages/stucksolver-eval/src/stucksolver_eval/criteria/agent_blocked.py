@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.criteria.criterion import STANDING_MPS, Criterion, Moment, place_text
+from stucksolver_eval.criteria.criterion import STANDING_MPS, Criterion, EgoTick, place_text
 
 LIMIT_S = 60.0
 FAILURE = "Agent got blocked"
@@ -17,7 +17,7 @@ class Blocked(Criterion):
         super().__init__()
         self._moved_s: float | None = None
 
-    def update(self, moment: Moment) -> None:
+    def update(self, moment: EgoTick) -> None:
         moving = moment.speed_mps >= STANDING_MPS
         if self._moved_s is None or moving or "blocked" in moment.suspended:
             self._moved_s = moment.time_s

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import carla
 
-from stucksolver_eval.criteria.criterion import STANDING_MPS, Criterion, Infraction, Moment, place_text
+from stucksolver_eval.criteria.criterion import STANDING_MPS, Criterion, EgoTick, Infraction, place_text
 
 SAME_PLACE_M = 5.0
 SAME_OTHER_S = 5.0
@@ -73,7 +73,7 @@ class Collisions(Criterion):
         super().__init__()
         self._rule = CollisionRule()
         self._contacts: deque[ContactEpisode] = deque()
-        self._moments: deque[Moment] = deque(maxlen=_REMEMBERED)
+        self._moments: deque[EgoTick] = deque(maxlen=_REMEMBERED)
         blueprint = world.get_blueprint_library().find("sensor.other.collision")
         self._sensor: Any | None = world.spawn_actor(blueprint, carla.Transform(), attach_to=ego)
         self._sensor.listen(self._hit)
@@ -83,7 +83,7 @@ class Collisions(Criterion):
         other = event.other_actor
         self._contacts.append(ContactEpisode(int(event.frame), int(other.id), str(other.type_id)))
 
-    def update(self, moment: Moment) -> None:
+    def update(self, moment: EgoTick) -> None:
         if self._sensor is None:
             return
         self._judge(before_frame=moment.frame)
@@ -97,7 +97,7 @@ class Collisions(Criterion):
             if then is not None and self._rule.counts(contact, then.time_s, then.location, then.speed_mps):
                 self._count(contact, then)
 
-    def _count(self, contact: ContactEpisode, then: Moment) -> None:
+    def _count(self, contact: ContactEpisode, then: EgoTick) -> None:
         kind = kind_of(contact.other_type)
         if kind is not None:
             text = f"collision with {contact.other_type} (id {contact.other_id}) at {place_text(then.location)}"

@@ -13,7 +13,7 @@ STANDING_MPS = 0.1
 
 
 @dataclass(frozen=True)
-class Moment:
+class EgoTick:
     """The ego at one tick. `transform` and `velocity` are of the `carla` client; times count from the route's
     start (s).
     """
@@ -58,7 +58,7 @@ class Criterion(ABC):
         self.ends_route: str | None = None
 
     @abstractmethod
-    def update(self, moment: Moment) -> None:
+    def update(self, moment: EgoTick) -> None:
         """Judge one tick."""
 
     def finish(self) -> None:  # noqa: B027 (most criteria need nothing here)

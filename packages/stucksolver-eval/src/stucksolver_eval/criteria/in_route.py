@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.criteria.criterion import Criterion, Moment, place_text
+from stucksolver_eval.criteria.criterion import Criterion, EgoTick, place_text
 from stucksolver_eval.criteria.route_position import RouteWalk
 
 FAR_M = 30.0
@@ -24,7 +24,7 @@ class InRoute(Criterion):
         self._out_m = 0.0
         self._safe = True
 
-    def update(self, moment: Moment) -> None:
+    def update(self, moment: EgoTick) -> None:
         if self.ends_route is not None or "route_deviation" in moment.suspended:
             return
         walk, place = self._walk, moment.location

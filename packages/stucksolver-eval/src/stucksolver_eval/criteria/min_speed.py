@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.criteria.criterion import Criterion, Moment
+from stucksolver_eval.criteria.criterion import Criterion, EgoTick
 from stucksolver_eval.criteria.route_completion import WINDOW
 from stucksolver_eval.criteria.route_position import RouteWalk
 
@@ -29,7 +29,7 @@ class MinSpeed(Criterion):
         self._time_s = 0.0
         self.stuck_end: float | None = None
 
-    def update(self, moment: Moment) -> None:
+    def update(self, moment: EgoTick) -> None:
         self._time_s = moment.time_s
         self._index = self._walk.last_passed(self._index, moment.location, WINDOW)
         here_m = self._walk.s_m[self._index]

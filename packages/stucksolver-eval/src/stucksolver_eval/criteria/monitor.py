@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from stucksolver_eval.criteria.agent_blocked import Blocked
 from stucksolver_eval.criteria.collision import Collisions
-from stucksolver_eval.criteria.criterion import Criterion, Infraction, Moment
+from stucksolver_eval.criteria.criterion import Criterion, EgoTick, Infraction
 from stucksolver_eval.criteria.in_route import InRoute
 from stucksolver_eval.criteria.min_speed import MinSpeed
 from stucksolver_eval.criteria.outside_lanes import OutsideLanes
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import carla
 
 
-class Stage(Protocol):
+class ScenarioFeed(Protocol):
     """What scenarios tell the criteria (see `scenarios.play.Play`)."""
 
     @property
@@ -43,7 +43,7 @@ class CriteriaMonitor:
     """Judges one ego on one route. Call `update` once per tick, `finish` once at the end, then `close`."""
 
     def __init__(
-        self, world: carla.World, carla_map: carla.Map, ego: carla.Vehicle, line: RouteLine, stage: Stage
+        self, world: carla.World, carla_map: carla.Map, ego: carla.Vehicle, line: RouteLine, stage: ScenarioFeed
     ) -> None:
         self._walk = walk = RouteWalk(line)
         self._line = line
@@ -65,7 +65,7 @@ class CriteriaMonitor:
             ScenarioEvents(stage.events),
         ]
 
-    def update(self, moment: Moment) -> str | None:
+    def update(self, moment: EgoTick) -> str | None:
         """Judge one tick.
 
         Returns:

@@ -6,7 +6,7 @@ from typing import Any
 
 import carla
 
-from stucksolver_eval.criteria.criterion import Criterion, Infraction, Moment
+from stucksolver_eval.criteria.criterion import Criterion, EgoTick, Infraction
 from stucksolver_eval.criteria.route_position import RouteWalk
 
 ALLOWED_OUT_M = 0.5
@@ -31,7 +31,7 @@ class OutsideLanes(Criterion):
         self._wrong_lane = False
         self._last = carla_map.get_waypoint(start)
 
-    def update(self, moment: Moment) -> None:
+    def update(self, moment: EgoTick) -> None:
         place = moment.location
         driving = self._map.get_waypoint(place)
         self._follow_lane(driving, float(moment.transform.rotation.yaw))

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import carla
 
-from stucksolver_eval.criteria.criterion import Criterion, Moment, place_text
+from stucksolver_eval.criteria.criterion import Criterion, EgoTick, place_text
 
 NEAR_M = 15.0
 STEP_M = 0.5
@@ -46,7 +46,7 @@ class RedLights(Criterion):
         self._lights = [_light(carla_map, actor) for actor in sorted(lights, key=lambda a: a.id)]
         self._last_id: int | None = None
 
-    def update(self, moment: Moment) -> None:
+    def update(self, moment: EgoTick) -> None:
         if self.kind in moment.suspended:
             return
         near = [light for light in self._lights if light.center.distance(moment.location) <= NEAR_M]
@@ -54,7 +54,7 @@ class RedLights(Criterion):
             if light.actor.id != self._last_id and light.actor.state == carla.TrafficLightState.Red:
                 self._check(light, moment)
 
-    def _check(self, light: WatchedLight, moment: Moment) -> None:
+    def _check(self, light: WatchedLight, moment: EgoTick) -> None:
         close = _behind(moment, TAIL_NEAR * self._half_length)
         far = _behind(moment, self._half_length + TAIL_BEHIND_M)
         lane = self._map.get_waypoint(carla.Location(far[0], far[1], moment.location.z))
@@ -81,7 +81,7 @@ def _sides(a: tuple[Point, Point], b: tuple[Point, Point]) -> bool:
     return first * second <= 0.0
 
 
-def _behind(moment: Moment, distance_m: float) -> Point:
+def _behind(moment: EgoTick, distance_m: float) -> Point:
     """Return a point behind the ego's centre."""
     yaw = math.radians(moment.transform.rotation.yaw)
     place = moment.location

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.criteria.criterion import Criterion, Moment
+from stucksolver_eval.criteria.criterion import Criterion, EgoTick
 from stucksolver_eval.criteria.route_position import RouteWalk
 
 WINDOW = 2
@@ -28,7 +28,7 @@ class RouteCompletion(Criterion):
         self.percentage = 0.0
         self.complete = False
 
-    def update(self, moment: Moment) -> None:
+    def update(self, moment: EgoTick) -> None:
         if self.complete:
             return
         walk = self._walk

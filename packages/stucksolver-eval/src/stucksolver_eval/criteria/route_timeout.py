@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stucksolver_eval.criteria.criterion import Criterion, Moment
+from stucksolver_eval.criteria.criterion import Criterion, EgoTick
 from stucksolver_eval.criteria.route_completion import WINDOW
 from stucksolver_eval.criteria.route_position import RouteWalk
 
@@ -32,7 +32,7 @@ class RouteTimeout(Criterion):
         self._index = 0
         self._budget_s = FIRST_S
 
-    def update(self, moment: Moment) -> None:
+    def update(self, moment: EgoTick) -> None:
         index = self._walk.last_passed(self._index, moment.location, WINDOW)
         limit_mps = float(self._ego.get_speed_limit()) / 3.6
         if index > self._index and limit_mps > 0.0:
@@ -53,7 +53,7 @@ class TickRuntime(Criterion):
         self._ticks = 0
         self._limit = limit
 
-    def update(self, moment: Moment) -> None:
+    def update(self, moment: EgoTick) -> None:
         if self.kind not in moment.suspended:
             self._ticks += 1
         if self._ticks > self._limit:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from stucksolver_eval.criteria.criterion import Criterion, Infraction, Moment
+from stucksolver_eval.criteria.criterion import Criterion, EgoTick, Infraction
 
 _KINDS = {"scenario_timeout": "scenario_timeouts", "yield_emergency_vehicle": "yield_emergency_vehicle_infractions"}
 
@@ -31,7 +31,7 @@ class ScenarioEvents(Criterion):
         self._events = events
         self._read = 0
 
-    def update(self, moment: Moment) -> None:
+    def update(self, moment: EgoTick) -> None:
         for event in self._events[self._read :]:
             kind = _KINDS.get(event.kind)
             gave_way = event.kind == "yield_emergency_vehicle" and event.value > 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stucksolver_eval.criteria.criterion import STANDING_MPS, Criterion, Moment, place_text
+from stucksolver_eval.criteria.criterion import STANDING_MPS, Criterion, EgoTick, place_text
 
 if TYPE_CHECKING:
     import carla
@@ -40,7 +40,7 @@ class StopSigns(Criterion):
         self._stopped = False
         self._last_failed: int | None = None
 
-    def update(self, moment: Moment) -> None:
+    def update(self, moment: EgoTick) -> None:
         if self._target is None and not self._any_near(moment.location):
             return
         lane = self._lane_ahead(moment.location)
@@ -51,7 +51,7 @@ class StopSigns(Criterion):
         if not affects(self._target, lane):
             self._left(self._target, moment)
 
-    def _left(self, sign: StopSign, moment: Moment) -> None:
+    def _left(self, sign: StopSign, moment: EgoTick) -> None:
         if not self._stopped and self._last_failed != sign.actor.id:
             where = place_text(sign.actor.get_location())
             self.note(moment.time_s, f"ran stop sign {sign.actor.id} at {where}")
@@ -74,7 +74,7 @@ class StopSigns(Criterion):
             found.append(following[0])
         return found
 
-    def _affecting(self, moment: Moment, lane: list[carla.Waypoint]) -> StopSign | None:
+    def _affecting(self, moment: EgoTick, lane: list[carla.Waypoint]) -> StopSign | None:
         ahead, velocity = moment.transform.get_forward_vector(), moment.velocity
         backwards = velocity.x * ahead.x + velocity.y * ahead.y + velocity.z * ahead.z < AGAINST
         along = lane[0].transform.get_forward_vector()

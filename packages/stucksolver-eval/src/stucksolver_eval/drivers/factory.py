@@ -11,12 +11,12 @@ from stucksolver_carla.drivers.behavior.profiles import profile_named
 from stucksolver_carla.drivers.planner import PlannerDriver
 from stucksolver_eval.drivers.agent import RouteDriver
 from stucksolver_eval.drivers.leaderboard import LeaderboardAgent, is_leaderboard_agent
-from stucksolver_eval.drivers.user_agent_driver import GuestDriver
+from stucksolver_eval.drivers.user_agent_driver import UserAgentDriver
 
 if TYPE_CHECKING:
     import carla
 
-    from stucksolver_perception.carla import SensedVehicle
+    from stucksolver_perception.carla import PerceivedEgo
 
 OURS = {"behavior": BehaviorDriver, "planner": PlannerDriver}
 USUAL = "normal"
@@ -50,7 +50,7 @@ def make_driver(
     carla_map: carla.Map,
     route: Sequence[RoutePoint],
     options: DriverOptions,
-    sensed: SensedVehicle | None = None,
+    sensed: PerceivedEgo | None = None,
 ) -> RouteDriver:
     """Create a driver with its route.
 
@@ -74,7 +74,7 @@ def make_driver(
         agent = LeaderboardAgent(made, config, client, hero, carla_map)
     else:
         agent = made(hero, carla_map, config) if config else made(hero, carla_map)
-    guest = GuestDriver(agent, words, helper)
+    guest = UserAgentDriver(agent, words, helper)
     guest.set_route(route)
     return guest
 

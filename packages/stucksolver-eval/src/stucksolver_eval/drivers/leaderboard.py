@@ -89,7 +89,7 @@ class LeaderboardAgent:
         self._agent.setup(config)
         self._since: int | None = None
         """The frame in which the sensors were spawned; they have data from the next frame on."""
-        self._sensors: dict[str, _Sensor] = {}
+        self._sensors: dict[str, _LeaderboardSensor] = {}
 
     def set_route(self, route: Sequence[RoutePoint]) -> None:
         """Pass the route to the agent, and spawn its sensors the first time. Raises `AgentError`."""
@@ -127,7 +127,7 @@ class LeaderboardAgent:
                 sensor.close()
             self._sensors.clear()
 
-    def _put(self, spec: dict[str, Any]) -> _Sensor:
+    def _put(self, spec: dict[str, Any]) -> _LeaderboardSensor:
         kind = str(spec["type"])
         if kind == SPEED:
             return _Speedometer(self._hero)
@@ -149,7 +149,7 @@ class LeaderboardAgent:
         return _Listening(self._world.spawn_actor(blueprint, place, attach_to=self._hero), self._name)
 
 
-class _Sensor(ABC):
+class _LeaderboardSensor(ABC):
     """Data of one sensor in the leaderboard's form."""
 
     @abstractmethod
@@ -160,7 +160,7 @@ class _Sensor(ABC):
         """Release the sensor."""
 
 
-class _Speedometer(_Sensor):
+class _Speedometer(_LeaderboardSensor):
     def __init__(self, hero: carla.Vehicle) -> None:
         self._hero = hero
 
@@ -169,7 +169,7 @@ class _Speedometer(_Sensor):
         return {"speed": velocity.x * ahead.x + velocity.y * ahead.y + velocity.z * ahead.z}
 
 
-class _TownMap(_Sensor):
+class _TownMap(_LeaderboardSensor):
     def __init__(self, carla_map: carla.Map) -> None:
         self._text = carla_map.to_opendrive()
 
@@ -177,7 +177,7 @@ class _TownMap(_Sensor):
         return {"opendrive": self._text}
 
 
-class _Listening(_Sensor):
+class _Listening(_LeaderboardSensor):
     """A sensor of the simulator. Only its latest data is kept, because nobody reads it while a plan runs."""
 
     def __init__(self, actor: carla.Sensor, who: str) -> None:

@@ -9,7 +9,7 @@ from stucksolver_carla.drivers.behavior import BehaviorDriver, DrivePoint, Route
 from stucksolver_eval.drivers.agent import Agent, checked
 
 
-class GuestDriver:
+class UserAgentDriver:
     """Implements `RouteDriver`. `helper` keeps the route, and drives while a path is followed or the vehicle is held.
 
     The agent cannot follow paths that others have planned, so its `run_step` is not called in the meantime.

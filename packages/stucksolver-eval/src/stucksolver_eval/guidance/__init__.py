@@ -1,6 +1,6 @@
 """What a passenger says on which route, and when."""
 
-from stucksolver_eval.guidance.script import GuidanceError, Line, Script, When, read_script
-from stucksolver_eval.guidance.script_player import Speaker
+from stucksolver_eval.guidance.script import GuidanceError, Script, ScriptLine, ScriptTrigger, read_script
+from stucksolver_eval.guidance.script_player import ScriptPlayer
 
-__all__ = ["GuidanceError", "Line", "Script", "Speaker", "When", "read_script"]
+__all__ = ["GuidanceError", "Script", "ScriptLine", "ScriptPlayer", "ScriptTrigger", "read_script"]

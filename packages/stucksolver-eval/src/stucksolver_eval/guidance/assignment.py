@@ -12,8 +12,8 @@ import json
 import math
 from random import Random
 
-from stucksolver_eval.guidance.catalog import HELPS, Help
-from stucksolver_eval.guidance.script import Line, Script
+from stucksolver_eval.guidance.catalog import HELPS, GuidanceKind
+from stucksolver_eval.guidance.script import Script, ScriptLine
 from stucksolver_eval.routes import Route
 from stucksolver_eval.suites import DATA, suite
 
@@ -25,7 +25,7 @@ def drawn(name: str, seed: int = SEED) -> Script:
     """Return the script of a suite. Raises `ValueError` if it has too few routes for a kind of help."""
     left = {route.id: route for route in suite(name).routes}
     random = Random(f"{name}:{seed}")
-    found: dict[str, tuple[Line, ...]] = {}
+    found: dict[str, tuple[ScriptLine, ...]] = {}
     for one in HELPS:
         wanted = one.routes.get(name, 0)
         fitting = [id for id, route in sorted(left.items()) if route.scenarios and route.scenarios[0].type in one.types]
@@ -36,7 +36,7 @@ def drawn(name: str, seed: int = SEED) -> Script:
     return Script(routes=dict(sorted(found.items())))
 
 
-def _lines(one: Help, route: Route) -> tuple[Line, ...]:
+def _lines(one: GuidanceKind, route: Route) -> tuple[ScriptLine, ...]:
     """Return the lines for a route; with `at_trigger`, positions count from the scenario's trigger."""
     if not one.at_trigger:
         return one.lines

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from stucksolver_eval.guidance.script import Line, When
+from stucksolver_eval.guidance.script import ScriptLine, ScriptTrigger
 
 TWO_WAYS = ("AccidentTwoWays", "ConstructionObstacleTwoWays", "HazardAtSideLaneTwoWays", "ParkedObstacleTwoWays")
 FLOWS = (
@@ -40,21 +40,21 @@ ANOTHER_STREET = (
 
 
 @dataclass(frozen=True)
-class Help:
+class GuidanceKind:
     """One kind. `routes`: number of routes by suite; `at_trigger`: positions count from the scenario's trigger."""
 
     name: str
     types: tuple[str, ...]
-    lines: tuple[Line, ...]
+    lines: tuple[ScriptLine, ...]
     routes: MappingProxyType[str, int] = field(default_factory=lambda: MappingProxyType({}))
     at_trigger: bool = False
 
 
 Words = dict[str, object]
-"""The fields of a `Line`, without the name of its help."""
+"""The fields of a `ScriptLine`, without the name of its help."""
 
 
-def _says(kind: str, wordings: tuple[str, ...], when: When, by: str = "passenger") -> Words:
+def _says(kind: str, wordings: tuple[str, ...], when: ScriptTrigger, by: str = "passenger") -> Words:
     return {"when": when, "say": wordings, "kind": kind, "by": by}
 
 
@@ -65,16 +65,16 @@ def _answers(kind: str, answer: str, after_s: float) -> Words:
 
 def _help(
     name: str, types: tuple[str, ...], lines: tuple[Words, ...], at_trigger: bool = False, /, **routes: int
-) -> Help:
-    named = tuple(Line.model_validate({**line, "help": name}) for line in lines)
-    return Help(name, types, named, MappingProxyType(routes), at_trigger)
+) -> GuidanceKind:
+    named = tuple(ScriptLine.model_validate({**line, "help": name}) for line in lines)
+    return GuidanceKind(name, types, named, MappingProxyType(routes), at_trigger)
 
 
-def _stood(seconds: float) -> When:
-    return When(stopped_s=seconds)
+def _stood(seconds: float) -> ScriptTrigger:
+    return ScriptTrigger(stopped_s=seconds)
 
 
-HELPS: tuple[Help, ...] = (
+HELPS: tuple[GuidanceKind, ...] = (
     _help(
         "pass quicker",
         TWO_WAYS,
@@ -96,7 +96,7 @@ HELPS: tuple[Help, ...] = (
                     "An ambulance is coming from behind. Move to the side and let it by.",
                     "Pull to the right for the emergency vehicle, please.",
                 ),
-                When(place_m=5),
+                ScriptTrigger(place_m=5),
             ),
         ),
         True,
@@ -144,7 +144,7 @@ HELPS: tuple[Help, ...] = (
             _says(
                 "helpful",
                 ANOTHER_STREET,
-                When(asked="operator", after_s=ANSWERS_S),
+                ScriptTrigger(asked="operator", after_s=ANSWERS_S),
                 "operator",
             ),
         ),

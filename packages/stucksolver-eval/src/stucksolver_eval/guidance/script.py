@@ -18,7 +18,7 @@ from typing import Literal
 from pydantic import Field, ValidationError, model_validator
 
 from stucksolver.ladder import Person
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 Kind = Literal["helpful", "unhelpful", "wrong", "late", "dangerous"]
 
@@ -27,7 +27,7 @@ class GuidanceError(ValueError):
     """A guidance script cannot be used; the message names file, place and remedy."""
 
 
-class When(Model):
+class ScriptTrigger(FrozenModel):
     """When a line is due: exactly one of the first four fields is set."""
 
     time_s: float | None = Field(default=None, ge=0)
@@ -38,16 +38,16 @@ class When(Model):
     """With `asked`: the person's response time (s)."""
 
     @model_validator(mode="after")
-    def _one(self) -> When:
+    def _one(self) -> ScriptTrigger:
         if sum(value is not None for value in (self.time_s, self.stopped_s, self.place_m, self.asked)) != 1:
             raise ValueError("give exactly one of time_s, stopped_s, place_m and asked")
         return self
 
 
-class Line(Model):
+class ScriptLine(FrozenModel):
     """Something said once on a route, in one of several wordings, or a question answered once with yes or no."""
 
-    when: When
+    when: ScriptTrigger
     say: tuple[str, ...] = ()
     answer: Literal["yes", "no"] | None = None
     kind: Kind = "helpful"
@@ -56,7 +56,7 @@ class Line(Model):
     """Kind of help, for the report; empty if it is none."""
 
     @model_validator(mode="after")
-    def _says_or_answers(self) -> Line:
+    def _says_or_answers(self) -> ScriptLine:
         if bool(self.say) == (self.answer is not None):
             raise ValueError("give either say, with at least one wording, or answer")
         if self.answer is not None and self.when.asked is None:
@@ -68,13 +68,13 @@ class Line(Model):
         return random.choice(self.say) if self.say else str(self.answer)
 
 
-class Script(Model):
+class Script(FrozenModel):
     """All lines of a suite."""
 
     version: Literal[1] = 1
-    routes: dict[str, tuple[Line, ...]]
+    routes: dict[str, tuple[ScriptLine, ...]]
 
-    def lines(self, route_id: str) -> tuple[Line, ...]:
+    def lines(self, route_id: str) -> tuple[ScriptLine, ...]:
         """Return the lines of a route; none for a route that is not in the script."""
         return self.routes.get(route_id, ())
 

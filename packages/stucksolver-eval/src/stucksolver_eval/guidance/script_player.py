@@ -7,13 +7,13 @@ from random import Random
 
 from stucksolver.solver import Question
 from stucksolver_eval.criteria.criterion import STANDING_MPS
-from stucksolver_eval.guidance.script import Line
+from stucksolver_eval.guidance.script import ScriptLine
 
 
-class Speaker:
+class ScriptPlayer:
     """Call `due` once per tick; each line is said once."""
 
-    def __init__(self, lines: Sequence[Line], random: Random) -> None:
+    def __init__(self, lines: Sequence[ScriptLine], random: Random) -> None:
         self._left = [(line, line.wording(random)) for line in lines]
         self._moved_s: float | None = None
         self._question: tuple[str, float] | None = None
@@ -21,7 +21,7 @@ class Speaker:
 
     def due(
         self, time_s: float, place_m: float, speed_mps: float, question: Question | None = None
-    ) -> list[tuple[Line, str]]:
+    ) -> list[tuple[ScriptLine, str]]:
         """Return the lines that are due at this tick, with their wording. `question` is the open question."""
         if not self._left:
             return []
@@ -36,7 +36,9 @@ class Speaker:
         self._left = [one for one in self._left if one not in said]
         return said
 
-    def _is_due(self, line: Line, time_s: float, place_m: float, stopped_s: float, question: Question | None) -> bool:
+    def _is_due(
+        self, line: ScriptLine, time_s: float, place_m: float, stopped_s: float, question: Question | None
+    ) -> bool:
         when = line.when
         if when.asked is not None:
             asked = question is not None and question.to == when.asked and self._question is not None

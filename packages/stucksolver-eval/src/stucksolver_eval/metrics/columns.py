@@ -13,7 +13,7 @@ NOT_COMPARABLE = "reported on CARLA, not comparable"
 SOURCE = "the StuckSolver paper; README of Bench2Drive 0.0.4, github.com/Thinklab-SJTU/Bench2Drive"
 
 
-class Published(NamedTuple):
+class PublishedRow(NamedTuple):
     """Numbers of `SOURCE`: driving score, success rate, efficiency, comfort; and the abilities with their mean."""
 
     name: str
@@ -22,19 +22,19 @@ class Published(NamedTuple):
 
 
 PUBLISHED = (
-    Published("Behavior Agent (StuckSolver paper)", (48.70, 18.21, None, None), None),
-    Published("  with StuckSolver", (65.23, 36.32, None, None), None),
-    Published("  with StuckSolver and guidance", (70.89, 50.01, None, None), None),
-    Published("LEAD", (95.59, 87.28, 201.55, 20.56), (89.86, 73.44, 98.25, 50.00, 97.67, 81.84)),
-    Published("SimLingo", (86.55, 70.45, 251.72, 35.47), (63.77, 60.94, 91.23, 50.00, 90.70, 71.34)),
-    Published("Drive-π0", (69.71, 45.91, 178.07, 10.80), (24.64, 39.06, 73.68, 33.33, 66.86, 47.52)),
-    Published("DriveTransformer", (60.20, 35.91, 168.87, 17.22), (30.43, 39.06, 49.12, 0.00, 61.63, 36.05)),
-    Published("DriveAdapter", (54.96, 30.45, 91.82, 20.63), (26.09, 21.88, 64.90, 33.33, 69.18, 43.08)),
-    Published("ThinkTwice", (52.84, 27.73, 90.73, 19.76), (20.29, 20.31, 59.64, 33.33, 66.86, 40.09)),
-    Published("TCP", (51.44, 26.36, 75.67, 30.16), (14.49, 14.06, 59.64, 33.33, 63.95, 37.10)),
-    Published("UniAD", (38.69, 19.09, 120.16, 64.09), (11.59, 10.94, 40.35, 33.33, 8.14, 20.87)),
-    Published("VAD", (38.65, 17.27, 163.74, 67.34), (13.04, 17.19, 29.82, 16.67, 19.77, 19.30)),
-    Published("ADMLP", (35.39, 0.00, 64.92, 20.95), (0.00, 0.00, 0.00, 0.00, 45.35, 9.07)),
+    PublishedRow("Behavior Agent (StuckSolver paper)", (48.70, 18.21, None, None), None),
+    PublishedRow("  with StuckSolver", (65.23, 36.32, None, None), None),
+    PublishedRow("  with StuckSolver and guidance", (70.89, 50.01, None, None), None),
+    PublishedRow("LEAD", (95.59, 87.28, 201.55, 20.56), (89.86, 73.44, 98.25, 50.00, 97.67, 81.84)),
+    PublishedRow("SimLingo", (86.55, 70.45, 251.72, 35.47), (63.77, 60.94, 91.23, 50.00, 90.70, 71.34)),
+    PublishedRow("Drive-π0", (69.71, 45.91, 178.07, 10.80), (24.64, 39.06, 73.68, 33.33, 66.86, 47.52)),
+    PublishedRow("DriveTransformer", (60.20, 35.91, 168.87, 17.22), (30.43, 39.06, 49.12, 0.00, 61.63, 36.05)),
+    PublishedRow("DriveAdapter", (54.96, 30.45, 91.82, 20.63), (26.09, 21.88, 64.90, 33.33, 69.18, 43.08)),
+    PublishedRow("ThinkTwice", (52.84, 27.73, 90.73, 19.76), (20.29, 20.31, 59.64, 33.33, 66.86, 40.09)),
+    PublishedRow("TCP", (51.44, 26.36, 75.67, 30.16), (14.49, 14.06, 59.64, 33.33, 63.95, 37.10)),
+    PublishedRow("UniAD", (38.69, 19.09, 120.16, 64.09), (11.59, 10.94, 40.35, 33.33, 8.14, 20.87)),
+    PublishedRow("VAD", (38.65, 17.27, 163.74, 67.34), (13.04, 17.19, 29.82, 16.67, 19.77, 19.30)),
+    PublishedRow("ADMLP", (35.39, 0.00, 64.92, 20.95), (0.00, 0.00, 0.00, 0.00, 45.35, 9.07)),
 )
 
 
@@ -75,7 +75,7 @@ def corrected_row(summary: Summary) -> Row:
     return ("  corrected", *blanks, number(summary.efficiency_corrected), number(summary.comfort_corrected))
 
 
-def published_row(row: Published) -> Row:
+def published_row(row: PublishedRow) -> Row:
     """Return a published result as a row of the table."""
     ds, sr, efficiency, comfort = row.scores
     figures = tuple(number(value) for value in (ds, sr, efficiency, comfort))

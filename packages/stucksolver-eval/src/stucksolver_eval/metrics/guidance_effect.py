@@ -13,7 +13,7 @@ KINDS = ("helpful", "late", "unhelpful", "wrong", "dangerous")
 
 
 @dataclass(frozen=True)
-class HelpFigures:
+class GuidanceEffect:
     """One kind of help. Differences are guided minus unguided, for the routes on which it was given.
 
     Attributes:
@@ -37,7 +37,7 @@ class HelpFigures:
 Pair = tuple[RouteRow, RouteRow]
 
 
-def help_figures(unguided: Summary, guided: Summary) -> list[HelpFigures]:
+def help_figures(unguided: Summary, guided: Summary) -> list[GuidanceEffect]:
     """Return a row for each kind of help, and one for each group of kinds (with an empty `help`), in the order of
     `KINDS`.
 
@@ -55,11 +55,11 @@ def help_figures(unguided: Summary, guided: Summary) -> list[HelpFigures]:
     return [_figures(kind, name, groups[kind, name]) for kind, name in order]
 
 
-def _figures(kind: str, name: str, pairs: list[Pair]) -> HelpFigures:
+def _figures(kind: str, name: str, pairs: list[Pair]) -> GuidanceEffect:
     by_route: dict[str, list[Pair]] = {}
     for pair in pairs:
         by_route.setdefault(pair[0].route.id, []).append(pair)
-    return HelpFigures(
+    return GuidanceEffect(
         help=name,
         kind=kind,
         drives=len(pairs),

@@ -32,7 +32,7 @@ NOT_HARM = frozenset({"min_speed_infractions", "vehicle_blocked", "route_timeout
 
 
 @dataclass
-class RecoveryFigures:
+class RecoveryMetrics:
     """Sums over routes; times in seconds."""
 
     routes: int = 0
@@ -104,9 +104,9 @@ def key_of(outcome: RouteOutcome) -> Key:
 
 def recovery_figures(
     outcomes: Iterable[RouteOutcome], alone: Mapping[Key, RouteOutcome] | None = None
-) -> RecoveryFigures:
+) -> RecoveryMetrics:
     """Return the figures of the driven routes. `alone` has outcomes of the driver alone, by `key_of`."""
-    figures = RecoveryFigures()
+    figures = RecoveryMetrics()
     if alone is not None:
         figures.harm_alone = figures.infractions_alone = 0
     for outcome in outcomes:
@@ -115,10 +115,10 @@ def recovery_figures(
     return figures
 
 
-def _add(f: RecoveryFigures, o: RouteOutcome, pair: RouteOutcome | None) -> None:
+def _add(f: RecoveryMetrics, o: RouteOutcome, pair: RouteOutcome | None) -> None:
     f.routes += 1
     f.driven_km += max((place for _, place in o.track), default=0.0) / 1000.0
-    spells = [s for s in o.spells if is_met(s, o)]
+    spells = [s for s in o.spells if is_immobilization(s, o)]
     f.met += len(spells)
     for spell in spells:
         _add_spell(f, spell, o)
@@ -141,10 +141,10 @@ def _add(f: RecoveryFigures, o: RouteOutcome, pair: RouteOutcome | None) -> None
         f.followed[line.kind] += any(i.rung == PASSENGER and 0.0 <= i.start_s - line.time_s <= WORDS_S for i in moving)
     if o.expected is not None:
         f.judged += 1
-        f.right += did_right(o)
+        f.right += responded_correctly(o)
 
 
-def _add_spell(f: RecoveryFigures, spell: ImmobilizationEpisode, o: RouteOutcome) -> None:
+def _add_spell(f: RecoveryMetrics, spell: ImmobilizationEpisode, o: RouteOutcome) -> None:
     if spell.recovered_after_s is not None:
         f.left += 1
         f.times_s.append(spell.recovered_after_s)
@@ -152,7 +152,7 @@ def _add_spell(f: RecoveryFigures, spell: ImmobilizationEpisode, o: RouteOutcome
         f.missed += 1
 
 
-def _add_queries(f: RecoveryFigures, o: RouteOutcome) -> None:
+def _add_queries(f: RecoveryMetrics, o: RouteOutcome) -> None:
     f.queries += len(o.queries)
     f.dropped += sum(q.outcome is None for q in o.queries)
     f.failed += sum(q.outcome is QueryOutcome.FAILED for q in o.queries)
@@ -171,7 +171,7 @@ def _during(spell: ImmobilizationEpisode, o: RouteOutcome) -> list[InterventionR
     return [i for i in o.interventions if spell.onset_s <= i.start_s <= spell.ended_s]
 
 
-def is_met(spell: ImmobilizationEpisode, o: RouteOutcome) -> bool:
+def is_immobilization(spell: ImmobilizationEpisode, o: RouteOutcome) -> bool:
     """True if a slow spell is an immobilization."""
     return spell.ended_s - spell.onset_s >= MET_S or any(i.moves for i in _during(spell, o))
 
@@ -197,7 +197,7 @@ def is_false(intervention: InterventionRecord, o: RouteOutcome, pair: RouteOutco
     return False
 
 
-def did_right(o: RouteOutcome) -> bool:
+def responded_correctly(o: RouteOutcome) -> bool:
     """True if the stated action was taken: to wait, no moving plan; to ask, a call for help; otherwise progress.
 
     Where to ask is right because no way of its own is known, a plan that recovers the vehicle is right as well.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver_eval.metrics.recovery import is_met, recovery_figures
+from stucksolver_eval.metrics.recovery import is_immobilization, recovery_figures
 from stucksolver_eval.results.checkpoint import RouteRecord
 from stucksolver_eval.results.outcome import ImmobilizationEpisode, RouteOutcome
 from stucksolver_eval.results.run_log import RunResult
@@ -33,4 +33,4 @@ def run_result(record: RouteRecord, outcome: RouteOutcome | None, decisions: int
 
 def immobilizations(outcome: RouteOutcome) -> list[ImmobilizationEpisode]:
     """Return the immobilizations of a drive that count: not the start, and no short stop without a plan."""
-    return [one for one in outcome.spells if is_met(one, outcome)]
+    return [one for one in outcome.spells if is_immobilization(one, outcome)]

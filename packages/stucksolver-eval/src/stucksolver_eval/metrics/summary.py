@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 
 from stucksolver_eval.metrics.efficiency import corrected_efficiency, efficiency
 from stucksolver_eval.metrics.multi_ability import AbilityCase, ability_scores
-from stucksolver_eval.metrics.recovery import RecoveryFigures, key_of, recovery_figures
+from stucksolver_eval.metrics.recovery import RecoveryMetrics, key_of, recovery_figures
 from stucksolver_eval.metrics.smoothness import AS_RATED, CORRECTED, smoothness
 from stucksolver_eval.results.checkpoint import RouteRecord
-from stucksolver_eval.results.manifest import Manifest
+from stucksolver_eval.results.manifest import EvaluationManifest
 from stucksolver_eval.results.metric_info import read_metric_info
 from stucksolver_eval.results.outcome import RouteOutcome
-from stucksolver_eval.results.store import Store
+from stucksolver_eval.results.store import ResultStore
 from stucksolver_eval.routes import Route
 
 MIN_SPEED = "min_speed_infractions"
@@ -54,7 +54,7 @@ class Summary:
     `comfort` and `efficiency` are Bench2Drive's, with its errors; the corrected values are separate.
     """
 
-    manifest: Manifest
+    manifest: EvaluationManifest
     rows: tuple[RouteRow, ...]
     driving_score: float
     success_rate: float
@@ -65,7 +65,7 @@ class Summary:
     comfort: float | None
     comfort_corrected: float | None
     abilities: dict[str, float | None]
-    recovery: RecoveryFigures
+    recovery: RecoveryMetrics
     statuses: Counter[str] = field(default_factory=Counter)
 
     @property
@@ -79,7 +79,7 @@ class Summary:
         return self.statuses["invalid"]
 
 
-def summarize(store: Store, alone: Store | None = None) -> Summary:
+def summarize(store: ResultStore, alone: ResultStore | None = None) -> Summary:
     """Compute the figures of an evaluation. `alone` is the paired evaluation of the driver alone, if there is one.
 
     Raises:
@@ -93,7 +93,7 @@ def summarize(store: Store, alone: Store | None = None) -> Summary:
     return summary_of(store.manifest(), rows, recovery_figures(outcomes, pairs))
 
 
-def summary_of(manifest: Manifest, rows: Sequence[RouteRow], recovery: RecoveryFigures) -> Summary:
+def summary_of(manifest: EvaluationManifest, rows: Sequence[RouteRow], recovery: RecoveryMetrics) -> Summary:
     """Return the figures of these rows; routes without a record count as 0, as in the benchmark."""
     records = [row.record for row in rows if row.record is not None]
     count = max(len(rows), 1)
@@ -141,11 +141,11 @@ def _status(row: RouteRow) -> str:
     return row.outcome.state if row.record is None else row.record.status
 
 
-def _rows(store: Store, smooth: bool = True) -> list[RouteRow]:
+def _rows(store: ResultStore, smooth: bool = True) -> list[RouteRow]:
     return [_row(store, route, seed, smooth) for seed in store.seeds() for route in store.routes()]
 
 
-def _row(store: Store, route: Route, seed: int, smooth: bool) -> RouteRow:
+def _row(store: ResultStore, route: Route, seed: int, smooth: bool) -> RouteRow:
     outcome, record = store.outcome(route, seed), store.record(route, seed)
     path = store.metric_info(route, seed)
     if not smooth or record is None or not path.exists():

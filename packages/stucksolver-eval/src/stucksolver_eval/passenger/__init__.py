@@ -1,7 +1,7 @@
 """Passengers on board a drive: what they see of it, and pacing the simulation to real time."""
 
 from stucksolver_eval.passenger.live_view import LiveView, Pictures
-from stucksolver_eval.passenger.passenger_page import Aboard, PassengerSpec
-from stucksolver_eval.passenger.real_time_pacer import Pace
+from stucksolver_eval.passenger.passenger_page import PassengerPage, PassengerSpec
+from stucksolver_eval.passenger.real_time_pacer import RealTimePacer
 
-__all__ = ["Aboard", "LiveView", "Pace", "PassengerSpec", "Pictures"]
+__all__ = ["LiveView", "PassengerPage", "PassengerSpec", "Pictures", "RealTimePacer"]

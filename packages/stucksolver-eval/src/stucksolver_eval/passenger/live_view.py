@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from stucksolver.plan import CONTINUE, Directive
 from stucksolver_carla.stack.front_camera import FrontCamera
-from stucksolver_eval.results.run_log import ActorRole, Frame
+from stucksolver_eval.results.run_log import ActorRole, RunLogFrame
 from stucksolver_eval.routes.route_line import RouteLine
 from stucksolver_eval.run_log.logger import RunLogger
 from stucksolver_eval.run_log.map_view import map_view
-from stucksolver_passenger.gateway import Desk
+from stucksolver_passenger.gateway import PassengerGateway
 
 if TYPE_CHECKING:
     import carla
@@ -24,7 +24,7 @@ PICTURE_EVERY_S = 0.2
 class LiveView:
     """Sends a frame of the top view ten times a second. Positions are in metres, y to the left of x, yaw in degrees."""
 
-    def __init__(self, desk: Desk, vehicle: str, world: carla.World, hero: carla.Vehicle) -> None:
+    def __init__(self, desk: PassengerGateway, vehicle: str, world: carla.World, hero: carla.Vehicle) -> None:
         self._desk, self._vehicle, self._world = desk, vehicle, world
         self._logger = RunLogger(world, hero, self._role, FRAME_EVERY_S)
 
@@ -42,7 +42,7 @@ class LiveView:
             self._desk.show_view(self._vehicle, self._packed(self._logger.frames.pop()))
         self._logger.events.clear()
 
-    def _packed(self, frame: Frame) -> dict[str, Any]:
+    def _packed(self, frame: RunLogFrame) -> dict[str, Any]:
         """Return a complete frame, not a difference, because a page may miss frames."""
         actors = self._logger.actors
         return {

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from stucksolver.plan import Directive
 from stucksolver_eval.passenger.live_view import LiveView, Pictures
-from stucksolver_eval.passenger.real_time_pacer import Pace
-from stucksolver_eval.scenario_context import Setting
-from stucksolver_passenger.gateway import Desk
+from stucksolver_eval.passenger.real_time_pacer import RealTimePacer
+from stucksolver_eval.scenario_context import ScenarioContext
+from stucksolver_passenger.gateway import PassengerGateway
 
 if TYPE_CHECKING:
-    from stucksolver_eval.systems.solver_system import SolverArm
+    from stucksolver_eval.systems.solver_system import SolverSystem
 
 
 @dataclass(frozen=True)
@@ -31,18 +31,18 @@ class PassengerSpec:
     name: str
 
 
-class Aboard:
+class PassengerPage:
     """Serves the page from the start of a drive to its end, and slows the drive down to real time."""
 
-    def __init__(self, spec: PassengerSpec, setting: Setting, arm: SolverArm) -> None:
+    def __init__(self, spec: PassengerSpec, setting: ScenarioContext, arm: SolverSystem) -> None:
         self._spec, self._arm = spec, arm
-        self._desk = desk = Desk(spec.address)
+        self._desk = desk = PassengerGateway(spec.address)
         arm.listen(desk.ear(spec.vehicle))
         self._seat = desk.add(spec.vehicle, arm.solver, spec.name)
         self._view = LiveView(desk, spec.vehicle, setting.world, setting.hero)
         self._view.show_scenery(setting.map, setting.route)
         self._pictures = Pictures(lambda jpeg: desk.show_picture(spec.vehicle, jpeg), setting.hero)
-        self._pace = Pace(setting.dt_s)
+        self._pace = RealTimePacer(setting.dt_s)
 
     def tick(self, time_s: float, directive: Directive | None) -> None:
         """Update the page after the arm's step, then sleep until the next tick is due. `time_s`: since the start."""

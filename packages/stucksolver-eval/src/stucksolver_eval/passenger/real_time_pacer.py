@@ -9,7 +9,7 @@ LATE_S = 0.025
 """A tick that starts at least this much after it was due counts as late: half a tick at 20 Hz."""
 
 
-class Pace:
+class RealTimePacer:
     """Call `wait` before each tick. `dt_s` is the tick's length (s)."""
 
     def __init__(

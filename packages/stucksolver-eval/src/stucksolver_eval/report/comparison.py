@@ -16,7 +16,7 @@ from stucksolver_eval.report.charts import bar_cell
 from stucksolver_eval.report.evaluation import Links, replay_pages, status_of
 from stucksolver_eval.report.metric_tables import published_table, recovery_table, scores_table
 from stucksolver_eval.report.tables import banners, per_scenario
-from stucksolver_eval.results.store import Store
+from stucksolver_eval.results.store import ResultStore
 
 Arms = Mapping[str, Summary]
 """Summaries by column name; the others are compared with the first."""
@@ -31,7 +31,7 @@ def write_comparison(folders: Sequence[Path], summaries: Sequence[Summary], path
     near = path.resolve().parent
     links, pages = {}, {}
     for (name, one), folder in zip(arms.items(), folders, strict=True):
-        replays = replay_pages(Store(folder), one)
+        replays = replay_pages(ResultStore(folder), one)
         links[name] = {key: os.path.relpath(folder.resolve() / page, near) for key, page in replays.items()}
         if (folder / "report.html").is_file():
             pages[name] = os.path.relpath(folder.resolve() / "report.html", near)

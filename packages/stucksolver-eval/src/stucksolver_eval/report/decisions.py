@@ -12,13 +12,15 @@ from stucksolver_eval.metrics.summary import RouteRow, Summary
 from stucksolver_eval.report.write import write_report
 from stucksolver_eval.results.outcome import came_to
 from stucksolver_eval.results.run_log import DecisionMoment, MapView, RunLog
-from stucksolver_eval.results.store import Store
+from stucksolver_eval.results.store import ResultStore
 from stucksolver_eval.run_log.thumbnail import thumbnail
 
 NOTE = "Times are those of the simulator. Only interventions are recorded; legitimate waits before them are not."
 
 
-def write_decisions(store: Store, summary: Summary, shown: Mapping[tuple[str, int], str]) -> dict[tuple[str, int], str]:
+def write_decisions(
+    store: ResultStore, summary: Summary, shown: Mapping[tuple[str, int], str]
+) -> dict[tuple[str, int], str]:
     """Write a page for each drive with records that is not in `shown`. Returns paths relative to the store's folder.
 
     Raises `RecordError` for a record that was changed, and `ReportError`.

@@ -8,7 +8,7 @@ from pathlib import Path
 from stucksolver.atomic_files import write_text
 from stucksolver_eval.metrics.columns import run_name
 from stucksolver_eval.metrics.multi_ability import ABILITIES
-from stucksolver_eval.metrics.recovery import RecoveryFigures
+from stucksolver_eval.metrics.recovery import RecoveryMetrics
 from stucksolver_eval.metrics.run_result import immobilizations, run_result
 from stucksolver_eval.metrics.summary import RouteRow, Summary
 from stucksolver_eval.report import markup
@@ -26,13 +26,13 @@ from stucksolver_eval.report.tables import (
 from stucksolver_eval.report.write import write_report
 from stucksolver_eval.results.checkpoint import status_text
 from stucksolver_eval.results.run_log import RunLog
-from stucksolver_eval.results.store import Store
+from stucksolver_eval.results.store import ResultStore
 
 Links = Mapping[tuple[str, int], str]
 """Paths relative to the evaluation's folder, by route id and seed."""
 
 
-def write_evaluation(store: Store, summary: Summary) -> Path:
+def write_evaluation(store: ResultStore, summary: Summary) -> Path:
     """Write `summary.json`, `routes.csv`, `report.html`, and a page for each replay or each record's decisions.
 
     Returns the report's path. Raises `OutputError`, `ReportError` and `RecordError`.
@@ -94,7 +94,7 @@ def _command(summary: Summary) -> str:
     return f'<p class="note">Command: {markup.code(command)}</p>' if command else ""
 
 
-def _alone(f: RecoveryFigures) -> str:
+def _alone(f: RecoveryMetrics) -> str:
     if f.harm_alone is None:
         return "Driver alone: unknown; score this run with --alone DIR to pair it with the driver alone."
     return f"Infractions on whole routes: {f.infractions}, and {f.infractions_alone} with the driver alone."
@@ -150,7 +150,7 @@ def status_of(row: RouteRow) -> str:
     return f"{status} {why}".strip()
 
 
-def _has_records(store: Store, summary: Summary) -> bool:
+def _has_records(store: ResultStore, summary: Summary) -> bool:
     return any(store.interventions(row.route, row.seed).is_dir() for row in summary.rows)
 
 
@@ -163,7 +163,7 @@ def _with_figures(log: RunLog, row: RouteRow) -> RunLog:
     return log.model_copy(update={"result": result, "stuck": spans})
 
 
-def replay_pages(store: Store, summary: Summary) -> Links:
+def replay_pages(store: ResultStore, summary: Summary) -> Links:
     """Write a page for each stored replay that has none yet. Returns the paths relative to the store's folder."""
     links = {}
     for row in summary.rows:

@@ -13,7 +13,7 @@ from typing import Any
 import shapely
 
 from stucksolver_eval.results.checkpoint import status_text
-from stucksolver_eval.results.run_log import Frame, MapView, Polyline, RunLog
+from stucksolver_eval.results.run_log import MapView, Polyline, RunLog, RunLogFrame
 from stucksolver_eval.run_table import recovered_text, stopped_text
 
 _FULL_TURN = 3600
@@ -76,7 +76,7 @@ def _line(points: Polyline) -> list[Any]:
     return [len(points), series(_hundredths(x) for x, _ in points), series(_hundredths(y) for _, y in points)]
 
 
-def _tracks(frames: Sequence[Frame], actors: int) -> list[list[list[Any]]]:
+def _tracks(frames: Sequence[RunLogFrame], actors: int) -> list[list[list[Any]]]:
     by_frame = [{pose[0]: pose[1:] for pose in frame.poses} for frame in frames]
     return [_track([poses.get(actor) for poses in by_frame]) for actor in range(actors)]
 
@@ -102,14 +102,14 @@ def _unwrapped(angles_deg: Iterable[float]) -> Iterable[int]:
         yield last
 
 
-def _lights(frames: Sequence[Frame]) -> list[list[Any]]:
+def _lights(frames: Sequence[RunLogFrame]) -> list[list[Any]]:
     """Each light's x and y, and the frames in which its state changes; null while it is not seen."""
     by_frame = [{(x, y): state for x, y, state in frame.lights} for frame in frames]
     places = sorted({place for states in by_frame for place in states})
     return [[_hundredths(x), _hundredths(y), _changes([states.get((x, y)) for states in by_frame])] for x, y in places]
 
 
-def _paths(frames: Sequence[Frame]) -> list[list[Any]]:
+def _paths(frames: Sequence[RunLogFrame]) -> list[list[Any]]:
     """The frames in which the driven recovery path changes, with the new one (null: none)."""
     changes = _changes([frame.path for frame in frames])
     return [[index, _line(_simplified(path)) if path else None] for index, path in changes]

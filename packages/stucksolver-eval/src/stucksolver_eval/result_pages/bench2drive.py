@@ -43,7 +43,7 @@ class Run(NamedTuple):
     wall_s: float
 
 
-class Kept(NamedTuple):
+class StoredRuns(NamedTuple):
     """The stored runs of one commit, with the version of `agents` and a note."""
 
     name: str
@@ -87,13 +87,13 @@ def keep(out: Path, name: str, commit: str, agents: str, note: str) -> Path:
     return path
 
 
-def kept() -> list[Kept]:
+def kept() -> list[StoredRuns]:
     """Return all stored runs, sorted by name."""
     found = []
     for path in sorted(KEPT.glob("*.json")):
         data = json.loads(path.read_text(encoding="utf-8"))
         runs = tuple(Run(*row) for row in data["runs"])
-        found.append(Kept(path.stem, data["commit"], data["agents"], data["note"], runs))
+        found.append(StoredRuns(path.stem, data["commit"], data["agents"], data["note"], runs))
     return found
 
 
@@ -125,7 +125,7 @@ def by_arm(runs: Iterable[Run]) -> Columns:
     return found
 
 
-def page(tables: list[Kept]) -> str:
+def page(tables: list[StoredRuns]) -> str:
     """Return the page with all stored runs side by side: grouped by arm, with one column per stored file."""
     columns: Columns = {}
     for arm in ARMS:

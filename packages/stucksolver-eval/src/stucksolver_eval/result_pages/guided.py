@@ -11,11 +11,11 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from stucksolver_eval.metrics.guidance_effect import HelpFigures, help_figures
+from stucksolver_eval.metrics.guidance_effect import GuidanceEffect, help_figures
 from stucksolver_eval.metrics.paired_statistics import Difference
 from stucksolver_eval.metrics.summary import Summary, summarize
 from stucksolver_eval.result_pages import RESULTS
-from stucksolver_eval.results.store import Store
+from stucksolver_eval.results.store import ResultStore
 
 TITLE = "# What guidance gains, and what it costs"
 ABOUT = """Routes and words were drawn by seed and scenario type (`python -m stucksolver_eval.guidance.assignment`), and
@@ -33,21 +33,21 @@ routes with a rock there is no other street to the destination."""
 HEAD = "| kind | what was said | drives | DS | SR, points | won | lost | harm |\n|---|---|---|---|---|---|---|---|"
 
 
-class UsageError(ValueError):
+class GuidedPageError(ValueError):
     """The arguments are wrong; the message shows the correct form."""
 
 
 def pairs_of(arguments: list[str]) -> dict[str, tuple[Path, Path]]:
-    """Parse the pairs of folders, by suite name. Raises `UsageError`."""
+    """Parse the pairs of folders, by suite name. Raises `GuidedPageError`."""
     found = {}
     for one in arguments:
         name, _, folders = one.partition("=")
         both = folders.split(",")
         if not name or len(both) != 2 or not all(both):
-            raise UsageError(f"{one!r} is not a pair; write SUITE=UNGUIDED,GUIDED")
+            raise GuidedPageError(f"{one!r} is not a pair; write SUITE=UNGUIDED,GUIDED")
         found[name] = (Path(both[0]), Path(both[1]))
     if not found:
-        raise UsageError("give at least one pair: SUITE=UNGUIDED,GUIDED")
+        raise GuidedPageError("give at least one pair: SUITE=UNGUIDED,GUIDED")
     return found
 
 
@@ -55,7 +55,7 @@ def page(pairs: dict[str, tuple[Path, Path]]) -> str:
     """Return the page. Raises `StoreError` if a folder contains no evaluation."""
     parts = [TITLE, "", ABOUT]
     for name, folders in pairs.items():
-        unguided, guided = (summarize(Store(folder)) for folder in folders)
+        unguided, guided = (summarize(ResultStore(folder)) for folder in folders)
         parts += ["", f"## {name}", "", _whole(unguided, guided), "", HEAD]
         parts += [_row(one) for one in help_figures(unguided, guided)]
     return "\n".join(parts) + "\n"
@@ -70,7 +70,7 @@ def _whole(unguided: Summary, guided: Summary) -> str:
     )
 
 
-def _row(one: HelpFigures) -> str:
+def _row(one: GuidanceEffect) -> str:
     mark = "" if one.help else "**"
     cells = [one.kind, one.help or "all", str(one.drives), _told(one.score), _told(one.success)]
     return "| " + " | ".join(f"{mark}{cell}{mark}" for cell in [*cells, one.won, one.lost, one.harm]) + " |"
@@ -86,7 +86,7 @@ def main(arguments: list[str]) -> int:
     """Write the page. Returns 2 if the arguments are wrong, else 0."""
     try:
         pairs = pairs_of(arguments)
-    except UsageError as error:
+    except GuidedPageError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
     (RESULTS / "guided.md").write_text(page(pairs), encoding="utf-8")

@@ -17,14 +17,14 @@ from pathlib import Path
 from stucksolver.atomic_files import write_text
 from stucksolver.ladder import profile_text
 from stucksolver.solver import Event, EventKind, QuestionKind
-from stucksolver_eval.guidance import Line, When
+from stucksolver_eval.guidance import ScriptLine, ScriptTrigger
 from stucksolver_eval.result_pages import RESULTS
-from stucksolver_eval.results.store import Store
+from stucksolver_eval.results.store import ResultStore
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.job import RouteJob
-from stucksolver_eval.runner.route_process import Task, drive_task
+from stucksolver_eval.runner.route_process import RouteTask, drive_task
 from stucksolver_eval.suites import suite
-from stucksolver_eval.systems.spec import ArmSpec
+from stucksolver_eval.systems.spec import SystemSpec
 
 SUITE, TYPE = "immobilized", "RocksAcrossRoad"
 DESTINATIONS = {
@@ -62,7 +62,7 @@ propose after two ([docs/privacy.md](../docs/privacy.md)).
 
 
 @dataclass(frozen=True)
-class Outcome:
+class MemoryRunResult:
     """The result of one drive: arrived, questions to the passenger, calls for help, and driving score (0 to 100)."""
 
     arrived: bool
@@ -120,20 +120,23 @@ def _copy(memory: Path, to: Path) -> Path:
     return to
 
 
-def _drives(folder: Path, routes: list[Route], memory: Path | None) -> list[Outcome]:
+def _drives(folder: Path, routes: list[Route], memory: Path | None) -> list[MemoryRunResult]:
     return [_drive(folder, route, seed, memory, None) for route in routes for seed in HELD_OUT_SEEDS]
 
 
-def _drive(folder: Path, route: Route, seed: int, memory: Path | None, words: str | None) -> Outcome:
-    arm = ArmSpec(recovery="rules", ladder=folder.parent / "ladder.toml", memory=memory)
-    lines = () if words is None else (Line(when=When(asked="passenger"), say=(words,)),)
-    store, job = Store(folder), RouteJob(route=route, seed=seed, arm=arm, lines=lines, background=False, events=True)
+def _drive(folder: Path, route: Route, seed: int, memory: Path | None, words: str | None) -> MemoryRunResult:
+    arm = SystemSpec(recovery="rules", ladder=folder.parent / "ladder.toml", memory=memory)
+    lines = () if words is None else (ScriptLine(when=ScriptTrigger(asked="passenger"), say=(words,)),)
+    store, job = (
+        ResultStore(folder),
+        RouteJob(route=route, seed=seed, arm=arm, lines=lines, background=False, events=True),
+    )
     if not store.is_done(route, seed):
-        drive_task(Task(job, folder))
+        drive_task(RouteTask(job, folder))
     record, events = store.record(route, seed), store.events(route, seed)
     assert record is not None
     arrived = record.scores.score_route >= ARRIVED_PCT
-    return Outcome(arrived, _asked(events, False), _asked(events, True), record.scores.score_composed)
+    return MemoryRunResult(arrived, _asked(events, False), _asked(events, True), record.scores.score_composed)
 
 
 def _asked(events: tuple[Event, ...], for_help: bool) -> int:
@@ -141,7 +144,7 @@ def _asked(events: tuple[Event, ...], for_help: bool) -> int:
     return sum((one.kind is QuestionKind.ASSISTANCE) == for_help for one in questions)
 
 
-def _row(name: str, drives: Sequence[Outcome]) -> str:
+def _row(name: str, drives: Sequence[MemoryRunResult]) -> str:
     score = sum(one.score for one in drives) / len(drives)
     arrived, asked = sum(one.arrived for one in drives), sum(one.questions for one in drives)
     calls = sum(one.calls for one in drives)

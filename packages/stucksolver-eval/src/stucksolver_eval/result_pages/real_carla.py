@@ -29,7 +29,7 @@ FORGIVEN = "min_speed_infractions"
 HALVES = ("tuning", "test")
 
 
-class Drive(NamedTuple):
+class PublishedRun(NamedTuple):
     """One drive of one route: driving score 0 to 100, game time in seconds."""
 
     status: str
@@ -43,7 +43,7 @@ class RealRoute(NamedTuple):
 
     town: str
     scenario: str
-    drives: dict[str, Drive]
+    drives: dict[str, PublishedRun]
 
 
 Routes = dict[str, RealRoute]
@@ -70,19 +70,21 @@ def records(folder: Path) -> Iterator[tuple[str, Any]]:
         raise SystemExit(f"{folder} has no checkpoint file with records; give a folder of result files")
 
 
-def drive_of(record: Any) -> Drive:
+def drive_of(record: Any) -> PublishedRun:
     """Return the facts of a record that are stored."""
     failures = [kind for kind, texts in record["infractions"].items() if texts and kind != FORGIVEN]
     success = record["status"] in ("Completed", "Perfect") and not failures
     score, game_s = record["scores"]["score_composed"], record["meta"]["duration_game"]
-    return Drive(record["status"], round(float(score), 2), success, round(float(game_s), 2))
+    return PublishedRun(record["status"], round(float(score), 2), success, round(float(game_s), 2))
 
 
 def load(file: Path) -> Routes:
     """Return what `keep` wrote; empty if there is no such file."""
     kept = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
     return {
-        key: RealRoute(one["town"], one["scenario"], {name: Drive(*facts) for name, facts in one["drives"].items()})
+        key: RealRoute(
+            one["town"], one["scenario"], {name: PublishedRun(*facts) for name, facts in one["drives"].items()}
+        )
         for key, one in kept.items()
     }
 
@@ -123,7 +125,7 @@ def table(routes: Routes) -> str:
     return "\n".join(lines)
 
 
-def _agreement(pairs: list[tuple[Drive, Drive]]) -> list[str]:
+def _agreement(pairs: list[tuple[PublishedRun, PublishedRun]]) -> list[str]:
     if not pairs:
         return ["0", *["–"] * 5]
     apart = [(abs(b.game_s - a.game_s), a.game_s) for a, b in pairs]
@@ -137,7 +139,7 @@ def _agreement(pairs: list[tuple[Drive, Drive]]) -> list[str]:
     return [*map(str, counts), f"{median(b.game_s / a.game_s for a, b in pairs):.2f}"]
 
 
-def _cell(drive: Drive | None, real: Drive | None, is_real: bool) -> str:
+def _cell(drive: PublishedRun | None, real: PublishedRun | None, is_real: bool) -> str:
     if drive is None:
         return "–"
     ratio = f" ({drive.game_s / real.game_s:.2f})" if real and not is_real else ""

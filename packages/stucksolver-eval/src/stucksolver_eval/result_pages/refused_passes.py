@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from stucksolver.guard import GuardPolicy, Unseen
+from stucksolver.guard import GuardPolicy, PhantomVehicle
 
 FACTS = ("needed_m", "seen_m", "time_s")
 
@@ -42,7 +42,7 @@ class RefusedPass:
     def least_m(self) -> float:
         """Sight that would be required if all unseen traffic started from rest at the end of the sight (m)."""
         policy = GuardPolicy().oncoming
-        starting = Unseen(0.0, 0.0, policy.unknown_limit_mps, policy.turned_accelerates_mps2)
+        starting = PhantomVehicle(0.0, 0.0, policy.unknown_limit_mps, policy.turned_accelerates_mps2)
         return policy.sight_margin_m + starting.way_m(self.unseen_s)
 
 

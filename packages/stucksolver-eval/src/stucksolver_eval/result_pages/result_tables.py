@@ -176,7 +176,7 @@ def _printed(rows: list[list[str]]) -> str:
     return "\n".join([lines[0], "|" + "---|" * len(rows[0]), *lines[1:]]) + "\n"
 
 
-class PageError(ValueError):
+class ResultPageError(ValueError):
     """A page lacks a table; the message shows the head that it needs."""
 
 
@@ -220,7 +220,7 @@ def replaced(page: str, table: str) -> str:
         at for at, line in enumerate(lines) if _heads(line) == head and "".join(lines[at + 1 : at + 2]).startswith("|-")
     ]
     if len(found) != 1:
-        raise PageError(f"{len(found)} tables begin with | {' | '.join(head)} |; the page needs exactly one")
+        raise ResultPageError(f"{len(found)} tables begin with | {' | '.join(head)} |; the page needs exactly one")
     end = next((at for at in range(found[0], len(lines)) if not lines[at].startswith("|")), len(lines))
     return "\n".join([*lines[: found[0]], *table.splitlines(), *lines[end:]]) + "\n"
 

@@ -8,12 +8,12 @@ from typing import Literal
 
 from pydantic import Field
 
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver_eval.routes import Route
 from stucksolver_eval.routes.writer import routes_text
 
 
-class Manifest(Model):
+class EvaluationManifest(FrozenModel):
     """`suite_digest` is of the routes as written, `guidance_digest` and `ladder_digest` of the files' bytes."""
 
     version: Literal[1] = 1
@@ -45,7 +45,7 @@ class Manifest(Model):
         """One line that identifies the run."""
         return f"{self.suite} ({self.suite_digest[:8]}), {self.driver}, recovery {self.recovery}"
 
-    def differs_from(self, other: Manifest) -> str:
+    def differs_from(self, other: EvaluationManifest) -> str:
         """Return the first field in which they differ, in words; empty if they agree."""
         if routes := self.routes_differ(other):
             return routes
@@ -59,7 +59,7 @@ class Manifest(Model):
                 return f"its {name.replace('_', ' ')} is {theirs!r}, not {ours!r}"
         return ""
 
-    def routes_differ(self, other: Manifest) -> str:
+    def routes_differ(self, other: EvaluationManifest) -> str:
         """Return how the routes differ, in words; empty if they are the same."""
         if self.suite_digest == other.suite_digest:
             return ""

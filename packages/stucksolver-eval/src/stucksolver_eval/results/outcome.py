@@ -11,13 +11,13 @@ from typing import Literal
 from pydantic import Field
 
 from stucksolver.guard import Verdict
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 Expected = Literal["recover", "wait", "ask", "reroute"]
 State = Literal["driven", "unsupported", "invalid", "crashed"]
 
 
-class Noted(Model):
+class TimedInfraction(FrozenModel):
     """An infraction, or a near miss, with the time at which it happened."""
 
     kind: str
@@ -25,14 +25,14 @@ class Noted(Model):
     text: str
 
 
-class Spoken(Noted):
+class SpokenGuidance(TimedInfraction):
     """What a person said or answered. `help` is the intended kind of help, empty if none."""
 
     help: str = ""
     by: str = "passenger"
 
 
-class ImmobilizationEpisode(Model):
+class ImmobilizationEpisode(FrozenModel):
     """A time of immobilization: below 5 km/h for 1 s or more, until 15 m of new progress."""
 
     onset_s: float
@@ -42,7 +42,7 @@ class ImmobilizationEpisode(Model):
     ended_s: float
 
 
-class InterventionRecord(Model):
+class InterventionRecord(FrozenModel):
     """A plan that was executed."""
 
     start_s: float
@@ -68,7 +68,7 @@ class QueryOutcome(str, Enum):
     """There was no answer."""
 
 
-class QueryRecord(Model):
+class QueryRecord(FrozenModel):
     """A question to the reasoner."""
 
     asked_s: float
@@ -92,7 +92,7 @@ def came_to(verdict: Verdict | None) -> tuple[QueryOutcome, str]:
     return QueryOutcome.REFUSED, f"{QueryOutcome.REFUSED.value}: {verdict}"
 
 
-class Reliability(Model):
+class Reliability(FrozenModel):
     """How often a reasoner that depends on an external service answered in a run."""
 
     reasoner: str
@@ -103,7 +103,7 @@ class Reliability(Model):
     """Reason of the last one without a usable answer."""
 
 
-class RouteOutcome(Model):
+class RouteOutcome(FrozenModel):
     """One route with one arm and one seed."""
 
     version: Literal[1] = 1
@@ -127,14 +127,14 @@ class RouteOutcome(Model):
     """1-based index of the first junction point of the 1 m route."""
     stuck_end_pct: float | None = None
     """Speed relative to the traffic (%) on the last stretch, if the ego did not complete it."""
-    infractions: tuple[Noted, ...] = ()
-    near_misses: tuple[Noted, ...] = ()
+    infractions: tuple[TimedInfraction, ...] = ()
+    near_misses: tuple[TimedInfraction, ...] = ()
     spells: tuple[ImmobilizationEpisode, ...] = ()
     stopped_s: float | None = None
     """Time with a speed below 0.1 m/s (s); None in results from before this was measured."""
     interventions: tuple[InterventionRecord, ...] = ()
     queries: tuple[QueryRecord, ...] = ()
     reliability: tuple[Reliability, ...] = ()
-    guidance: tuple[Spoken, ...] = ()
+    guidance: tuple[SpokenGuidance, ...] = ()
     track: tuple[tuple[float, float], ...] = Field(default=())
     """(time, place) once per second."""

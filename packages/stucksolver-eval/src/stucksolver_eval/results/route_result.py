@@ -12,7 +12,7 @@ from stucksolver_eval.results.run_log import RunLog
 
 
 @dataclass(frozen=True)
-class Driven:
+class RouteResult:
     """The results of a route."""
 
     record: RouteRecord

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver_eval.results.outcome import QueryOutcome
 
@@ -18,7 +18,7 @@ Polyline = tuple[tuple[float, float], ...]
 ActorRole = Literal["ego", "scenario", "traffic", "prop"]
 
 
-class LaneArea(Model):
+class LaneArea(FrozenModel):
     """One stretch of lane as an area between two borders."""
 
     kind: str
@@ -27,7 +27,7 @@ class LaneArea(Model):
     right: Polyline
 
 
-class Marking(Model):
+class Marking(FrozenModel):
     """A painted line."""
 
     points: Polyline
@@ -35,7 +35,7 @@ class Marking(Model):
     color: str = "white"
 
 
-class MapView(Model):
+class MapView(FrozenModel):
     """The part of the map around a run."""
 
     name: str
@@ -43,8 +43,8 @@ class MapView(Model):
     markings: tuple[Marking, ...]
 
 
-class ActorInfo(Model):
-    """An actor that appears in the frames; `Frame.poses` refers to it by its index in `RunLog.actors`."""
+class ActorInfo(FrozenModel):
+    """An actor that appears in the frames; `RunLogFrame.poses` refers to it by its index in `RunLog.actors`."""
 
     label: str
     kind: str
@@ -54,7 +54,7 @@ class ActorInfo(Model):
     role: ActorRole
 
 
-class Frame(Model):
+class RunLogFrame(FrozenModel):
     """One sampled time."""
 
     time_s: float
@@ -68,7 +68,7 @@ class Frame(Model):
     """The path of the recovery behaviour that is being driven, if any."""
 
 
-class DecisionMoment(Model):
+class DecisionMoment(FrozenModel):
     """A decision at the time of its delivery, with the guard's verdict."""
 
     time_s: float
@@ -85,7 +85,7 @@ class DecisionMoment(Model):
     """The front camera's image at the time of the question, if there is a camera: a small JPEG in base64."""
 
 
-class LogEvent(Model):
+class LogEvent(FrozenModel):
     """Any other event in the replay's list."""
 
     time_s: float
@@ -93,7 +93,7 @@ class LogEvent(Model):
     text: str
 
 
-class RunResult(Model):
+class RunResult(FrozenModel):
     """The figures of one run, as shown in the table."""
 
     status: str
@@ -117,7 +117,7 @@ class RunResult(Model):
     distance_m: float
 
 
-class RunLog(Model):
+class RunLog(FrozenModel):
     """One run from start to end."""
 
     version: Literal[1] = 1
@@ -133,7 +133,7 @@ class RunLog(Model):
     map: MapView
     route: Polyline
     actors: tuple[ActorInfo, ...]
-    frames: tuple[Frame, ...]
+    frames: tuple[RunLogFrame, ...]
     stuck: tuple[tuple[float, float], ...]
     """The spans of the immobilizations that count (s), each from its onset to 15 m of new progress or the end."""
     decisions: tuple[DecisionMoment, ...]

@@ -21,9 +21,9 @@ from pydantic import ValidationError
 from stucksolver.atomic_files import cannot_write, write_bytes, write_text
 from stucksolver.solver import Event
 from stucksolver_eval.results.checkpoint import CheckpointFile, RouteRecord, checkpoint_text, save_name
-from stucksolver_eval.results.manifest import Manifest
+from stucksolver_eval.results.manifest import EvaluationManifest
 from stucksolver_eval.results.outcome import RouteOutcome
-from stucksolver_eval.results.route_result import Driven
+from stucksolver_eval.results.route_result import RouteResult
 from stucksolver_eval.results.run_log import RunLog
 from stucksolver_eval.routes import Route, read_routes, write_routes
 
@@ -46,7 +46,7 @@ class StoreError(RuntimeError):
     """A folder cannot be used as a result folder; the message names it, the cause and the remedy."""
 
 
-class Store:
+class ResultStore:
     """Reads and writes one such folder. Raises `StoreError` and `OutputError`."""
 
     def __init__(self, folder: Path) -> None:
@@ -54,7 +54,7 @@ class Store:
 
     # ---- begin and resume
 
-    def begin(self, manifest: Manifest, routes: tuple[Route, ...], resume: bool) -> None:
+    def begin(self, manifest: EvaluationManifest, routes: tuple[Route, ...], resume: bool) -> None:
         """Start or resume an evaluation in the folder. It never overwrites the results of another one."""
         path = self.folder / MANIFEST
         if path.exists():
@@ -72,11 +72,11 @@ class Store:
         write_routes(self.folder / ROUTES, routes)
         write_text(path, manifest.model_dump_json(indent=1) + "\n")
 
-    def manifest(self) -> Manifest:
+    def manifest(self) -> EvaluationManifest:
         """Return the settings of the evaluation. Raises `StoreError` if the folder contains no result."""
         path = self.folder / MANIFEST
         try:
-            return Manifest.model_validate_json(path.read_text(encoding="utf-8"))
+            return EvaluationManifest.model_validate_json(path.read_text(encoding="utf-8"))
         except OSError as error:
             raise StoreError(
                 f"{self.folder} is not a result folder of `stucksolver evaluate`: no {MANIFEST} in it"
@@ -101,7 +101,7 @@ class Store:
 
     # ---- one route
 
-    def write_driven(self, route: Route, seed: int, driven: Driven) -> None:
+    def write_driven(self, route: Route, seed: int, driven: RouteResult) -> None:
         """Write all files of a route, the outcome last."""
         driven.metric_info.write(self._path("metrics", route, seed))
         if driven.replay is not None:
@@ -117,7 +117,7 @@ class Store:
         """Write the outcome of a route atomically."""
         write_text(self._path(OUTCOMES, route, outcome.seed), outcome.model_dump_json() + "\n")
 
-    def take(self, other: Store, route: Route, outcome: RouteOutcome) -> None:
+    def take(self, other: ResultStore, route: Route, outcome: RouteOutcome) -> None:
         """Copy all files of a route that is done in another store, and write its outcome last, as it is given."""
         for part in _FILES:
             if part == OUTCOMES:

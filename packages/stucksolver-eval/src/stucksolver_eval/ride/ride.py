@@ -12,20 +12,20 @@ from typing import TYPE_CHECKING
 from stucksolver.interpreter import find_reader
 from stucksolver.ladder import Ladder, find_ladder
 from stucksolver.solver import StuckSolver
-from stucksolver_carla.client_connection import Server, connect
+from stucksolver_carla.client_connection import SimulatorServer, connect
 from stucksolver_carla.drivers.behavior import DriverOptions
 from stucksolver_carla.stack import CarlaStack
 from stucksolver_eval.background_traffic import Background
 from stucksolver_eval.drivers import make_driver
-from stucksolver_eval.passenger import LiveView, Pace, Pictures
+from stucksolver_eval.passenger import LiveView, Pictures, RealTimePacer
 from stucksolver_eval.ride.situations import RIDES
 from stucksolver_eval.routes import Route
 from stucksolver_eval.routes.route_line import RouteLine
-from stucksolver_eval.scenario_context import Setting
-from stucksolver_eval.scenarios.player import Play
+from stucksolver_eval.scenario_context import ScenarioContext
+from stucksolver_eval.scenarios.player import ScenarioPlayer
 from stucksolver_eval.simulator_server import CLIENT_TIMEOUT_S, open_server, set_synchronous
-from stucksolver_eval.streets.routes import Where, look_on_map, street_route
-from stucksolver_passenger.gateway import Desk
+from stucksolver_eval.streets.routes import SimulatorTarget, street_route, with_map
+from stucksolver_passenger.gateway import PassengerGateway
 from stucksolver_passenger.memory import Memory
 
 if TYPE_CHECKING:
@@ -102,15 +102,15 @@ class RideOutcome:
 def find_ride(spec: RideSpec) -> Route:
     """Find a route with the case's situation. Raises `StreetError`, `CaseError` and `ServerError`."""
     case = RIDES[spec.case]
-    where = Where(spec.town, spec.maps, spec.seed, spec.host, spec.port)
-    place = look_on_map(where, lambda world, carla_map: case.find(world, carla_map, spec.seed))
+    where = SimulatorTarget(spec.town, spec.maps, spec.seed, spec.host, spec.port)
+    place = with_map(where, lambda world, carla_map: case.find(world, carla_map, spec.seed))
     return street_route("1", spec.town, place.waypoints, case.type, place.parameters)
 
 
 def drive_ride(
     spec: RideSpec,
     route: Route,
-    desk: Desk,
+    desk: PassengerGateway,
     *,
     begun: Callable[[], None] = lambda: None,
     wanted: Callable[[], bool] = lambda: True,
@@ -126,7 +126,12 @@ def drive_ride(
 
 
 def _in_world(
-    spec: RideSpec, route: Route, desk: Desk, server: Server, begun: Callable[[], None], wanted: Callable[[], bool]
+    spec: RideSpec,
+    route: Route,
+    desk: PassengerGateway,
+    server: SimulatorServer,
+    begun: Callable[[], None],
+    wanted: Callable[[], bool],
 ) -> RideOutcome:
     client = connect(server, CLIENT_TIMEOUT_S)
     world = client.get_world() if spec.host is None else client.load_world(spec.town)
@@ -135,8 +140,8 @@ def _in_world(
     hero = _hero(world, line)
     for _ in range(SETTLE_TICKS):
         world.tick()
-    setting = Setting(client, world, world.get_map(), hero, line, Random(f"{spec.seed}:ride"), dt_s=DT_S)
-    play = Play(route.scenarios, setting, Background(setting, empty=True))
+    setting = ScenarioContext(client, world, world.get_map(), hero, line, Random(f"{spec.seed}:ride"), dt_s=DT_S)
+    play = ScenarioPlayer(route.scenarios, setting, Background(setting, empty=True))
     try:
         world.tick()
         ride = _Ride(spec, setting, play, desk)
@@ -164,7 +169,7 @@ def _hero(world: carla.World, line: RouteLine) -> carla.Vehicle:
 class _Ride:
     """One ride; the constructor sets everything up."""
 
-    def __init__(self, spec: RideSpec, setting: Setting, play: Play, desk: Desk) -> None:
+    def __init__(self, spec: RideSpec, setting: ScenarioContext, play: ScenarioPlayer, desk: PassengerGateway) -> None:
         self._spec, self._setting, self._play, self._desk = spec, setting, play, desk
         hero, line = setting.hero, setting.route
         driver = make_driver(spec.driver, setting.client, hero, setting.map, line.points, DriverOptions())
@@ -193,7 +198,7 @@ class _Ride:
 
     def go(self, wanted: Callable[[], bool]) -> RideOutcome:
         """Drive until the car stands at its destination, or the ride is no longer wanted."""
-        pace, time_s = Pace(DT_S / self._spec.tempo), 0.0
+        pace, time_s = RealTimePacer(DT_S / self._spec.tempo), 0.0
         try:
             while wanted() and not self._arrived and (self._spec.limit_s is None or time_s < self._spec.limit_s):
                 pace.wait()

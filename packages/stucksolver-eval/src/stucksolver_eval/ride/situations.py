@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from stucksolver_eval.cases.case import CASES, Place
+from stucksolver_eval.cases.case import CASES, CaseLocation
 from stucksolver_eval.streets.finder import choose_street
 
 ONCOMING = 3
@@ -19,21 +19,21 @@ class RideCase:
 
     type: str
     map_name: str
-    find: Callable[[Any, Any, int], Place]
+    find: Callable[[Any, Any, int], CaseLocation]
 
 
-def _street(length_m: int, obstacle: bool) -> Callable[[Any, Any, int], Place]:
-    def find(world: Any, carla_map: Any, seed: int) -> Place:
+def _street(length_m: int, obstacle: bool) -> Callable[[Any, Any, int], CaseLocation]:
+    def find(world: Any, carla_map: Any, seed: int) -> CaseLocation:
         street = choose_street(carla_map, "any", seed, length_m)
         parameters = {"oncoming": float(ONCOMING if street.kind == "one_lane" else 0)}
         if obstacle:
             parameters["distance"] = float(street.obstacle_index)
-        return Place(street.waypoints, parameters)
+        return CaseLocation(street.waypoints, parameters)
 
     return find
 
 
-def _of_case(name: str) -> Callable[[Any, Any, int], Place]:
+def _of_case(name: str) -> Callable[[Any, Any, int], CaseLocation]:
     case = next(one for one in CASES if one.name == name)
     return lambda world, carla_map, seed: case.find(world, carla_map)
 

@@ -23,7 +23,7 @@ def read_routes(path: Path) -> tuple[Route, ...]:
         root = _parse(path)
     except OSError as error:
         raise RouteFileError(f"{path}: cannot be read: {error.strerror}; give a route XML file") from error
-    reader = _Reader(path)
+    reader = _RouteFileReader(path)
     if root.tag != "routes":
         raise reader.error(
             root, f"the outermost element is <{root.tag}>, not <routes>", "give a leaderboard route file"
@@ -74,7 +74,7 @@ def _parse(path: Path) -> _Element:
     return outside.children[0]
 
 
-class _Reader:
+class _RouteFileReader:
     """Turns elements of one file into routes."""
 
     def __init__(self, path: Path) -> None:

@@ -10,10 +10,10 @@ from stucksolver.scene import TrackedObject
 from stucksolver.solver import Event, EventKind
 from stucksolver_carla.stack.carla_frames import to_local
 from stucksolver_carla.stack.contact import footprint
-from stucksolver_carla.stack.front_camera import GivesPicture
+from stucksolver_carla.stack.front_camera import PictureSource
 from stucksolver_carla.stack.ground_truth_tracker import Tracker
 from stucksolver_eval.results.outcome import came_to
-from stucksolver_eval.results.run_log import ActorInfo, ActorRole, DecisionMoment, Frame, LogEvent, Polyline
+from stucksolver_eval.results.run_log import ActorInfo, ActorRole, DecisionMoment, LogEvent, Polyline, RunLogFrame
 from stucksolver_eval.run_log.thumbnail import thumbnail
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class RunLogger:
         ego: carla.Vehicle,
         role_of: Callable[[str], ActorRole],
         frame_every_s: float,
-        camera: GivesPicture | None = None,
+        camera: PictureSource | None = None,
     ) -> None:
         self._world = world
         self._ego = ego
@@ -64,7 +64,7 @@ class RunLogger:
         box = ego.bounding_box.extent
         self._size = (2 * float(box.x), 2 * float(box.y))
         self.actors = [ActorInfo(label="ego", kind="car", length_m=self._size[0], width_m=self._size[1], role="ego")]
-        self.frames: list[Frame] = []
+        self.frames: list[RunLogFrame] = []
         self.decisions: list[DecisionMoment] = []
         self.events: list[LogEvent] = []
 
@@ -84,7 +84,7 @@ class RunLogger:
             if abs(p[0] - x) < LIGHT_RANGE_M and abs(p[1] - y) < LIGHT_RANGE_M
         )
         self.frames.append(
-            Frame(
+            RunLogFrame(
                 time_s=round(time_s, 2),
                 speed_mps=round(speed_mps, 2),
                 poses=tuple(poses),
@@ -147,6 +147,6 @@ class RunLogger:
         elif event.kind is EventKind.GUIDANCE:
             self.event(time_s, "guidance", event.text)
             if event.reading is not None:
-                self.event(time_s, "outcome", f"understood: {event.reading.told}")
+                self.event(time_s, "outcome", f"understood: {event.reading.description}")
         elif event.kind in _KINDS:
             self.event(time_s, _KINDS[event.kind], event.text)

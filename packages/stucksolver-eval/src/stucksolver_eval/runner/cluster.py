@@ -13,8 +13,8 @@ from pathlib import Path
 from stucksolver.atomic_files import write_bytes
 from stucksolver.privacy.private_files import make_private
 from stucksolver_eval.results.outcome import RouteOutcome
-from stucksolver_eval.runner.pool import News
-from stucksolver_eval.runner.route_process import Task, run_task
+from stucksolver_eval.runner.pool import RouteProgress
+from stucksolver_eval.runner.route_process import RouteTask, run_task
 
 CONNECT_S = 10
 
@@ -23,7 +23,7 @@ class ClusterError(RuntimeError):
     """The cluster cannot be used; the message says why and what to do."""
 
 
-def run_on_cluster(tasks: Iterable[Task], address: str) -> Iterator[News]:
+def run_on_cluster(tasks: Iterable[RouteTask], address: str) -> Iterator[RouteProgress]:
     """Run all tasks on the workers of a scheduler, and yield the result of each. Raises `ClusterError`."""
     try:
         from distributed import Client, as_completed
@@ -39,18 +39,18 @@ def run_on_cluster(tasks: Iterable[Task], address: str) -> Iterator[News]:
             task = todo[future]
             outcome, files = future.result()
             _keep(task.folder, files)
-            yield News(task, outcome=outcome)
+            yield RouteProgress(task, outcome=outcome)
 
 
 PRIVATE = ("intervention-", "exchanges", "questions")
 """Records, requests to models and questions: only their owner may read them, as on the worker."""
 
 
-def run_elsewhere(task: Task) -> tuple[RouteOutcome, dict[str, bytes]]:
+def run_elsewhere(task: RouteTask) -> tuple[RouteOutcome, dict[str, bytes]]:
     """Drive a route on the worker. Returns the outcome, and all files by their paths in the folder."""
     with tempfile.TemporaryDirectory(prefix="stucksolver-") as name:
         folder = Path(name)
-        outcome = run_task(Task(task.job, folder))
+        outcome = run_task(RouteTask(task.job, folder))
         return outcome, {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 

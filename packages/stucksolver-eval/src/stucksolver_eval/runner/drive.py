@@ -9,35 +9,35 @@ from random import Random
 from typing import TYPE_CHECKING
 
 from stucksolver.solver import Event
-from stucksolver_carla.client_connection import Server, connect
+from stucksolver_carla.client_connection import SimulatorServer, connect
 from stucksolver_carla.drivers.behavior import DriverOptions, RoutePoint
 from stucksolver_eval.background_traffic import Background
-from stucksolver_eval.criteria import Moment
+from stucksolver_eval.criteria import EgoTick
 from stucksolver_eval.criteria.monitor import CriteriaMonitor
 from stucksolver_eval.criteria.route_timeout import TIMED_OUT
 from stucksolver_eval.drivers import make_driver
-from stucksolver_eval.drivers.user_agent_driver import GuestDriver
-from stucksolver_eval.guidance.script_player import Speaker
+from stucksolver_eval.drivers.user_agent_driver import UserAgentDriver
+from stucksolver_eval.guidance.script_player import ScriptPlayer
 from stucksolver_eval.near_miss import NearMissWatch
-from stucksolver_eval.passenger import Aboard
+from stucksolver_eval.passenger import PassengerPage
 from stucksolver_eval.results.checkpoint import make_record
 from stucksolver_eval.results.metric_info import MetricInfo
-from stucksolver_eval.results.outcome import Noted, RouteOutcome, Spoken
-from stucksolver_eval.results.route_result import Driven
+from stucksolver_eval.results.outcome import RouteOutcome, SpokenGuidance, TimedInfraction
+from stucksolver_eval.results.route_result import RouteResult
 from stucksolver_eval.routes.route_line import RouteLine
 from stucksolver_eval.runner.immobilization_watch import ImmobilizationWatch, TrafficSpeeds
 from stucksolver_eval.runner.isolated_process import PROGRESS_EVERY_S
 from stucksolver_eval.runner.job import RouteJob
-from stucksolver_eval.runner.perception_source import KnowsWorld, knowledge_of
+from stucksolver_eval.runner.perception_source import PerceptionSource, knowledge_of
 from stucksolver_eval.runner.recording_spec import Recording, TickPart
 from stucksolver_eval.runner.run_log_collector import ReplayKeeper
 from stucksolver_eval.runner.weather import Weather
-from stucksolver_eval.scenario_context import Setting
-from stucksolver_eval.scenarios.player import Play
+from stucksolver_eval.scenario_context import ScenarioContext
+from stucksolver_eval.scenarios.player import ScenarioPlayer
 from stucksolver_eval.simulator_server import CLIENT_TIMEOUT_S, set_synchronous
 from stucksolver_eval.systems import make_arm
-from stucksolver_eval.systems.solver_system import SolverArm
-from stucksolver_eval.systems.system_under_test import Arm, Now
+from stucksolver_eval.systems.solver_system import SolverSystem
+from stucksolver_eval.systems.system_under_test import SystemUnderTest, TickInfo
 
 if TYPE_CHECKING:
     import carla
@@ -55,7 +55,7 @@ class DriveError(RuntimeError):
     """A route cannot be driven as specified; the message says what is wrong and where."""
 
 
-def drive_route(job: RouteJob, server: Server, progress: Callable[[float], None]) -> Driven:
+def drive_route(job: RouteJob, server: SimulatorServer, progress: Callable[[float], None]) -> RouteResult:
     """Drive one route in a fresh world. Raises `RouteError`, `ScenarioError`, `DriveError`, and the client's errors."""
     client = connect(server, CLIENT_TIMEOUT_S)
     world = client.get_world() if job.host is None else client.load_world(job.route.town)
@@ -71,7 +71,7 @@ def drive_route(job: RouteJob, server: Server, progress: Callable[[float], None]
             set_synchronous(world, None)
 
 
-def _drive(job: RouteJob, client: carla.Client, world: carla.World, progress: Callable[[float], None]) -> Driven:
+def _drive(job: RouteJob, client: carla.Client, world: carla.World, progress: Callable[[float], None]) -> RouteResult:
     carla_map = world.get_map()
     line = RouteLine.trace(carla_map, job.route.waypoints)
     hero = _hero(world, line)
@@ -79,8 +79,8 @@ def _drive(job: RouteJob, client: carla.Client, world: carla.World, progress: Ca
     for _ in range(SETTLE_TICKS):
         world.tick()
         knows.tick()
-    setting = Setting(client, world, carla_map, hero, line, Random(f"{job.seed}:{job.route.id}"), dt_s=DT_S)
-    play = Play(job.route.scenarios, setting, Background(setting, empty=not job.background))
+    setting = ScenarioContext(client, world, carla_map, hero, line, Random(f"{job.seed}:{job.route.id}"), dt_s=DT_S)
+    play = ScenarioPlayer(job.route.scenarios, setting, Background(setting, empty=not job.background))
     try:
         world.tick()
         return _Drive(job, setting, play, knows).go(progress)
@@ -104,7 +104,7 @@ def _hero(world: carla.World, line: RouteLine) -> carla.Vehicle:
 class _Drive:
     """One drive; the constructor sets everything up."""
 
-    def __init__(self, job: RouteJob, setting: Setting, play: Play, knows: KnowsWorld) -> None:
+    def __init__(self, job: RouteJob, setting: ScenarioContext, play: ScenarioPlayer, knows: PerceptionSource) -> None:
         self._job, self._setting, self._play, self._knows = job, setting, play, knows
         self._world, self._hero, self._line = setting.world, setting.hero, setting.route
         options = DriverOptions(heeds_on_path=not job.arm.heedless)
@@ -113,9 +113,11 @@ class _Drive:
         # Driver and solver may perceive by the ego's sensors; the criteria use the ground truth.
         driver = make_driver(job.arm.driver, setting.client, self._hero, setting.map, route, options, knows.vehicle)
         self._driver, self._driven_route = driver, driver.route
-        self._arm: Arm = make_arm(job.arm, knows.vehicle, driver, setting.map, self._line, job.seed, job.records)
+        self._arm: SystemUnderTest = make_arm(
+            job.arm, knows.vehicle, driver, setting.map, self._line, job.seed, job.records
+        )
         self._jury = CriteriaMonitor(self._world, setting.map, self._hero, self._line, play)
-        self._speaker = Speaker(job.lines, Random(f"{job.seed}:{job.route.id}:guidance"))
+        self._speaker = ScriptPlayer(job.lines, Random(f"{job.seed}:{job.route.id}:guidance"))
         self._weather = Weather(self._world, job.route.weathers)
         self._spells, self._near = ImmobilizationWatch(), NearMissWatch(self._world, self._hero)
         self._speeds = TrafficSpeeds(self._world)
@@ -127,14 +129,14 @@ class _Drive:
         self._recorder = _recorder(job, setting)
         self._aboard = _aboard(job, setting, self._arm)
         self._events: list[Event] = []
-        if job.events and isinstance(self._arm, SolverArm):
+        if job.events and isinstance(self._arm, SolverSystem):
             self._arm.listen(self._hear)
         self._ticks = 0
         self._time_s = 0.0
         self._released = False
         """True if an operator has let the vehicle cross a broken light."""
 
-    def go(self, progress: Callable[[float], None]) -> Driven:
+    def go(self, progress: Callable[[float], None]) -> RouteResult:
         """Drive until the route ends for any reason. Returns the results."""
         began, next_progress_s = time.monotonic(), 0.0
         try:
@@ -156,7 +158,7 @@ class _Drive:
                 self._aboard.close()
             if self._recorder is not None:
                 self._recorder.close()
-            if isinstance(self._driver, GuestDriver):
+            if isinstance(self._driver, UserAgentDriver):
                 self._driver.close()
 
     def _tick(self) -> str | None:
@@ -168,7 +170,7 @@ class _Drive:
         if self._crowd is not None:
             self._crowd.tick(time_s)
         self._play.tick(time_s, place_m)
-        moment = Moment(
+        moment = EgoTick(
             frame=int(snapshot.frame),
             time_s=time_s,
             transform=transform,
@@ -186,7 +188,7 @@ class _Drive:
         if failure is not None:
             return failure
         self._ticks += 1
-        now = Now(time_s, moment.speed_mps, self._jury.completion.s_m)
+        now = TickInfo(time_s, moment.speed_mps, self._jury.completion.s_m)
         self._hear_people(now)
         control = self._arm.step(now)
         self._hero.apply_control(self._play.noise(self._knows.checked(control)))
@@ -196,33 +198,33 @@ class _Drive:
             self._aboard.tick(time_s, self._arm.directive)
         return None
 
-    def _hear_people(self, now: Now) -> None:
+    def _hear_people(self, now: TickInfo) -> None:
         """Pass on what the people of the guidance script say and answer at this tick."""
         arm = self._arm
-        question = arm.solver.pending_question if isinstance(arm, SolverArm) else None
+        question = arm.solver.pending_question if isinstance(arm, SolverSystem) else None
         for line, text in self._speaker.due(now.time_s, now.place_m, now.speed_mps, question):
             if line.answer is None:
                 arm.say(text)
-            elif isinstance(arm, SolverArm):
+            elif isinstance(arm, SolverSystem):
                 answered = arm.answer(line.answer == "yes", line.by)
                 if answered is not None and line.answer == "yes" and "red_light" in answered.needs:
                     self._released = (
                         self._play.expected == "ask"
                     )  # only at a broken light; at any other, an approval changes nothing
             when_s = round(now.time_s, 2)
-            said = Spoken(kind=line.kind, time_s=when_s, text=text, help=line.help, by=line.by)
+            said = SpokenGuidance(kind=line.kind, time_s=when_s, text=text, help=line.help, by=line.by)
             arm.log.guidance.append(said)
 
     def _hear(self, event: Event) -> None:
         self._events.append(event.model_copy(update={"time_s": event.time_s - self._start_s}))
 
-    def _take_new_route(self, moment: Moment) -> None:
+    def _take_new_route(self, moment: EgoTick) -> None:
         """Adopt the driver's new route, if the scenario allows leaving the original one."""
         self._driven_route = self._driver.route
         if "route_deviation" in moment.suspended:
             self._jury.reroute(RouteLine.along(self._driven_route))
 
-    def _measure(self, moment: Moment) -> None:
+    def _measure(self, moment: EgoTick) -> None:
         place_m = self._jury.completion.s_m
         new_m = float(self._jury.line.new_ground_m[self._jury.completion.index])
         self._spells.update(moment.time_s, moment.speed_mps, new_m)
@@ -231,7 +233,7 @@ class _Drive:
         if moment.time_s >= len(self._track) - 1e-6:
             self._track.append((round(moment.time_s, 2), round(place_m, 1)))
 
-    def _driven(self, failure: str | None, wall_s: float) -> Driven:
+    def _driven(self, failure: str | None, wall_s: float) -> RouteResult:
         job, jury, log = self._job, self._jury, self._arm.log
         record = make_record(
             route_id=job.route.id,
@@ -259,7 +261,9 @@ class _Drive:
             points=len(inside),
             first_junction=inside.index(True) + 1 if any(inside) else None,
             stuck_end_pct=jury.min_speed.stuck_end,
-            infractions=tuple(Noted(kind=i.kind, time_s=round(i.time_s, 2), text=i.text) for i in jury.infractions),
+            infractions=tuple(
+                TimedInfraction(kind=i.kind, time_s=round(i.time_s, 2), text=i.text) for i in jury.infractions
+            ),
             near_misses=tuple(self._near.found),
             spells=tuple(self._spells.spells),
             stopped_s=round(self._spells.stopped_s, 3),
@@ -270,7 +274,7 @@ class _Drive:
             track=tuple(self._track),
         )
         replay = None if self._replay is None else self._replay.log(record, outcome)
-        return Driven(record, outcome, self._metric, replay, tuple(self._events))
+        return RouteResult(record, outcome, self._metric, replay, tuple(self._events))
 
 
 def _beyond(line: RouteLine) -> tuple[RoutePoint, ...]:
@@ -285,19 +289,19 @@ def _beyond(line: RouteLine) -> tuple[RoutePoint, ...]:
     return tuple(found)
 
 
-def _aboard(job: RouteJob, setting: Setting, arm: Arm) -> Aboard | None:
-    if job.passenger is None or not isinstance(arm, SolverArm):
+def _aboard(job: RouteJob, setting: ScenarioContext, arm: SystemUnderTest) -> PassengerPage | None:
+    if job.passenger is None or not isinstance(arm, SolverSystem):
         return None
-    return Aboard(job.passenger, setting, arm)
+    return PassengerPage(job.passenger, setting, arm)
 
 
-def _replay(job: RouteJob, setting: Setting, arm: Arm) -> ReplayKeeper | None:
+def _replay(job: RouteJob, setting: ScenarioContext, arm: SystemUnderTest) -> ReplayKeeper | None:
     if job.replays == "none":
         return None
-    return ReplayKeeper(job, setting, arm if isinstance(arm, SolverArm) else None)
+    return ReplayKeeper(job, setting, arm if isinstance(arm, SolverSystem) else None)
 
 
-def _scattered(job: RouteJob, setting: Setting) -> TickPart | None:
+def _scattered(job: RouteJob, setting: ScenarioContext) -> TickPart | None:
     """Return what scatters objects along the route of a recording; None if the job names nothing."""
     if job.recording is None or not job.recording.crowd:
         return None
@@ -305,7 +309,7 @@ def _scattered(job: RouteJob, setting: Setting) -> TickPart | None:
     return crowd
 
 
-def _recorder(job: RouteJob, setting: Setting) -> Recording | None:
+def _recorder(job: RouteJob, setting: ScenarioContext) -> Recording | None:
     if job.recording is None:
         return None
     facts = {"route": job.route.id, "scenario": job.scenario, "seed": job.seed, "driver": job.arm.driver}

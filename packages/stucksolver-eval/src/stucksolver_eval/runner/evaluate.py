@@ -14,17 +14,17 @@ from stucksolver.reasoners.factory import sees
 from stucksolver_carla.client_connection import check_remote
 from stucksolver_eval.guidance import Script, read_script
 from stucksolver_eval.passenger import PassengerSpec
-from stucksolver_eval.results.manifest import Manifest, file_digest, suite_digest
-from stucksolver_eval.results.store import DONE, Store, StoreError
+from stucksolver_eval.results.manifest import EvaluationManifest, file_digest, suite_digest
+from stucksolver_eval.results.store import DONE, ResultStore, StoreError
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.job import Replays, RouteJob
-from stucksolver_eval.runner.pool import News, run_tasks
+from stucksolver_eval.runner.pool import RouteProgress, run_tasks
 from stucksolver_eval.runner.progress import ProgressDisplay
-from stucksolver_eval.runner.route_process import Task
+from stucksolver_eval.runner.route_process import RouteTask
 from stucksolver_eval.scenarios.registry import scenario_type
 from stucksolver_eval.suites import load_routes, route_ids
 from stucksolver_eval.systems.factory import NONE, check_arm, preflight_arm
-from stucksolver_eval.systems.spec import ArmSpec
+from stucksolver_eval.systems.spec import SystemSpec
 from stucksolver_language.llm.prompt import prompt_name
 
 
@@ -34,7 +34,7 @@ class EvaluationSpec:
 
     suite: str
     out: Path
-    arm: ArmSpec = field(default_factory=ArmSpec)
+    arm: SystemSpec = field(default_factory=SystemSpec)
     seeds: tuple[int, ...] = (1,)
     only: tuple[str, ...] = ()
     guidance: Path | None = None
@@ -56,7 +56,7 @@ class EvaluationSpec:
     command: str = ""
 
 
-def evaluate(spec: EvaluationSpec) -> Store:
+def evaluate(spec: EvaluationSpec) -> ResultStore:
     """Run the routes that are not done yet. Returns the store with all results.
 
     Raises `SuiteError`, `RouteFileError`, `ScenarioError` (an unknown type), `ArmError`, `LadderError`,
@@ -70,7 +70,7 @@ def evaluate(spec: EvaluationSpec) -> Store:
     if spec.arm.ladder is not None:
         find_ladder(spec.arm.ladder)
     script = Script(routes={}) if spec.guidance is None else read_script(spec.guidance, route_ids(spec.suite))
-    store, manifest = Store(spec.out), manifest_of(spec, routes)
+    store, manifest = ResultStore(spec.out), manifest_of(spec, routes)
     alike = None if spec.reuse is None else _alike(spec.reuse, manifest)
     if spec.host is not None and spec.cluster is None:
         check_remote(spec.host, spec.port)
@@ -81,7 +81,7 @@ def evaluate(spec: EvaluationSpec) -> Store:
     if alike is not None:
         _take(store, alike, routes, script, spec.arm)
     tasks = [
-        Task(_job(spec, store, route, seed, script), spec.out)
+        RouteTask(_job(spec, store, route, seed, script), spec.out)
         for seed in spec.seeds
         for route in routes
         if not store.is_done(route, seed)
@@ -91,9 +91,9 @@ def evaluate(spec: EvaluationSpec) -> Store:
     return store
 
 
-def _alike(folder: Path, manifest: Manifest) -> Store:
+def _alike(folder: Path, manifest: EvaluationManifest) -> ResultStore:
     """Return the evaluation to copy routes from. Raises `StoreError` if its arm differs or it has guidance itself."""
-    store = Store(folder)
+    store = ResultStore(folder)
     theirs = store.manifest()
     ours = manifest.model_copy(update={"guidance_digest": ""})
     if _is_alone(manifest):
@@ -106,7 +106,7 @@ def _alike(folder: Path, manifest: Manifest) -> Store:
     return store
 
 
-def _take(store: Store, alike: Store, routes: tuple[Route, ...], script: Script, arm: ArmSpec) -> None:
+def _take(store: ResultStore, alike: ResultStore, routes: tuple[Route, ...], script: Script, arm: SystemSpec) -> None:
     """Copy the routes that would be the same, since runs are repeatable.
 
     Nobody speaks on these. If the other evaluation has no reasoner for the rung `model`, help was never requested
@@ -129,11 +129,11 @@ def _take(store: Store, alike: Store, routes: tuple[Route, ...], script: Script,
                 store.take(alike, route, found.model_copy(update=update))
 
 
-def _is_alone(manifest: Manifest) -> bool:
+def _is_alone(manifest: EvaluationManifest) -> bool:
     return manifest.recovery == NONE
 
 
-def _run(spec: EvaluationSpec, tasks: list[Task]) -> Iterator[News]:
+def _run(spec: EvaluationSpec, tasks: list[RouteTask]) -> Iterator[RouteProgress]:
     if spec.cluster is not None:
         from stucksolver_eval.runner.cluster import run_on_cluster
 
@@ -141,7 +141,7 @@ def _run(spec: EvaluationSpec, tasks: list[Task]) -> Iterator[News]:
     return run_tasks(tasks, 1 if spec.host is not None else spec.jobs)
 
 
-def _watch(store: Store, news: Iterator[News], board: ProgressDisplay) -> None:
+def _watch(store: ResultStore, news: Iterator[RouteProgress], board: ProgressDisplay) -> None:
     try:
         for told in news:
             job = told.task.job
@@ -154,7 +154,7 @@ def _watch(store: Store, news: Iterator[News], board: ProgressDisplay) -> None:
         board.close()
 
 
-def _job(spec: EvaluationSpec, store: Store, route: Route, seed: int, script: Script) -> RouteJob:
+def _job(spec: EvaluationSpec, store: ResultStore, route: Route, seed: int, script: Script) -> RouteJob:
     return RouteJob(
         route=route,
         seed=seed,
@@ -173,10 +173,10 @@ def _passenger(address: Path, route: Route, seed: int) -> PassengerSpec:
     return PassengerSpec(address, f"route-{route.id}-{seed}"[:40], f"Route {route.id}, seed {seed}")
 
 
-def manifest_of(spec: EvaluationSpec, routes: tuple[Route, ...]) -> Manifest:
+def manifest_of(spec: EvaluationSpec, routes: tuple[Route, ...]) -> EvaluationManifest:
     """Return the settings of the evaluation, which are stored with the results."""
     arm = spec.arm
-    return Manifest(
+    return EvaluationManifest(
         suite=spec.suite,
         suite_digest=suite_digest(routes),
         routes=len(routes),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from stucksolver.immobilization import Detector
 from stucksolver.scene import Status
-from stucksolver.solver import ProgressWatch
+from stucksolver.solver import RecoveryWatch
 from stucksolver_eval.results.outcome import ImmobilizationEpisode
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ class ImmobilizationWatch:
 
     def __init__(self) -> None:
         self._detector = Detector()
-        self._watch = ProgressWatch()
+        self._watch = RecoveryWatch()
         self._onset: tuple[float, float] | None = None
         self.spells: list[ImmobilizationEpisode] = []
         self.stopped_s = 0.0
@@ -38,9 +38,9 @@ class ImmobilizationWatch:
         status = Status(time_s=time_s, speed_mps=speed_mps, progress_m=place_m)
         trigger = self._detector.update(status)
         slow_s = self._detector.slow_since_s
-        was_on = self._watch.on
-        self._watch, recovered_after_s = self._watch.updated(status, slow_s, trigger)
-        if self._watch.on and not was_on:
+        was_on = self._watch.active
+        self._watch, recovered_after_s = self._watch.advance(status, slow_s, trigger)
+        if self._watch.active and not was_on:
             self._onset = (time_s if slow_s is None else slow_s, place_m)
         if recovered_after_s is not None:
             self._close(time_s, recovered_after_s)

@@ -14,7 +14,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from stucksolver.interrupts import uninterrupted
-from stucksolver_carla.client_connection import Server
+from stucksolver_carla.client_connection import SimulatorServer
 
 PROGRESS_EVERY_S = 5.0
 SILENCE_S = 180.0
@@ -31,7 +31,7 @@ class RunError(RuntimeError):
     """A run failed; the message says why and what to do."""
 
 
-class NotWanted(Exception):
+class RunCancelledError(Exception):
     """The program is ending, and its processes with it; this is not a crash of a run."""
 
 
@@ -44,10 +44,10 @@ def attempt(
     """Run `work` on a job in a separate process. Returns its exit code; negative if a signal killed it.
 
     Numbers that the process sends are progress; a text is an error. Raises `RunError` with that text or after
-    `SILENCE_S` without progress, and `NotWanted`. In all cases the process has ended by then.
+    `SILENCE_S` without progress, and `RunCancelledError`. In all cases the process has ended by then.
     """
     if not wanted():
-        raise NotWanted
+        raise RunCancelledError
     # Forked from a helper that has imported what a drive needs, which takes a second, and does nothing else.
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(list(_PRELOADED))
@@ -86,11 +86,11 @@ def _end(process: BaseProcess) -> None:
 
 
 def _listen(ours: Connection, progress: Callable[[float], None], wanted: Callable[[], bool]) -> None:
-    """Receive progress until the run is over. Raises `RunError` with the error it reports, and `NotWanted`."""
+    """Receive progress until the run is over. Raises `RunError` with the error it reports, and `RunCancelledError`."""
     heard = time.monotonic()
     while True:
         if not wanted():
-            raise NotWanted
+            raise RunCancelledError
         if not ours.poll(LOOK_S):
             if time.monotonic() - heard > SILENCE_S:
                 raise RunError(f"the run made no progress for {SILENCE_S:.0f} s and was ended; run again")
@@ -106,7 +106,7 @@ def _listen(ours: Connection, progress: Callable[[float], None], wanted: Callabl
 
 
 @contextlib.contextmanager
-def watched(server: Server, theirs: Connection) -> Iterator[None]:
+def watched(server: SimulatorServer, theirs: Connection) -> Iterator[None]:
     """Report the simulator's death immediately; the client library would wait for a timeout on each call."""
     over = threading.Event()
 

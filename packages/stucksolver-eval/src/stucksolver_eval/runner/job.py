@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from stucksolver_eval.guidance.script import Line
+from stucksolver_eval.guidance.script import ScriptLine
 from stucksolver_eval.passenger import PassengerSpec
 from stucksolver_eval.routes import Route
 from stucksolver_eval.runner.recording_spec import RecordingSpec
-from stucksolver_eval.systems.spec import ArmSpec
+from stucksolver_eval.systems.spec import SystemSpec
 
 Replays = Literal["none", "failed", "all"]
 
@@ -30,8 +30,8 @@ class RouteJob:
 
     route: Route
     seed: int
-    arm: ArmSpec
-    lines: tuple[Line, ...] = ()
+    arm: SystemSpec
+    lines: tuple[ScriptLine, ...] = ()
     maps: str | None = None
     replays: Replays = "none"
     records: Path | None = None

@@ -14,7 +14,7 @@ FAULT_FROM_S = 8.0
 """Time at which a sensor fault starts."""
 
 
-class KnowsWorld(Protocol):
+class PerceptionSource(Protocol):
     """The interface of a perception; see `stucksolver_perception.carla.Eyes`, which implements it."""
 
     vehicle: Any
@@ -30,7 +30,7 @@ class KnowsWorld(Protocol):
         """Release everything at the end of the drive."""
 
 
-class ClientTruth:
+class GroundTruthSource:
     """The client's ground truth, which needs no sensors and cannot fail."""
 
     def __init__(self, hero: carla.Vehicle) -> None:
@@ -47,12 +47,12 @@ class ClientTruth:
         """Do nothing."""
 
 
-def knowledge_of(job: RouteJob, hero: carla.Vehicle, carla_map: carla.Map) -> KnowsWorld:
-    """Return the perception of the job's arm. Raises what `Eyes` raises."""
+def knowledge_of(job: RouteJob, hero: carla.Vehicle, carla_map: carla.Map) -> PerceptionSource:
+    """Return the perception of the job's arm. Raises what `EgoPerception` raises."""
     if job.arm.perception != SENSORS:
-        return ClientTruth(hero)
+        return GroundTruthSource(hero)
     # Imported here because only this needs the networks and their libraries.
-    from stucksolver_perception.carla import Eyes, SensorFault
+    from stucksolver_perception.carla import EgoPerception, SensorFault
 
     fault = SensorFault(job.arm.sensor_fault, FAULT_FROM_S, job.seed) if job.arm.sensor_fault else None
-    return Eyes(hero, carla_map, seed=job.seed, fault=fault)
+    return EgoPerception(hero, carla_map, seed=job.seed, fault=fault)

@@ -9,32 +9,35 @@ from dataclasses import dataclass
 
 from stucksolver.atomic_files import OutputError
 from stucksolver_eval.results.outcome import RouteOutcome
-from stucksolver_eval.runner.isolated_process import NotWanted
-from stucksolver_eval.runner.route_process import Task, run_task
+from stucksolver_eval.runner.isolated_process import RunCancelledError
+from stucksolver_eval.runner.route_process import RouteTask, run_task
 
 
 @dataclass(frozen=True)
-class News:
+class RouteProgress:
     """Progress of a route (`outcome` is None), its outcome, or the error of writing its result (`error`)."""
 
-    task: Task
+    task: RouteTask
     time_s: float = 0.0
     outcome: RouteOutcome | None = None
     error: OutputError | None = None
 
 
-Runner = Callable[[Task, Callable[[float], None], Callable[[], bool]], RouteOutcome]
-"""Runs a task. Its arguments are the task, a progress callback, and a check of whether to go on, else `NotWanted`."""
+Runner = Callable[[RouteTask, Callable[[float], None], Callable[[], bool]], RouteOutcome]
+"""Runs a task.
+
+Its arguments are the task, a progress callback, and a check of whether to go on, else `RunCancelledError`.
+"""
 
 
-def run_tasks(tasks: Iterable[Task], at_once: int, runner: Runner = run_task) -> Iterator[News]:
+def run_tasks(tasks: Iterable[RouteTask], at_once: int, runner: Runner = run_task) -> Iterator[RouteProgress]:
     """Run all tasks, `at_once` in parallel, and yield their progress and results. Raises `OutputError`.
 
     If the caller stops iterating, or the program ends, the running processes are ended first.
     """
-    waiting: queue.SimpleQueue[Task | None] = queue.SimpleQueue()
+    waiting: queue.SimpleQueue[RouteTask | None] = queue.SimpleQueue()
     ending = threading.Event()
-    news: queue.SimpleQueue[News] = queue.SimpleQueue()
+    news: queue.SimpleQueue[RouteProgress] = queue.SimpleQueue()
     todo = list(tasks)
     for task in todo:
         waiting.put(task)
@@ -62,18 +65,21 @@ def run_tasks(tasks: Iterable[Task], at_once: int, runner: Runner = run_task) ->
 
 
 def _work(
-    waiting: queue.SimpleQueue[Task | None], news: queue.SimpleQueue[News], runner: Runner, ending: threading.Event
+    waiting: queue.SimpleQueue[RouteTask | None],
+    news: queue.SimpleQueue[RouteProgress],
+    runner: Runner,
+    ending: threading.Event,
 ) -> None:
     while (task := waiting.get()) is not None and not ending.is_set():
         try:
             outcome = runner(task, _teller(task, news), lambda: not ending.is_set())
-        except NotWanted:
+        except RunCancelledError:
             return
         except OutputError as error:
-            news.put(News(task, error=error))
+            news.put(RouteProgress(task, error=error))
             return
-        news.put(News(task, outcome=outcome))
+        news.put(RouteProgress(task, outcome=outcome))
 
 
-def _teller(task: Task, news: queue.SimpleQueue[News]) -> Callable[[float], None]:
-    return lambda time_s: news.put(News(task, time_s=time_s))
+def _teller(task: RouteTask, news: queue.SimpleQueue[RouteProgress]) -> Callable[[float], None]:
+    return lambda time_s: news.put(RouteProgress(task, time_s=time_s))

@@ -10,7 +10,7 @@ from typing import TextIO
 from stucksolver_eval.metrics.multi_ability import ABILITIES
 from stucksolver_eval.results.checkpoint import RouteRecord, status_text
 from stucksolver_eval.results.outcome import RouteOutcome
-from stucksolver_eval.runner.route_process import Task
+from stucksolver_eval.runner.route_process import RouteTask
 
 BAR = 30
 
@@ -53,12 +53,12 @@ class ProgressDisplay:
         self._began_s = self.now()
         self._groups = {name: _Tally() for name in ABILITIES}
 
-    def goes_on(self, task: Task, time_s: float) -> None:
+    def goes_on(self, task: RouteTask, time_s: float) -> None:
         """Show a route's progress (simulated time, s)."""
         self._running[_label(task)] = time_s
         self._draw()
 
-    def is_over(self, task: Task, outcome: RouteOutcome, record: RouteRecord | None) -> None:
+    def is_over(self, task: RouteTask, outcome: RouteOutcome, record: RouteRecord | None) -> None:
         """Count a finished route and print how it ended."""
         self._running.pop(_label(task), None)
         self._done += 1
@@ -75,7 +75,7 @@ class ProgressDisplay:
         if self._lines:
             print(file=self.out, flush=True)
 
-    def _line(self, task: Task, outcome: RouteOutcome, record: RouteRecord | None) -> str:
+    def _line(self, task: RouteTask, outcome: RouteOutcome, record: RouteRecord | None) -> str:
         label = f"[{self.before + self._done}/{self.total}] {_label(task)}"
         if record is None:
             return f"{label}: {outcome.state}: {(outcome.reason.splitlines() or ['?'])[-1]}"
@@ -112,6 +112,6 @@ class ProgressDisplay:
         return f"time left: {left_s / 60:.0f} min" if left_s >= 90 else f"time left: {left_s:.0f} s"
 
 
-def _label(task: Task) -> str:
+def _label(task: RouteTask) -> str:
     job = task.job
     return f"{job.route.id} {job.scenario} (seed {job.seed})"

@@ -13,8 +13,8 @@ from stucksolver.atomic_files import OutputError
 from stucksolver.record import RecordError
 from stucksolver_carla.client_connection import ServerError
 from stucksolver_eval.results.outcome import RouteOutcome, State
-from stucksolver_eval.results.store import Store
-from stucksolver_eval.runner.isolated_process import NotWanted, RunError, attempt, watched
+from stucksolver_eval.results.store import ResultStore
+from stucksolver_eval.runner.isolated_process import RunCancelledError, RunError, attempt, watched
 from stucksolver_eval.runner.job import RouteJob
 from stucksolver_eval.simulator_server import open_server
 
@@ -24,7 +24,7 @@ REASON_CHARACTERS = 2000
 
 
 @dataclass(frozen=True)
-class Task:
+class RouteTask:
     """A job and the folder for its files."""
 
     job: RouteJob
@@ -32,13 +32,13 @@ class Task:
 
 
 def run_task(
-    task: Task, progress: Callable[[float], None] = lambda _: None, wanted: Callable[[], bool] = lambda: True
+    task: RouteTask, progress: Callable[[float], None] = lambda _: None, wanted: Callable[[], bool] = lambda: True
 ) -> RouteOutcome:
     """Drive a route in a separate process. Whatever happens there, an outcome is returned and written to disk.
 
-    Raises `OutputError` if not even that can be written, and `NotWanted`.
+    Raises `OutputError` if not even that can be written, and `RunCancelledError`.
     """
-    store, job = Store(task.folder), task.job
+    store, job = ResultStore(task.folder), task.job
     reason = ""
     for _ in range(TRIES):
         try:
@@ -54,13 +54,13 @@ def run_task(
             break
         reason = f"its process was killed by {signal.Signals(-code).name}, {TRIES} times in a row"
     if not wanted():
-        raise NotWanted
+        raise RunCancelledError
     outcome = _not_driven(job, "crashed", reason)
     store.write_outcome(job.route, outcome)
     return outcome
 
 
-def drive_task(task: Task, progress: Callable[[float], None] = lambda _: None) -> RouteOutcome:
+def drive_task(task: RouteTask, progress: Callable[[float], None] = lambda _: None) -> RouteOutcome:
     """Drive a route like `run_task`, but raise `RunError` with the reason if it could not be driven."""
     outcome = run_task(task, progress)
     if outcome.state != "driven":
@@ -80,11 +80,11 @@ def _not_driven(job: RouteJob, state: State, reason: str) -> RouteOutcome:
     )
 
 
-def _work(task: Task, theirs: Connection) -> None:
+def _work(task: RouteTask, theirs: Connection) -> None:
     # The parent handles Ctrl-C and ends this process; the parent's death shows on the pipe.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _leave)
-    store, job = Store(task.folder), task.job
+    store, job = ResultStore(task.folder), task.job
     try:
         outcome = _driven(store, job, theirs)
     except BrokenPipeError:
@@ -96,13 +96,13 @@ def _work(task: Task, theirs: Connection) -> None:
         store.write_outcome(job.route, outcome)
 
 
-def _driven(store: Store, job: RouteJob, theirs: Connection) -> RouteOutcome | None:
+def _driven(store: ResultStore, job: RouteJob, theirs: Connection) -> RouteOutcome | None:
     """Drive a route and write its files. Returns an outcome only if it could not be driven."""
     from stucksolver_carla.drivers.behavior import RouteError
     from stucksolver_carla.perception_interface import SensorError
     from stucksolver_eval.drivers import AgentError, carries_sensors
     from stucksolver_eval.runner.drive import DriveError, drive_route
-    from stucksolver_eval.scenarios.scenario import ScenarioError, Unsupported
+    from stucksolver_eval.scenarios.scenario import ScenarioError, UnsupportedScenarioError
     from stucksolver_eval.systems import carries_camera
     from stucksolver_eval.systems.spec import SENSORS
 
@@ -113,7 +113,7 @@ def _driven(store: Store, job: RouteJob, theirs: Connection) -> RouteOutcome | N
         with open_server(*place, scenery=sensing, stands=True) as server, watched(server, theirs):
             store.write_driven(job.route, job.seed, drive_route(job, server, theirs.send))
             return None
-    except Unsupported as error:
+    except UnsupportedScenarioError as error:
         return _not_driven(job, "unsupported", str(error))
     except (ScenarioError, DriveError, RouteError) as error:
         return _not_driven(job, "invalid", str(error))

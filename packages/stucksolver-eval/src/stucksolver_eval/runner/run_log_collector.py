@@ -10,15 +10,15 @@ from stucksolver_eval.results.run_log import ActorRole, RunLog
 from stucksolver_eval.run_log.logger import RunLogger
 from stucksolver_eval.run_log.map_view import map_view
 from stucksolver_eval.runner.job import RouteJob
-from stucksolver_eval.scenario_context import Setting
-from stucksolver_eval.systems.solver_system import SolverArm
-from stucksolver_eval.systems.system_under_test import Now
+from stucksolver_eval.scenario_context import ScenarioContext
+from stucksolver_eval.systems.solver_system import SolverSystem
+from stucksolver_eval.systems.system_under_test import TickInfo
 
 
 class ReplayKeeper:
     """Call `tick` once per tick and `log` at the end, which returns None if this replay is not wanted."""
 
-    def __init__(self, job: RouteJob, setting: Setting, arm: SolverArm | None) -> None:
+    def __init__(self, job: RouteJob, setting: ScenarioContext, arm: SolverSystem | None) -> None:
         self._job, self._setting = job, setting
         camera = None if arm is None else arm.camera
         self._logger = RunLogger(setting.world, setting.hero, self._role, job.frame_every_s, camera)
@@ -32,7 +32,7 @@ class ReplayKeeper:
             return "traffic"
         return "scenario" if role == "scenario" else "prop"
 
-    def tick(self, now: Now, directive: Directive | None) -> None:
+    def tick(self, now: TickInfo, directive: Directive | None) -> None:
         """Log a frame and the directive."""
         self._logger.frame(now.time_s, now.speed_mps)
         self._logger.directive(now.time_s, directive or CONTINUE)

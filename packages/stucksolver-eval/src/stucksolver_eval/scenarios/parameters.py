@@ -50,14 +50,14 @@ class Parameter(ABC, Generic[T]):
         """Parse the value. Raises `KeyError` or `ValueError`."""
 
 
-class Number(Parameter[float]):
+class NumberParameter(Parameter[float]):
     """`<name value="42"/>`"""
 
     def read(self, element: Mapping[str, str]) -> float:
         return _finite(element["value"])
 
 
-class Range(Parameter[tuple[float, float]]):
+class RangeParameter(Parameter[tuple[float, float]]):
     """`<name from="30" to="60"/>`; a single value counts as both."""
 
     @property
@@ -74,7 +74,7 @@ class Range(Parameter[tuple[float, float]]):
 
 
 @dataclass(frozen=True)
-class Choice(Parameter[str]):
+class ChoiceParameter(Parameter[str]):
     """`<name value="right"/>`, one of `options`."""
 
     options: tuple[str, ...] = ()
@@ -90,14 +90,14 @@ class Choice(Parameter[str]):
         return value
 
 
-class Text(Parameter[str]):
+class TextParameter(Parameter[str]):
     """`<name value="..."/>`"""
 
     def read(self, element: Mapping[str, str]) -> str:
         return element["value"]
 
 
-class Place(Parameter["tuple[float, float, float] | None"]):
+class LocationParameter(Parameter["tuple[float, float, float] | None"]):
     """`<name x=".." y=".." z=".."/>` in CARLA's world frame."""
 
     @property

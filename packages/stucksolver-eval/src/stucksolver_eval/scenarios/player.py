@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from stucksolver_eval.background_traffic import Background
 from stucksolver_eval.routes.route import ScenarioSpec
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.registry import scenario_type
-from stucksolver_eval.scenarios.scenario import Expected, Scenario, ScenarioError, Unsupported
+from stucksolver_eval.scenarios.scenario import Expected, Scenario, ScenarioError, UnsupportedScenarioError
 
 if TYPE_CHECKING:
     import carla
@@ -42,7 +42,7 @@ class _Part:
     over: bool = False
 
 
-class Play:
+class ScenarioPlayer:
     """All scenarios of one route and the background traffic. It reads and writes the world once per tick.
 
     Raises:
@@ -50,7 +50,9 @@ class Play:
         Unsupported: The map or the blueprint library does not support a scenario.
     """
 
-    def __init__(self, specs: Sequence[ScenarioSpec], setting: Setting, background: Background | None = None) -> None:
+    def __init__(
+        self, specs: Sequence[ScenarioSpec], setting: ScenarioContext, background: Background | None = None
+    ) -> None:
         self._setting = setting
         self._background = background
         self._closed = False
@@ -164,7 +166,7 @@ def _is_over(script: Iterator[None]) -> bool:
     return False
 
 
-def _built(spec: ScenarioSpec, setting: Setting, background: Background | None) -> Scenario:
+def _built(spec: ScenarioSpec, setting: ScenarioContext, background: Background | None) -> Scenario:
     scenario = scenario_type(spec.type)(spec, setting, background)
     place = setting.route.waypoints[scenario.trigger_index].transform.location
     trigger = spec.trigger.position
@@ -177,5 +179,5 @@ def _built(spec: ScenarioSpec, setting: Setting, background: Background | None) 
     missing = [one for one in scenario.blueprints if not setting.cast.knows(one)]
     reason = f"the blueprint library has no {', '.join(missing)}" if missing else scenario.needs(setting)
     if reason is not None:
-        raise Unsupported(f"{spec.name} ({spec.type}) is unsupported here: {reason}")
+        raise UnsupportedScenarioError(f"{spec.name} ({spec.type}) is unsupported here: {reason}")
     return scenario

@@ -10,11 +10,11 @@ from typing import ClassVar, Literal
 
 import carla
 
-from stucksolver_eval.actors import ActorPool, ActorState, Cars
+from stucksolver_eval.actors import ActorPool, ActorState, SimulatedCars
 from stucksolver_eval.background_traffic import Background
 from stucksolver_eval.routes.route import ScenarioSpec
-from stucksolver_eval.scenario_context import Setting
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.scenario_context import ScenarioContext
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 Expected = Literal["recover", "wait", "ask", "reroute"]
 LONG_S = 240.0
@@ -25,7 +25,7 @@ class ScenarioError(ValueError):
     """A scenario cannot be played as specified; the message names it and the remedy."""
 
 
-class Unsupported(ScenarioError):
+class UnsupportedScenarioError(ScenarioError):
     """This map or blueprint library does not support the scenario; nothing replaces it."""
 
 
@@ -38,7 +38,7 @@ class Scenario(ABC):
     type: ClassVar[str]
     timeout_s: ClassVar[float | None] = LONG_S
     """After this time (s) the scenario fails and ends; until then, the test for being blocked is suspended."""
-    placed: ClassVar[Placed | None] = None
+    placed: ClassVar[SuitePlacement | None] = None
     """Where the shipped suites place it; None if they do not."""
     driver_alone: ClassVar[str] = ""
     """What happened to the driver alone (`behavior:normal`, seed 1) on one shipped route, as seen in its replay."""
@@ -59,7 +59,7 @@ class Scenario(ABC):
     keeps_suspended: ClassVar[frozenset[str]] = frozenset()
     """Criteria that stay suspended after its end."""
 
-    def __init__(self, spec: ScenarioSpec, setting: Setting, traffic: Background | None = None) -> None:
+    def __init__(self, spec: ScenarioSpec, setting: ScenarioContext, traffic: Background | None = None) -> None:
         """Create the scenario on a route. `traffic` is the background; without one its hooks do nothing."""
         self.spec = spec
         self.setting = setting
@@ -70,7 +70,7 @@ class Scenario(ABC):
         self.trigger_index = setting.route.project(_location(spec))
         self.trigger_s_m = float(setting.route.s_m[self.trigger_index])
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         """Return why this map or blueprint library does not support it, or None."""
         return None
 
@@ -96,7 +96,7 @@ class Scenario(ABC):
         return self.setting.cast
 
     @property
-    def cars(self) -> Cars:
+    def cars(self) -> SimulatedCars:
         """The simulated cars."""
         return self.setting.cars
 

@@ -10,7 +10,7 @@ import carla
 
 from stucksolver_eval.routes import Parameter
 from stucksolver_eval.sites.lane_walk import Path, Town, approach, beside, follow
-from stucksolver_eval.sites.movements import Control, Movement, Side, Turn, arm, straight
+from stucksolver_eval.sites.movements import Control, JunctionMovement, Side, Turn, arm, straight
 from stucksolver_eval.sites.site import Site
 
 _TRIGGER_BEFORE_M = 38
@@ -34,18 +34,18 @@ ALL_WAYS: frozenset[Turn] = frozenset({"left", "straight", "right"})
 OPPOSITE: frozenset[Side] = frozenset({"opposite"})
 FROM_LEFT: frozenset[Side] = frozenset({"left"})
 
-Ways = list[Movement]
+Ways = list[JunctionMovement]
 Places = Mapping[str, Any]
-Extra = Callable[[Movement, Ways], Iterator[tuple[Places, Mapping[str, Parameter]]]]
+Extra = Callable[[JunctionMovement, Ways], Iterator[tuple[Places, Mapping[str, Parameter]]]]
 """Yields the parameters that the place determines, once for each way to play the scenario there."""
 
 
-def _nothing(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+def _nothing(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
     yield {}, {}
 
 
 @dataclass(frozen=True)
-class Through:
+class JunctionSites:
     """Finds all movements through junctions that have what a type needs."""
 
     turns: frozenset[Turn] = frozenset({"left", "right"})
@@ -76,7 +76,7 @@ class Through:
                 yield replace(site, place=f"{site.place}#{number}", positions=positions, fixed=fixed)
 
 
-def site_at(mine: Movement, trigger_m: int = _TRIGGER_BEFORE_M, end_m: int = _END_AFTER_M) -> Site:
+def site_at(mine: JunctionMovement, trigger_m: int = _TRIGGER_BEFORE_M, end_m: int = _END_AFTER_M) -> Site:
     """Return the site of a route through a junction."""
     before = approach(mine.entry, max(_START_BEFORE_M, trigger_m + _START_BEFORE_M - _TRIGGER_BEFORE_M))
     trigger = before[-trigger_m]
@@ -89,38 +89,38 @@ def site_at(mine: Movement, trigger_m: int = _TRIGGER_BEFORE_M, end_m: int = _EN
     return Site(mine.town, group, mine.key, (*before, *inside, *after), marks, trigger)
 
 
-def _to_exit_lane(mine: Movement, of: Ways) -> Ways:
+def _to_exit_lane(mine: JunctionMovement, of: Ways) -> Ways:
     """Return the movements straight on into the lane that the ego turns into, or its neighbour."""
     return [
         one for one in straight(of) if one.exit.road_id == mine.exit.road_id and one.exit.lane_id == mine.exit.lane_id
     ]
 
 
-def enter_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+def enter_flow(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
     """Yield places of a flow from the left on the road that the ego turns right into."""
     for other in _to_exit_lane(mine, arm(mine, "left", ways)):
         yield flow(other), {}
 
 
-def oncoming_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+def oncoming_flow(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
     """Yield places of a flow from the opposite arm, straight through."""
     for other in straight(arm(mine, "opposite", ways)):
         yield flow(other), {}
 
 
-def crossing_flow(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+def crossing_flow(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
     """Yield places of a flow from the left across the ego's path; the second flow, from the right, follows from it."""
     for other in straight(arm(mine, "left", ways)):
         yield flow(other), {"direction": {"value": "right"}}
 
 
-def flow(other: Movement, before_m: int = _FLOW_BEFORE_M, after_m: int = _FLOW_AFTER_M) -> Places:
+def flow(other: JunctionMovement, before_m: int = _FLOW_BEFORE_M, after_m: int = _FLOW_AFTER_M) -> Places:
     """Return the start and end of a flow along a movement."""
     start = approach(other.entry, before_m)[0]
     return {"start_actor_flow": start, "end_actor_flow": follow(other.exit, after_m)[-1]}
 
 
-def bicycles(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+def bicycles(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
     """Yield bicycle lanes: to the ego's right for a right turn, the oncoming one for a left turn."""
     sources = [mine] if mine.turn == "right" else straight(arm(mine, "opposite", ways))
     for other in sources:
@@ -138,7 +138,7 @@ def _beyond_junction(bicycle_lane: Any) -> Path:
     return path[inside[-1] + 1 :] if inside else ()
 
 
-def joined(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+def joined(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
     """Yield a site if oncoming cars can turn right into the same lane that the ego turns left into."""
     leave = (mine.exit.road_id, mine.exit.lane_id)
     if any((one.exit.road_id, one.exit.lane_id) == leave for one in arm(mine, "opposite", ways)):
@@ -148,7 +148,7 @@ def joined(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Pa
 def direction_of(*sides: Side) -> Extra:
     """Return an extra that adds `direction`: each of `sides` from which traffic meets the ego's path."""
 
-    def extra(mine: Movement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
+    def extra(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
         for side in sides:
             if mine.turn in _MEETS[side] and straight(arm(mine, side, ways)):
                 yield {}, {"direction": {"value": side}}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from stucksolver_eval.sites.lane_requirements import Fits
 from stucksolver_eval.sites.lane_walk import Path, Town, bend_deg
-from stucksolver_eval.sites.movements import Movement
+from stucksolver_eval.sites.movements import JunctionMovement
 from stucksolver_eval.sites.site import Site
 
 _STRAIGHT_DEG = 12.0
@@ -18,7 +18,7 @@ _LONGEST_M = 280
 
 
 @dataclass(frozen=True)
-class Along:
+class LaneSites:
     """Finds all places on a map at which a lane has what a type needs, every 20 m of each lane."""
 
     fits: Fits
@@ -31,7 +31,7 @@ class Along:
     direct: bool = True
     """True if the stretch must be straight."""
 
-    def __call__(self, town: Town, ways: list[Movement]) -> Iterator[Site]:
+    def __call__(self, town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
         for lane in town.lanes:
             last = len(lane) - self.after_m - _MARGIN_M
             for start in range(self.behind_m + self.before_m + _MARGIN_M, last + 1, _STEP_M):

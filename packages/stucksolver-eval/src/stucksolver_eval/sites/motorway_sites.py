@@ -11,7 +11,7 @@ import carla
 
 from stucksolver_eval.sites.junction_sites import flow, site_at
 from stucksolver_eval.sites.lane_walk import Path, Town, approach, same_way
-from stucksolver_eval.sites.movements import Movement
+from stucksolver_eval.sites.movements import JunctionMovement
 from stucksolver_eval.sites.site import Site
 
 _MERGE_TRIGGER_M = 45
@@ -32,7 +32,7 @@ _CHANGES_STEP_M = 40
 _FEW_LANES, _MANY_LANES = 1, 3
 
 
-def merges(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def merges(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
     """Yield sites from a ramp straight into the rightmost lane of the motorway, with a flow in that lane."""
     for ramp in ways:
         for other in _beside_ramp(ramp, ways):
@@ -41,7 +41,7 @@ def merges(town: Town, ways: list[Movement]) -> Iterator[Site]:
                 yield replace(site, positions=flow(other, *_MERGE_FLOW_M))
 
 
-def exits(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def exits(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
     """Yield sites from the second lane across a flow in the rightmost one onto a ramp."""
     for ramp in ways:
         main = [w for w in ways if _same_lane(w.entry, ramp.entry) and w is not ramp]
@@ -59,7 +59,7 @@ def exits(town: Town, ways: list[Movement]) -> Iterator[Site]:
         yield replace(last, path=path, marks=marks, trigger=trigger, positions=flow(main[0], *_EXIT_FLOW_M))
 
 
-def cut_ins(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def cut_ins(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
     """Yield sites along the rightmost lane past an entry, with a place on its ramp."""
     for ramp in ways:
         for other in _beside_ramp(ramp, ways):
@@ -69,7 +69,7 @@ def cut_ins(town: Town, ways: list[Movement]) -> Iterator[Site]:
                 yield replace(site, positions={"other_actor_location": start})
 
 
-def lane_changes(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def lane_changes(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
     """Yield sites with lane changes across a motorway, from both sides where there is room."""
     for lane in town.lanes:
         last = len(lane) - _CHANGES_AFTER_M[-1] - _CHANGES_STEP_M
@@ -98,7 +98,7 @@ def _staircase(town: Town, lane: Path, side: Any, start: int) -> Iterator[Site]:
     yield Site(town, name, f"{name}@{start}", path, marks, path[_CHANGES_TRIGGER_M])
 
 
-def _beside_ramp(ramp: Movement, ways: list[Movement]) -> list[Movement]:
+def _beside_ramp(ramp: JunctionMovement, ways: list[JunctionMovement]) -> list[JunctionMovement]:
     """Return the movements in the motorway's rightmost lane where `ramp` joins it."""
     if _lanes(ramp.entry) != _FEW_LANES or _lanes(ramp.exit) < _MANY_LANES:
         return []

@@ -30,7 +30,7 @@ _HEADING_DEG: dict[Side, float] = {"left": 90.0, "opposite": 180.0, "right": -90
 
 
 @dataclass(frozen=True)
-class Movement:
+class JunctionMovement:
     """The path of one lane through a junction."""
 
     junction_id: int
@@ -52,7 +52,7 @@ class Movement:
         return f"{self.entry.road_id}/{self.entry.lane_id}-{self.exit.road_id}/{self.exit.lane_id}"
 
 
-def movements(town: Town) -> list[Movement]:
+def movements(town: Town) -> list[JunctionMovement]:
     """Return all movements of cars through junctions with wide and long enough arms, ordered by id."""
     found = []
     for ways in _by_junction(town):
@@ -62,7 +62,7 @@ def movements(town: Town) -> list[Movement]:
     return found
 
 
-def roundabouts(town: Town) -> Iterator[list[Movement]]:
+def roundabouts(town: Town) -> Iterator[list[JunctionMovement]]:
     """Yield paths through roundabouts as movements at the nodes of the ring: in, around, and out elsewhere."""
     ways = [one for junction in _by_junction(town) for one in junction]
     for enter in ways:
@@ -78,7 +78,7 @@ def roundabouts(town: Town) -> Iterator[list[Movement]]:
             chain.append(onward[0])
 
 
-def arm(mine: Movement, side: Side, others: list[Movement]) -> list[Movement]:
+def arm(mine: JunctionMovement, side: Side, others: list[JunctionMovement]) -> list[JunctionMovement]:
     """Return the movements that enter the same junction from a side."""
     return [
         other
@@ -89,18 +89,18 @@ def arm(mine: Movement, side: Side, others: list[Movement]) -> list[Movement]:
     ]
 
 
-def straight(of: list[Movement]) -> list[Movement]:
+def straight(of: list[JunctionMovement]) -> list[JunctionMovement]:
     """Return the movements that go straight on."""
     return [one for one in of if one.turn == "straight"]
 
 
-def _ways(junction: Any, number: int, town: Town) -> Iterator[Movement]:
+def _ways(junction: Any, number: int, town: Town) -> Iterator[JunctionMovement]:
     pairs = junction.get_waypoints(carla.LaneType.Driving)
     ends = [(begin, begin.previous(1.0), end.next(1.0)) for begin, end in pairs]
     known = [(begin, before[0], after[0]) for begin, before, after in ends if before and after]
     arms = len({one.road_id for _, before, after in known for one in (before, after)})
     for begin, before, after in sorted(known, key=lambda one: (one[0].road_id, one[0].lane_id)):
-        yield Movement(number, before, begin, after, _turn(before, after), _control(before), arms, town)
+        yield JunctionMovement(number, before, begin, after, _turn(before, after), _control(before), arms, town)
 
 
 def _turn(before: Any, after: Any) -> Turn:
@@ -122,7 +122,7 @@ def _control(entry: carla.Waypoint) -> Control:
     return "none"
 
 
-def _by_junction(town: Town) -> Iterator[list[Movement]]:
+def _by_junction(town: Town) -> Iterator[list[JunctionMovement]]:
     junctions = {
         w.get_junction().id: w.get_junction() for pair in town.map.get_topology() for w in pair if w.is_junction
     }

@@ -9,7 +9,7 @@ from stucksolver_eval.routes import Parameter
 
 
 @dataclass(frozen=True)
-class Value:
+class IntegerDraw:
     """`<name value="..."/>`, a whole number in a range."""
 
     low: int
@@ -21,7 +21,7 @@ class Value:
 
 
 @dataclass(frozen=True)
-class Ride(Value):
+class RideDistanceDraw(IntegerDraw):
     """How far bicycles ride: no farther than the free lane permits."""
 
     def draw(self, random: Random, free_m: int) -> Parameter:
@@ -31,7 +31,7 @@ class Ride(Value):
 
 
 @dataclass(frozen=True)
-class Hundredths:
+class HundredthsDraw:
     """`<name value="..."/>` with two decimals."""
 
     low: float
@@ -55,7 +55,7 @@ class IntervalDraw:
 
 
 @dataclass(frozen=True)
-class OneOf:
+class WordDraw:
     """`<name value="..."/>`, one of several words."""
 
     words: tuple[str, ...]
@@ -68,14 +68,14 @@ class OneOf:
 _BESIDE_THE_RIDE_M = 100
 """Length of free lane for the distance to the hazard, the pass, and the end."""
 _SHORTEST_RIDE_M = 40
-Draw = Value | Hundredths | IntervalDraw | OneOf
+Draw = IntegerDraw | HundredthsDraw | IntervalDraw | WordDraw
 
-ON_THE_RIGHT = OneOf(("right",))
-BLOCKERS = OneOf(
+ON_THE_RIGHT = WordDraw(("right",))
+BLOCKERS = WordDraw(
     ("static.prop.container", "static.prop.advertisement", "static.prop.busstoplb", "static.prop.foodcart")
 )
 
 
 def flow_values(speed: tuple[int, int], first: tuple[int, int], last: tuple[int, int]) -> dict[str, Draw]:
     """Return the parameters of a flow of cars: its speed, and the range of its gaps."""
-    return {"flow_speed": Value(*speed), "source_dist_interval": IntervalDraw(first, last)}
+    return {"flow_speed": IntegerDraw(*speed), "source_dist_interval": IntervalDraw(first, last)}

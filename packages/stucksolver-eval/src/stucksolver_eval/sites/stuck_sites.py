@@ -7,11 +7,11 @@ from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from stucksolver_eval.sites.junction_sites import ALL_WAYS, LIT, UNLIT, Through, site_at
+from stucksolver_eval.sites.junction_sites import ALL_WAYS, LIT, UNLIT, JunctionSites, site_at
 from stucksolver_eval.sites.lane_requirements import Fits
-from stucksolver_eval.sites.lane_sites import Along
+from stucksolver_eval.sites.lane_sites import LaneSites
 from stucksolver_eval.sites.lane_walk import Path, Town, approach, follow, turn_deg
-from stucksolver_eval.sites.movements import Movement, roundabouts, straight
+from stucksolver_eval.sites.movements import JunctionMovement, roundabouts, straight
 from stucksolver_eval.sites.site import Site
 from stucksolver_eval.sites.suite_placement import Finder
 
@@ -46,26 +46,26 @@ def to_pass(fits: Fits) -> Finder:
         ways = [w.transform.location for w in stretch[::10]]
         return fits(town, stretch) and all(a.distance(b) > _FROM_RAILS_M for a in rails for b in ways)
 
-    return Along(finds, _SEEN_AFTER_M)
+    return LaneSites(finds, _SEEN_AFTER_M)
 
 
-def crosswalks(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def crosswalks(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
     """Yield sites with a sidewalk, before a junction without lights."""
-    yield from Through(ALL_WAYS, UNLIT, rightmost=True)(town, ways)
+    yield from JunctionSites(ALL_WAYS, UNLIT, rightmost=True)(town, ways)
 
 
-def all_way_stops(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def all_way_stops(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
     """Yield four-way junctions where everybody must stop, without right turns, which meet nobody from the right."""
     others = {one.junction_id for one in ways if one.control != "stop" or one.arms != 4}
     yield from (site_at(one) for one in ways if one.junction_id not in others and one.turn != "right")
 
 
-def dark_lights(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def dark_lights(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
     """Yield junctions with lights where a vehicle from the right meets the ego."""
-    yield from Through(frozenset({"left", "straight"}), LIT, from_sides=frozenset({"right"}))(town, ways)
+    yield from JunctionSites(frozenset({"left", "straight"}), LIT, from_sides=frozenset({"right"}))(town, ways)
 
 
-def round_and_round(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def round_and_round(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
     """Yield routes into a roundabout at one arm, around several times, and out at another arm."""
     chains = list(roundabouts(town))
     ring = {one.inside.road_id for chain in chains for one in chain[1:-1]}
@@ -97,7 +97,7 @@ def _apart(path: Iterable[carla.Waypoint]) -> Iterator[carla.Waypoint]:
         yield some[len(some) // 2]
 
 
-def level_crossings(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def level_crossings(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
     """Yield both directions over each level crossing; `distance` is from the trigger to the rails."""
     for sign in town.map.get_all_landmarks_of_type(_RAILS):
         first, last = sign.get_lane_validities()[0]
@@ -112,7 +112,7 @@ def level_crossings(town: Town, ways: list[Movement]) -> Iterator[Site]:
         yield Site(town, group, group, (*before, *after[1:]), marks, trigger, fixed=distance)
 
 
-def closed_streets(town: Town, ways: list[Movement]) -> Iterator[Site]:
+def closed_streets(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
     """Yield right turns into a street that is closed at its entry.
 
     A vehicle before the closure can still go straight on and around the block. `distance` is from the trigger to the
@@ -135,7 +135,7 @@ def closed_streets(town: Town, ways: list[Movement]) -> Iterator[Site]:
         yield replace(site, path=(*start, *after), marks=marks, fixed={"distance": {"value": str(gap_m)}})
 
 
-def _goes_straight_too(mine: Movement, ways: list[Movement]) -> bool:
+def _goes_straight_too(mine: JunctionMovement, ways: list[JunctionMovement]) -> bool:
     """Return True if the same lane also goes straight on."""
     lane = (mine.entry.road_id, mine.entry.lane_id)
     return any((one.entry.road_id, one.entry.lane_id) == lane for one in straight(ways))

@@ -8,16 +8,16 @@ from random import Random
 
 from stucksolver_eval.routes import Parameter
 from stucksolver_eval.sites.lane_walk import Town
-from stucksolver_eval.sites.movements import Movement
+from stucksolver_eval.sites.movements import JunctionMovement
 from stucksolver_eval.sites.parameter_draws import Draw
 from stucksolver_eval.sites.site import Site
 
-Finder = Callable[[Town, list[Movement]], Iterator[Site]]
+Finder = Callable[[Town, list[JunctionMovement]], Iterator[Site]]
 """Yields all suitable places on a map; it gets the map and the movements through its junctions."""
 
 
 @dataclass(frozen=True)
-class Placed:
+class SuitePlacement:
     """Five routes of a suite, with ids from `first_id` on, at places that `find` yields."""
 
     suite: str

@@ -21,7 +21,7 @@ Found = TypeVar("Found")
 
 
 @dataclass(frozen=True)
-class Where:
+class SimulatorTarget:
     """A map and its simulator: our own carlette, or a running CARLA server at `host` and `port`."""
 
     map_name: str
@@ -31,7 +31,7 @@ class Where:
     port: int = 2000
 
 
-def look_on_map(where: Where, find: Callable[[Any, Any], Found]) -> Found:
+def with_map(where: SimulatorTarget, find: Callable[[Any, Any], Found]) -> Found:
     """Call `find` with a `carla.World` and its `carla.Map`. Raises `ServerError`, and what `find` raises."""
     with open_server(where.map_name, where.maps, where.seed, where.host, where.port) as server:
         try:

@@ -26,7 +26,7 @@ from stucksolver_eval.scenarios.registry import SCENARIOS, load_all
 from stucksolver_eval.sites.lane_walk import Town
 from stucksolver_eval.sites.movements import movements
 from stucksolver_eval.sites.site import Site
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 from stucksolver_eval.suites import DATA
 from stucksolver_eval.suites.weather_presets import weather
 
@@ -62,7 +62,7 @@ def load_towns(folder: Path = MAPS) -> list[Town]:
     return [Town(name, carla.Map(name, (folder / f"{name}.xodr").read_text("utf-8"))) for name in TOWNS]
 
 
-def placed_in(suite: str) -> dict[str, Placed]:
+def placed_in(suite: str) -> dict[str, SuitePlacement]:
     """Return the types that belong to a suite, ordered by id."""
     load_all()
     # An inherited `placed` belongs to another type.
@@ -111,7 +111,7 @@ def _likeness(site: Site, chosen: list[Site]) -> tuple[int, int, int]:
     return same_lane, sum(one.group == site.group for one in here), len(here)
 
 
-def _route(kind: str, placed: Placed, site: Site, number: int, route_id: int) -> Route:
+def _route(kind: str, placed: SuitePlacement, site: Site, number: int, route_id: int) -> Route:
     parameters = placed.draw(random.Random(f"{kind} {number}"), site.free_m)
     parameters.update({name: _xyz(where) for name, where in site.positions.items()})
     parameters.update(site.fixed)

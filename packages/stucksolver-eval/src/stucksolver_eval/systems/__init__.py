@@ -1,6 +1,6 @@
 """The arms: the driver alone, timers, or StuckSolver."""
 
-from stucksolver_eval.systems.factory import ArmError, carries_camera, make_arm
-from stucksolver_eval.systems.system_under_test import Arm, ArmLog
+from stucksolver_eval.systems.factory import SystemSpecError, carries_camera, make_arm
+from stucksolver_eval.systems.system_under_test import SystemLog, SystemUnderTest
 
-__all__ = ["Arm", "ArmError", "ArmLog", "carries_camera", "make_arm"]
+__all__ = ["SystemLog", "SystemSpecError", "SystemUnderTest", "carries_camera", "make_arm"]

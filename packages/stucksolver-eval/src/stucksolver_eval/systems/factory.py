@@ -11,21 +11,21 @@ from stucksolver.reasoners import Reasoner
 from stucksolver.reasoners.factory import make_reasoner, preflight, sees
 from stucksolver.reasoners.faulty import FAULTY, make_faulty
 from stucksolver.reasoners.registry import ReasonerNameError
-from stucksolver.record import QuestionLog, Recorder
+from stucksolver.record import QueryLog, Recorder
 from stucksolver.solver import StuckSolver
 from stucksolver_carla.stack import CarlaStack
 from stucksolver_carla.stack.client_interface import EgoVehicle
-from stucksolver_carla.stack.front_camera import FrontCamera, GivesPicture
+from stucksolver_carla.stack.front_camera import FrontCamera, PictureSource
 from stucksolver_eval.drivers import DriverNameError, RouteDriver, check_driver
 from stucksolver_eval.routes.route_line import RouteLine
-from stucksolver_eval.systems.solver_system import Listener, SolverArm
-from stucksolver_eval.systems.spec import SENSORS, ArmSpec
-from stucksolver_eval.systems.system_under_test import Arm, DriverAlone
+from stucksolver_eval.systems.solver_system import Listener, SolverSystem
+from stucksolver_eval.systems.spec import SENSORS, SystemSpec
+from stucksolver_eval.systems.system_under_test import DriverOnly, SystemUnderTest
 from stucksolver_eval.systems.timed_reasoner import TimedReasoner
-from stucksolver_eval.systems.timer_baseline import TimersArm
-from stucksolver_eval.systems.unguarded import Unguarded
-from stucksolver_passenger.memory import EpisodeStore, Memory, MemoryFileError
-from stucksolver_perception.camera.sign_reader import UNREAD, why_not_read
+from stucksolver_eval.systems.timer_baseline import TimerSystem
+from stucksolver_eval.systems.unguarded import PermissiveGuard
+from stucksolver_passenger.memory import Memory, MemoryFileError, SolutionStore
+from stucksolver_perception.camera.sign_reader import UNREAD, unavailable_reason
 
 if TYPE_CHECKING:
     import carla
@@ -42,11 +42,11 @@ EXCHANGES = "exchanges"
 """Folder beside the records: every request to a model, and its answer."""
 
 
-class ArmError(ValueError):
+class SystemSpecError(ValueError):
     """There is no such arm. The message lists those that exist."""
 
 
-def check_arm(spec: ArmSpec) -> None:
+def check_arm(spec: SystemSpec) -> None:
     """Check an arm.
 
     Raises:
@@ -56,15 +56,15 @@ def check_arm(spec: ArmSpec) -> None:
     try:
         check_driver(spec.driver)
     except DriverNameError as error:
-        raise ArmError(str(error)) from error
+        raise SystemSpecError(str(error)) from error
     _check_perception(spec)
     _check_memory(spec)
     if spec.recovery not in (NONE, TIMERS):
         _reasoner(spec.recovery, 0)
     elif not spec.guarded:
-        raise ArmError(f"--unguarded needs a recovery with a guard; {spec.recovery!r} has none")
+        raise SystemSpecError(f"--unguarded needs a recovery with a guard; {spec.recovery!r} has none")
     elif spec.reasoner:
-        raise ArmError(f"--reasoner {spec.reasoner} needs a recovery that uses it; {spec.recovery!r} does not")
+        raise SystemSpecError(f"--reasoner {spec.reasoner} needs a recovery that uses it; {spec.recovery!r} does not")
     if spec.reasoner:
         _reasoner(spec.reasoner, 0)
     if spec.ladder is not None:
@@ -73,63 +73,63 @@ def check_arm(spec: ArmSpec) -> None:
             _reasoner(name, 0)
 
 
-def _check_perception(spec: ArmSpec) -> None:
+def _check_perception(spec: SystemSpec) -> None:
     if spec.perception == SENSORS:
-        from stucksolver_perception.pipeline import why_not_here
+        from stucksolver_perception.pipeline import unavailable_reason
 
         # This loads all weights once, so that errors show before the drive.
-        why = why_not_here()
+        why = unavailable_reason()
         if why:
-            raise ArmError(f"--perception sensors: {why}")
+            raise SystemSpecError(f"--perception sensors: {why}")
     if spec.sensor_fault:
         from stucksolver_perception.carla.sensor_faults import FAULTS
 
         if spec.perception != SENSORS:
-            raise ArmError("--sensor-fault needs --perception sensors")
+            raise SystemSpecError("--sensor-fault needs --perception sensors")
         if spec.sensor_fault not in FAULTS:
-            raise ArmError(f"unknown sensor fault {spec.sensor_fault!r}; choose from {', '.join(FAULTS)}")
+            raise SystemSpecError(f"unknown sensor fault {spec.sensor_fault!r}; choose from {', '.join(FAULTS)}")
 
 
-def _check_memory(spec: ArmSpec) -> None:
+def _check_memory(spec: SystemSpec) -> None:
     if spec.memory is None:
         return
     if spec.recovery in (NONE, TIMERS):
-        raise ArmError(f"--memory needs a recovery that proposes plans; it does not work with {spec.recovery!r}")
+        raise SystemSpecError(f"--memory needs a recovery that proposes plans; it does not work with {spec.recovery!r}")
     try:
-        EpisodeStore(spec.memory)
+        SolutionStore(spec.memory)
     except MemoryFileError as error:
-        raise ArmError(f"--memory: {error}") from error
+        raise SystemSpecError(f"--memory: {error}") from error
 
 
-def preflight_arm(spec: ArmSpec) -> tuple[str, ...]:
+def preflight_arm(spec: SystemSpec) -> tuple[str, ...]:
     """Check once that each reasoner responds, and whether signs are read. Returns notes for the user, one line each.
 
     Raises:
         ArmError: A reasoner does not respond.
     """
     words = [one for one in (spec.recovery, spec.reasoner) if one not in ("", NONE, TIMERS)]
-    unread = why_not_read() if spec.perception == SENSORS else None
+    unread = unavailable_reason() if spec.perception == SENSORS else None
     notes = () if unread is None else (f"{UNREAD}: {unread}",)
     try:
         return (*notes, *(note for one in words for note in preflight(_reasoner(one, 0), one)))
     except ReasonerNameError as error:
-        raise ArmError(str(error)) from error
+        raise SystemSpecError(str(error)) from error
 
 
-def carries_camera(spec: ArmSpec) -> bool:
+def carries_camera(spec: SystemSpec) -> bool:
     """True if a reasoner looks at images; the camera costs more than everything else in a tick."""
     return spec.camera or sees(spec.recovery) or sees(spec.reasoner)
 
 
 def make_arm(
-    spec: ArmSpec,
+    spec: SystemSpec,
     ego: EgoVehicle,
     driver: RouteDriver,
     carla_map: carla.Map,
     line: RouteLine,
     seed: int,
     records: Path | None,
-) -> Arm:
+) -> SystemUnderTest:
     """Make an arm for a driver that has its route.
 
     Args:
@@ -146,9 +146,9 @@ def make_arm(
         LadderError: The ladder cannot be used.
     """
     if spec.recovery == NONE:
-        return DriverAlone(driver)
+        return DriverOnly(driver)
     if spec.recovery == TIMERS:
-        return TimersArm(ego, driver, line)
+        return TimerSystem(ego, driver, line)
     exchanges = None if records is None else records / EXCHANGES
     ladder = find_ladder(spec.ladder or "evaluation")
     asked = _reasoner(spec.recovery, seed, exchanges)
@@ -167,21 +167,21 @@ def make_arm(
             stack.scene,
             ladder=ladder,
             reasoner=rules,
-            guard=None if spec.guarded else Unguarded(),
+            guard=None if spec.guarded else PermissiveGuard(),
             models=models,
             detector=DetectorSettings(**spec.detector),
             clock=spec.clock,
             on_event=listener if memory is None else memory.ear(VEHICLE, listener),
-            record=recorder if spec.questions is None else QuestionLog(spec.questions),
+            record=recorder if spec.questions is None else QueryLog(spec.questions),
         )
 
-    return SolverArm(stack, [rules, *models.values()], make, recorder, camera, memory)
+    return SolverSystem(stack, [rules, *models.values()], make, recorder, camera, memory)
 
 
-def _camera(ego: Any) -> GivesPicture:
+def _camera(ego: Any) -> PictureSource:
     """The vehicle's own camera, if it perceives by its sensors."""
     eyes = getattr(ego, "perceiver", None)
-    found: GivesPicture = FrontCamera(ego) if eyes is None else eyes.camera()
+    found: PictureSource = FrontCamera(ego) if eyes is None else eyes.camera()
     return found
 
 
@@ -189,9 +189,9 @@ def _reasoner(words: str, seed: int, exchanges: Path | None = None) -> Reasoner:
     if words.startswith(FAULTY_PREFIX):
         name = words.removeprefix(FAULTY_PREFIX)
         if name not in FAULTY:
-            raise ArmError(f"unknown reasoner {words!r}; faulty ones are {', '.join(FAULTY)}")
+            raise SystemSpecError(f"unknown reasoner {words!r}; faulty ones are {', '.join(FAULTY)}")
         return make_faulty(name, seed)
     try:
         return make_reasoner(words, exchanges)
     except ReasonerNameError as error:
-        raise ArmError(f"{error}; a recovery may also be {NONE}, {TIMERS} or {FAULTY_PREFIX}NAME") from error
+        raise SystemSpecError(f"{error}; a recovery may also be {NONE}, {TIMERS} or {FAULTY_PREFIX}NAME") from error

@@ -11,9 +11,9 @@ from stucksolver.plan import Directive, SafeStop
 from stucksolver.record import Recorder
 from stucksolver.solver import Event, EventKind, Question, QuestionError, StuckSolver
 from stucksolver_carla.stack import CarlaStack
-from stucksolver_carla.stack.front_camera import GivesPicture
+from stucksolver_carla.stack.front_camera import PictureSource
 from stucksolver_eval.results.outcome import InterventionRecord, QueryOutcome, QueryRecord, came_to
-from stucksolver_eval.systems.system_under_test import ArmLog, Now
+from stucksolver_eval.systems.system_under_test import SystemLog, TickInfo
 from stucksolver_eval.systems.timed_reasoner import TimedReasoner
 from stucksolver_passenger.memory import Memory
 
@@ -22,7 +22,7 @@ ASKING = "request_assistance"
 """Name of the behaviour that calls for help."""
 
 
-class SolverArm:
+class SolverSystem:
     """`make_solver` gets the listener for the solver's events; `reasoners` are those that it may ask."""
 
     def __init__(
@@ -31,7 +31,7 @@ class SolverArm:
         reasoners: Sequence[TimedReasoner],
         make_solver: Callable[[Listener], StuckSolver],
         recorder: Recorder | None = None,
-        camera: GivesPicture | None = None,
+        camera: PictureSource | None = None,
         memory: Memory | None = None,
     ) -> None:
         self._stack = stack
@@ -40,10 +40,10 @@ class SolverArm:
         self._recorder = recorder
         self._memory = memory
         self._start_s: float | None = None
-        self._now = Now(0.0, 0.0, 0.0)
+        self._now = TickInfo(0.0, 0.0, 0.0)
         self._running: InterventionRecord | None = None
         self._heard: list[Listener] = []
-        self.log = ArmLog()
+        self.log = SystemLog()
         self.directive: Directive | None = None
         self._decided: Event | None = None
         self._solver = make_solver(self._hear)
@@ -59,7 +59,7 @@ class SolverArm:
         return self._stack
 
     @property
-    def camera(self) -> GivesPicture | None:
+    def camera(self) -> PictureSource | None:
         """The front camera, if there is one."""
         return self._camera
 
@@ -67,7 +67,7 @@ class SolverArm:
         """Add another listener for the solver's events."""
         self._heard.append(listener)
 
-    def step(self, now: Now) -> Any:
+    def step(self, now: TickInfo) -> Any:
         """Run one tick of the solver and perform its directive."""
         self._now = now
         self.directive = self._solver.step(self._stack.status(), self._stack.surroundings)

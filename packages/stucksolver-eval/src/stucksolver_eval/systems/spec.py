@@ -12,7 +12,7 @@ SENSORS = "sensors"
 
 
 @dataclass(frozen=True)
-class ArmSpec:
+class SystemSpec:
     """The driver, the recovery, and the clock.
 
     Attributes:

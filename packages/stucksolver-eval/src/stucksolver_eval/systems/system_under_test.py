@@ -7,25 +7,25 @@ from typing import TYPE_CHECKING, Protocol
 
 from stucksolver.plan import Directive
 from stucksolver_carla.drivers.behavior import Driver
-from stucksolver_eval.results.outcome import InterventionRecord, QueryRecord, Reliability, Spoken
+from stucksolver_eval.results.outcome import InterventionRecord, QueryRecord, Reliability, SpokenGuidance
 
 if TYPE_CHECKING:
     import carla
 
 
 @dataclass
-class ArmLog:
+class SystemLog:
     """The log of an arm; times since the start of the route (s)."""
 
     interventions: list[InterventionRecord] = field(default_factory=list)
     queries: list[QueryRecord] = field(default_factory=list)
-    guidance: list[Spoken] = field(default_factory=list)
+    guidance: list[SpokenGuidance] = field(default_factory=list)
     asked_s: float | None = None
     reliability: list[Reliability] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
-class Now:
+class TickInfo:
     """The ego at this tick: time since the start, speed, and position along the route."""
 
     time_s: float
@@ -33,13 +33,13 @@ class Now:
     place_m: float
 
 
-class Arm(Protocol):
+class SystemUnderTest(Protocol):
     """Wraps a driver. `directive` is the driver's last order, for the replay."""
 
-    log: ArmLog
+    log: SystemLog
     directive: Directive | None
 
-    def step(self, now: Now) -> carla.VehicleControl:
+    def step(self, now: TickInfo) -> carla.VehicleControl:
         """Return this tick's `carla.VehicleControl`."""
 
     def say(self, text: str) -> None:
@@ -49,15 +49,15 @@ class Arm(Protocol):
         """End the route."""
 
 
-class DriverAlone:
+class DriverOnly:
     """The driver without help."""
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
-        self.log = ArmLog()
+        self.log = SystemLog()
         self.directive: Directive | None = None
 
-    def step(self, now: Now) -> carla.VehicleControl:
+    def step(self, now: TickInfo) -> carla.VehicleControl:
         """Let the driver drive."""
         control: carla.VehicleControl = self._driver.run_step()
         return control

@@ -5,9 +5,15 @@ from __future__ import annotations
 import time
 
 from stucksolver.reasoners import Reasoner, ReasonerError
-from stucksolver.reasoners.reasoner import Answer, Cancellable, Preflighted, Request, Trace
+from stucksolver.reasoners.reasoner import (
+    Cancellable,
+    ReasonerAnswer,
+    ReasonerRequest,
+    ReasonerTrace,
+    SupportsPreflight,
+)
 from stucksolver_eval.results.outcome import Reliability
-from stucksolver_language.llm import BudgetSpent
+from stucksolver_language.llm import BudgetExceededError
 
 
 class TimedReasoner:
@@ -18,7 +24,7 @@ class TimedReasoner:
         self._asked = self._unanswered = 0
         self._why = ""
         self._withdrawn = False
-        self._trace: Trace | None = None
+        self._trace: ReasonerTrace | None = None
         self.took_s = 0.0
         """Wall time of the last answer (s)."""
 
@@ -27,7 +33,7 @@ class TimedReasoner:
         """Name of the wrapped reasoner."""
         return self._inner.name
 
-    def decide(self, request: Request) -> Answer:
+    def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
         """Ask the wrapped reasoner and measure the time."""
         began = time.perf_counter()
         self._withdrawn = False
@@ -36,7 +42,7 @@ class TimedReasoner:
             answer = self._inner.decide(request)
             self._asked, self._trace = self._asked + 1, answer.trace
             return answer
-        except BudgetSpent:
+        except BudgetExceededError:
             raise
         except ReasonerError as error:
             self._trace = error.trace
@@ -61,7 +67,7 @@ class TimedReasoner:
     @property
     def reliability(self) -> Reliability | None:
         """How often it answered; None for a reasoner that depends on nothing outside."""
-        if not self._asked or not isinstance(self._inner, Preflighted):
+        if not self._asked or not isinstance(self._inner, SupportsPreflight):
             return None
         return Reliability(reasoner=self.name, asked=self._asked, unanswered=self._unanswered, why=self._why)
 

@@ -18,7 +18,7 @@ from stucksolver_eval.criteria.criterion import STANDING_MPS
 from stucksolver_eval.drivers import RouteDriver
 from stucksolver_eval.results.outcome import InterventionRecord
 from stucksolver_eval.routes.route_line import RouteLine
-from stucksolver_eval.systems.system_under_test import ArmLog, Now
+from stucksolver_eval.systems.system_under_test import SystemLog, TickInfo
 
 WAIT_S = 8.0
 REVERSE_S = 15.0
@@ -44,7 +44,7 @@ class _Action:
     reverse: bool = False
 
 
-class TimersArm:
+class TimerSystem:
     """The timers count the time with less than `GOING_M` of new progress since the car stopped."""
 
     def __init__(self, ego: EgoVehicle, driver: RouteDriver, line: RouteLine) -> None:
@@ -59,13 +59,13 @@ class TimersArm:
         self._place_m = 0.0
         self._next = 0
         self._running: InterventionRecord | None = None
-        self.log = ArmLog()
+        self.log = SystemLog()
         self.directive: Directive | None = None
 
     def say(self, text: str) -> None:
         """Ignore the words."""
 
-    def step(self, now: Now) -> Any:
+    def step(self, now: TickInfo) -> Any:
         """Run one tick of the timers and return the driver's control."""
         self._watch(now)
         if self._running is not None:
@@ -79,14 +79,14 @@ class TimersArm:
         if self._running is not None:
             self._end(self._running, time_s, False, "the route ended")
 
-    def _watch(self, now: Now) -> None:
+    def _watch(self, now: TickInfo) -> None:
         if self._stuck_s is None:
             if now.speed_mps < STANDING_MPS:
                 self._stuck_s, self._place_m, self._next = now.time_s, now.place_m, 0
         elif now.place_m - self._place_m > GOING_M or (self._next == 0 and now.speed_mps > 1.0):
             self._stuck_s = None
 
-    def _act(self, action: _Action, now: Now) -> None:
+    def _act(self, action: _Action, now: TickInfo) -> None:
         self._next += 1
         path = action.path()
         if path:
@@ -103,7 +103,7 @@ class TimersArm:
         if not path:
             self._end(self._running, now.time_s, True, "waited")
 
-    def _go_on(self, running: InterventionRecord, now: Now) -> None:
+    def _go_on(self, running: InterventionRecord, now: TickInfo) -> None:
         arrived = self._driver.path_left_m < 1.0
         late = now.time_s - running.start_s > ACTION_LIMIT_S
         if arrived or late:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stucksolver.guard import NOBODY, OK, Approvals, GivingWay, Guard, GuardPolicy, Proven, Verdict, no_path
-from stucksolver.plan.behaviors import REGISTRY, Behavior, CannotPlan, Release
-from stucksolver.plan.frenet_path import Manoeuvre
+from stucksolver.guard import NOBODY, OK, Approvals, GivingWay, Guard, GuardPolicy, ProvenPlan, Verdict, no_path
+from stucksolver.plan.behaviors import REGISTRY, ApprovalLevel, Behavior, NoPathError
+from stucksolver.plan.frenet_path import FrenetPath
 from stucksolver.scene.frenet_scene import FrenetScene
 
 
-class Unguarded(Guard):
+class PermissiveGuard(Guard):
     """Drives every plan that has a path and never aborts one. For simulators only."""
 
     def __init__(self) -> None:
-        super().__init__(GuardPolicy(releases=dict.fromkeys(REGISTRY, Release.AUTONOMOUS)))
+        super().__init__(GuardPolicy(releases=dict.fromkeys(REGISTRY, ApprovalLevel.AUTONOMOUS)))
 
     def accept(
         self,
@@ -23,11 +23,11 @@ class Unguarded(Guard):
         guided: bool,
         approvals: Approvals = NOBODY,
         stops: bool = False,
-    ) -> tuple[Verdict, Proven | None]:
+    ) -> tuple[Verdict, ProvenPlan | None]:
         """Refuse only plans without a path."""
         try:
             return OK, self.lay_out(behaviors, view, guided, approvals, stops)
-        except CannotPlan as error:
+        except NoPathError as error:
             return no_path(error), None
 
     def allows_standing(self, behavior: Behavior, view: FrenetScene, approvals: Approvals = NOBODY) -> Verdict:
@@ -41,10 +41,10 @@ class Unguarded(Guard):
     def about_to_touch(self, view: FrenetScene, curvature_per_m: float) -> None:
         """Nothing: it takes the wheel from no driver."""
 
-    def recheck(self, proven: Proven, view: FrenetScene, giving_way: GivingWay = False) -> Verdict:
+    def recheck(self, proven: ProvenPlan, view: FrenetScene, giving_way: GivingWay = False) -> Verdict:
         """Always accept."""
         return OK
 
-    def recheck_way_back(self, path: Manoeuvre, view: FrenetScene, giving_way: bool = False) -> Verdict:
+    def recheck_way_back(self, path: FrenetPath, view: FrenetScene, giving_way: bool = False) -> Verdict:
         """Always accept."""
         return OK

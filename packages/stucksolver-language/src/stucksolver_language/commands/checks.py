@@ -10,10 +10,10 @@ from stucksolver.commands.doctor import Check, Finding, package
 
 
 def _words() -> Iterator[Finding]:
-    from stucksolver.interpreter import NoReader, find_reader
+    from stucksolver.interpreter import NoInterpreter, find_reader
 
     reader = find_reader()
-    if isinstance(reader, NoReader):
+    if isinstance(reader, NoInterpreter):
         yield Finding("reader of words", "absent", reader.why.split(";")[0], "add the extra [words] (README, Install)")
         return
     try:
@@ -21,11 +21,11 @@ def _words() -> Iterator[Finding]:
     except RuntimeError as error:
         yield Finding("reader of words", "broken", str(error), "install stucksolver again")
         return
-    yield Finding("reader of words", "ok", f'{reader.name}; "please go round it" is read as {reading.told}')
+    yield Finding("reader of words", "ok", f'{reader.name}; "please go round it" is read as {reading.description}')
 
 
 def _student() -> Iterator[Finding]:
-    from stucksolver_language.student import DistilledReasoner, WeightsError
+    from stucksolver_language.student import DistilledReasoner, StudentWeightsError
 
     what = "student"
     if importlib.util.find_spec("onnxruntime") is None:
@@ -33,7 +33,7 @@ def _student() -> Iterator[Finding]:
         return
     try:
         yield Finding(what, "ok", f"{DistilledReasoner().name} loads")
-    except WeightsError as error:
+    except StudentWeightsError as error:
         yield Finding(what, "broken", str(error), "install stucksolver again")
 
 

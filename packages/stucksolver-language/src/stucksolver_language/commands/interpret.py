@@ -10,9 +10,9 @@ from pydantic import ValidationError
 
 from stucksolver.commands.errors import UsageError
 from stucksolver.commands.json_lines import json_lines
-from stucksolver.interpreter import NoReader, WordsReader, find_reader
+from stucksolver.interpreter import Interpreter, NoInterpreter, find_reader
 from stucksolver.scene import Scene
-from stucksolver.solver.situation_text import situation_of
+from stucksolver.solver.situation_text import situation_text
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -28,18 +28,18 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print one reading per line as JSON. Returns 0. Raises `UsageError` for an invalid line."""
     reader = find_reader()
-    if isinstance(reader, NoReader):
+    if isinstance(reader, NoInterpreter):
         raise UsageError(reader.why)
     for where, said in json_lines(options.file):
         print(_read(reader, said, where), flush=True)
     return 0
 
 
-def _read(reader: WordsReader, said: dict[str, Any], where: str) -> str:
+def _read(reader: Interpreter, said: dict[str, Any], where: str) -> str:
     try:
         text, situation = said["text"], said.get("situation", "")
         if isinstance(situation, dict):
-            situation = situation_of(Scene.model_validate(situation))
+            situation = situation_text(Scene.model_validate(situation))
         if not isinstance(text, str) or not isinstance(situation, str):
             raise TypeError("text and situation must be strings")
     except (ValueError, KeyError, TypeError, AttributeError, ValidationError) as error:

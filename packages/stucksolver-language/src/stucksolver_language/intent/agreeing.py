@@ -20,6 +20,6 @@ SIGNS = "[是好对行可]|同意|继续"
 AGREES = re.compile(rf"(?<!\w)(?:{WORDS})(?!\w)|{SIGNS}", re.IGNORECASE)
 
 
-def agrees(text: str) -> bool:
+def is_meaningful_yes(text: str) -> bool:
     """True if `text` has a word with which people agree."""
     return AGREES.search(text.replace("\u2019", "'")) is not None

@@ -21,7 +21,7 @@ PUTTING_OFF = re.compile(
 HALTING = re.compile(rf"(?<!\w)(?:{WORDS})(?!\w)|{SIGNS}", re.IGNORECASE)
 
 
-def halts(text: str) -> bool:
+def is_stop_phrase(text: str) -> bool:
     """True if `text` is short and has a word that holds someone back.
 
     It is used only for what the network finds unclear, and can only keep the vehicle where it is.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver.scene.interpretation import MOVES, STAYS, Claim, GuidanceIntent, Reading, Side
+from stucksolver.scene.interpretation import MOVES, STAYS, Claim, GuidanceIntent, Interpretation, Side
 
 Numbers = NDArray[np.float32]
 
@@ -24,7 +24,7 @@ LOGITS = CLAIM.stop
 
 
 @dataclass(frozen=True)
-class Doubt:
+class ConfidenceThresholds:
     """The thresholds at which a reading counts, as probabilities. They are calibrated and stored in the model's
     card.
     """
@@ -41,7 +41,7 @@ class Doubt:
     """Lowest probability of a request for another route, which by itself begins no manoeuvre."""
 
 
-def read_fields(logits: Numbers, doubt: Doubt, reader: str) -> Reading:
+def read_fields(logits: Numbers, doubt: ConfidenceThresholds, reader: str) -> Interpretation:
     """Return the reading for the network's output (LOGITS,)."""
     intents = softmax(logits[INTENT] / doubt.temperature)
     best = int(intents.argmax())
@@ -50,7 +50,7 @@ def read_fields(logits: Numbers, doubt: Doubt, reader: str) -> Reading:
     held = float(sum(p for one, p in zip(INTENTS, intents, strict=True) if one in STAYS))
     least = doubt.reroute if likely is GuidanceIntent.REROUTE else doubt.move
     sure = confidence >= least and held <= doubt.against if likely in MOVES else confidence >= doubt.stay
-    return Reading(
+    return Interpretation(
         intent=likely if sure or likely is GuidanceIntent.UNLAWFUL else GuidanceIntent.UNCLEAR,
         side=side,
         negated=bool(logits[NEGATED] > 0),

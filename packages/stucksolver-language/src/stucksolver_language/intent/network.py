@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver.scene.interpretation import MOVES, REQUESTS, Claim, GuidanceIntent, Reading
-from stucksolver.word_safeguards.calls_for_care import without_call_for_care
+from stucksolver.scene.interpretation import MOVES, REQUESTS, Claim, GuidanceIntent, Interpretation
+from stucksolver.word_safeguards.calls_for_care import strip_caution
 from stucksolver.word_safeguards.restraint import restrained
-from stucksolver_language.intent.agreeing import agrees
-from stucksolver_language.intent.halting import halts, puts_off
-from stucksolver_language.intent.intent_decoder import Doubt, Numbers, read_fields
-from stucksolver_language.intent.quantities import Amounts, read_amounts
+from stucksolver_language.intent.agreeing import is_meaningful_yes
+from stucksolver_language.intent.halting import is_stop_phrase, puts_off
+from stucksolver_language.intent.intent_decoder import ConfidenceThresholds, Numbers, read_fields
+from stucksolver_language.intent.quantities import Quantities, read_amounts
 from stucksolver_language.intent.tokenization import encoded
 
 DATA = Path(__file__).with_name("data")
@@ -31,11 +31,11 @@ LAWFUL_MPS = 50 / 3.6
 """Up to this speed nothing is unlawful for its number alone (m/s): the usual limit in towns."""
 
 
-class ReaderError(RuntimeError):
+class InterpreterError(RuntimeError):
     """The reader's files cannot be used. The message names the file and the remedy."""
 
 
-class NetworkReader:
+class NetworkInterpreter:
     """Loads itself at the first words (a third of a second); each reading then takes some tens of milliseconds."""
 
     def __init__(self, folder: Path = DATA, threads: int = THREADS) -> None:
@@ -51,9 +51,9 @@ class NetworkReader:
         """
         try:
             card = json.loads((self._folder / "card.json").read_text(encoding="utf-8"))
-            Doubt(**card["doubt"])
+            ConfidenceThresholds(**card["doubt"])
         except (OSError, ValueError, KeyError, TypeError) as error:
-            raise ReaderError(f"{self._folder / 'card.json'}: {error}; install stucksolver again") from error
+            raise InterpreterError(f"{self._folder / 'card.json'}: {error}; install stucksolver again") from error
         return dict(card)
 
     @property
@@ -61,7 +61,7 @@ class NetworkReader:
         """Name and version of the weights."""
         return f"words-{self.card['version']}"
 
-    def read(self, text: str, situation: str) -> Reading:
+    def read(self, text: str, situation: str) -> Interpretation:
         """Return what `text` asks for.
 
         Args:
@@ -83,10 +83,10 @@ class NetworkReader:
         limited = reading.intent in REQUESTS or reading.intent is GuidanceIntent.WAIT
         return reading.model_copy(update={"limits": amounts.limits}) if limited else reading
 
-    def _read(self, text: str, situation: str) -> Reading:
+    def _read(self, text: str, situation: str) -> Interpretation:
         if not text.strip():
             text = "..."
-        request = without_call_for_care(text)
+        request = strip_caution(text)
         if request is not None:
             reading = read_fields(self.logits(request, situation), self._doubt, self.name)
             if reading.intent in MOVES:
@@ -95,9 +95,9 @@ class NetworkReader:
         if reading.intent is GuidanceIntent.NO and Claim.RETURNING_SOON in reading.claims and puts_off(text):
             # "Wait, the driver is coming back" postpones an open question; a no would bar its plan for good.
             return reading.model_copy(update={"intent": GuidanceIntent.WAIT})
-        if reading.intent is GuidanceIntent.YES and not agrees(text):
+        if reading.intent is GuidanceIntent.YES and not is_meaningful_yes(text):
             return reading.model_copy(update={"intent": GuidanceIntent.UNCLEAR})
-        if reading.intent is GuidanceIntent.UNCLEAR and halts(text):
+        if reading.intent is GuidanceIntent.UNCLEAR and is_stop_phrase(text):
             return reading.model_copy(update={"intent": GuidanceIntent.WAIT})
         return reading
 
@@ -115,15 +115,15 @@ class NetworkReader:
             return result
 
     @cached_property
-    def _doubt(self) -> Doubt:
-        return Doubt(**self.card["doubt"])
+    def _doubt(self) -> ConfidenceThresholds:
+        return ConfidenceThresholds(**self.card["doubt"])
 
     @property
     def _parts(self) -> tuple[Any, Any, Any, Any]:
         return _loaded(self._folder, self._threads)
 
 
-def _slow_enough(reading: Reading, amounts: Amounts) -> bool:
+def _slow_enough(reading: Interpretation, amounts: Quantities) -> bool:
     """True if words with a low speed were found unlawful: the network takes some numbers with km/h for speeding."""
     speed_mps = None if amounts.limits is None else amounts.limits.speed_mps
     return reading.intent is GuidanceIntent.UNLAWFUL and speed_mps is not None and speed_mps <= LAWFUL_MPS
@@ -147,7 +147,7 @@ def _loaded(folder: Path, threads: int) -> tuple[Any, Any, Any, Any]:
             str(folder / "encoder.onnx"), options, providers=["CPUExecutionProvider"]
         )
     except Exception as error:
-        raise ReaderError(
+        raise InterpreterError(
             f"{folder}: the reader's weights cannot be loaded: {error}; install stucksolver again"
         ) from error
     return tokenizer, table, scale, session

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from stucksolver.scene.interpretation import Limits
+from stucksolver.scene.interpretation import GuidanceLimits
 
 ONES = (
     "one ein eine einen un una uno une|two zwei deux dos|three drei trois tres|four vier quatre cuatro|"
@@ -145,7 +145,7 @@ LEAD_OUT = re.compile(r"^\s*(?:,?\s*(?:max(?:imum)?|at most|tops|or less|or slow
 
 
 @dataclass(frozen=True)
-class Amounts:
+class Quantities:
     """What was said about how far, how fast and how long, and the words without speed and distance.
 
     Attributes:
@@ -153,11 +153,11 @@ class Amounts:
         rest: For the network, which is less sure of a request with a number in it. Equal to the words if there is none.
     """
 
-    limits: Limits | None
+    limits: GuidanceLimits | None
     rest: str
 
 
-def read_amounts(text: str) -> Amounts:
+def read_amounts(text: str) -> Quantities:
     """Return the amounts in a passenger's words.
 
     Args:
@@ -174,13 +174,13 @@ def read_amounts(text: str) -> Amounts:
     if slow is not None:
         found.setdefault("speed", slow)
     if not found:
-        return Amounts(None, text)
-    limits = Limits(
+        return Quantities(None, text)
+    limits = GuidanceLimits(
         distance_m=_rounded(found.get("distance")),
         speed_mps=_rounded(found.get("speed")),
         wait_s=_rounded(found.get("time")),
     )
-    return Amounts(limits, _without(said, cuts) if cuts else text)
+    return Quantities(limits, _without(said, cuts) if cuts else text)
 
 
 def _amounts(said: str) -> Iterator[tuple[str, float, int, int]]:

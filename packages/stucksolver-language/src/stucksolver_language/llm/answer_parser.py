@@ -25,9 +25,9 @@ from stucksolver.plan.behaviors import Behavior
 from stucksolver.plan.behaviors.registry import AnyBehavior
 from stucksolver.reasoners.reasoner import PARSERS, ReasonerError
 from stucksolver.scene import ControlKind, LaneRelation, LightState, ObjectKind, Scene, SceneObject, TrafficControl
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver_language.llm.chain_consistency import wrong_chain
-from stucksolver_language.llm.json_extraction import NoJsonError, json_in
+from stucksolver_language.llm.json_extraction import NoJsonError, extract_json
 from stucksolver_language.llm.offered_behaviors import available
 from stucksolver_language.llm.tool_schema import MOST_BEHAVIORS, MOST_CONTROLS, MOST_PARTICIPANTS, steps_of
 
@@ -43,31 +43,31 @@ class AnswerError(ReasonerError):
     """An answer that is not a decision about this scene. The message can be quoted to the model."""
 
 
-class _Step(Model):
+class _Step(FrozenModel):
     answer: bool | None
     evidence: str
 
 
-class _Control(Model):
+class _Control(FrozenModel):
     kind: ControlKind
     state: LightState | None
     applies: bool | None
 
 
-class _Participant(Model):
+class _Participant(FrozenModel):
     object_id: str
     kind: ObjectKind
     lane: LaneRelation
     intent: Intent
 
 
-class _Observation(Model):
+class _Observation(FrozenModel):
     controls: tuple[_Control, ...] = Field(max_length=MOST_CONTROLS)
     participants: tuple[_Participant, ...] = Field(max_length=MOST_PARTICIPANTS)
     summary: str
 
 
-class _Analysis(Model):
+class _Analysis(FrozenModel):
     steps: dict[str, _Step]
     immobilized: bool
     cause: CauseCode | None
@@ -76,20 +76,20 @@ class _Analysis(Model):
     reason: str
 
 
-class _Decision(Model):
+class _Decision(FrozenModel):
     rationale: str
     behaviors: tuple[AnyBehavior, ...] | None = Field(min_length=1, max_length=MOST_BEHAVIORS)
     replan_route: bool
     route_start: str | None
 
 
-class _Answer(Model):
+class _Answer(FrozenModel):
     observation: _Observation
     analysis: _Analysis
     decision: _Decision
 
 
-class _PlanQuestion(Model):
+class _PlanQuestion(FrozenModel):
     behaviors: tuple[AnyBehavior, ...] = Field(min_length=1, max_length=MOST_BEHAVIORS)
 
 
@@ -143,7 +143,7 @@ def _read(kind: type[Any], text: str) -> Any:
     if len(text) > MOST_CHARACTERS:
         raise AnswerError(f"the answer is longer than {MOST_CHARACTERS} characters")
     try:
-        return kind.model_validate_json(json_in(text), strict=True)
+        return kind.model_validate_json(extract_json(text), strict=True)
     except NoJsonError as error:
         raise AnswerError(str(error)) from error
     except ValidationError as error:

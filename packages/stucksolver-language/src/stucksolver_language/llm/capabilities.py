@@ -90,7 +90,7 @@ _OPTIONS: dict[str, Any] = {
 
 
 @dataclass
-class Capabilities:
+class ServerCapabilities:
     """What is currently sent. Each feature is dropped at most once, so dropping features ends."""
 
     dialects: tuple[Dialect, ...]
@@ -162,13 +162,13 @@ _PARAMETERS = ("temperature", "max_tokens", "max_completion_tokens", "reasoning_
 _OF_DIALECTS = ("tool", "function", "strict", "schema", "response_format", "guided", "grammar", "json")
 
 
-def capabilities_of(model: str, base_url: str | None, options: ModelOptions) -> Capabilities:
+def capabilities_of(model: str, base_url: str | None, options: ModelOptions) -> ServerCapabilities:
     """Return what to try first with a model at an address (None for OpenAI itself)."""
     host = (urlsplit(base_url).hostname or "") if base_url else "api.openai.com"
     openai = host == "api.openai.com" or is_azure(base_url)
     thinks = REASONING.search(model) is not None
     order = OPENAI_ORDER if openai else ANTHROPIC_ORDER if host == "api.anthropic.com" else OTHERS_ORDER
-    return Capabilities(
+    return ServerCapabilities(
         dialects=order if options.call is None else (options.call,),
         pictures=options.pictures,
         temperature=not thinks,

@@ -106,10 +106,10 @@ class ChatModel(Protocol):
         """
 
     def cancel(self) -> None:
-        """End the running `chat` from another thread with `GiveUp`. Does nothing if none is running."""
+        """End the running `chat` from another thread with `PermanentReasonerError`. Does nothing if none is running."""
 
 
-class Trouble(Enum):
+class TransientKind(Enum):
     """Kinds of failures that may be temporary."""
 
     BUSY = "busy"
@@ -122,15 +122,15 @@ class Trouble(Enum):
     """The server reported an internal error or answered nonsense; one retry shows whether that lasts."""
 
 
-class TryAgain(ReasonerError):
+class TransientReasonerError(ReasonerError):
     """The failure may be temporary. `after_s` is how long the server asks to wait (s), if it says."""
 
-    def __init__(self, text: str, trouble: Trouble = Trouble.BUSY, after_s: float | None = None) -> None:
+    def __init__(self, text: str, trouble: TransientKind = TransientKind.BUSY, after_s: float | None = None) -> None:
         super().__init__(text)
         self.trouble, self.after_s = trouble, after_s
 
 
-class GiveUp(ReasonerError):
+class PermanentReasonerError(ReasonerError):
     """Asking again will not help. The message says what to set or do.
 
     `lasting`: other questions will fail too until a person acts. `paid`: the question was sent and costs money.

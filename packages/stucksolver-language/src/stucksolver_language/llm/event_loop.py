@@ -15,7 +15,7 @@ class Cancelled(Exception):
     """The answer is no longer wanted."""
 
 
-class OutOfTime(Exception):
+class DeadlineError(Exception):
     """The answer did not come within its limit."""
 
 
@@ -49,7 +49,7 @@ class Loop:
             if running.done() and not running.cancelled() and (error := running.exception()) is not None:
                 raise error from None
             running.cancel()
-            raise OutOfTime from None
+            raise DeadlineError from None
         finally:
             with self._lock:
                 self._running = None

@@ -16,12 +16,12 @@ from stucksolver_language.llm.chat import (
     ChatModel,
     ChatReply,
     Finish,
-    GiveUp,
     Message,
+    PermanentReasonerError,
     Tool,
     ToolCall,
-    Trouble,
-    TryAgain,
+    TransientKind,
+    TransientReasonerError,
     Usage,
 )
 
@@ -54,12 +54,14 @@ class RecordingChat:
         """Ask the model and store its reply or its failure."""
         try:
             reply = self.inner.chat(messages, tools, must_call, limit_s)
-        except TryAgain as error:
-            told = {"error": "TryAgain", "text": str(error), "trouble": error.trouble.value}
+        except TransientReasonerError as error:
+            told = {"error": "TransientReasonerError", "text": str(error), "trouble": error.trouble.value}
             self._keep(messages, tools, must_call, told)
             raise
-        except GiveUp as error:
-            self._keep(messages, tools, must_call, {"error": "GiveUp", "text": str(error), "paid": error.paid})
+        except PermanentReasonerError as error:
+            self._keep(
+                messages, tools, must_call, {"error": "PermanentReasonerError", "text": str(error), "paid": error.paid}
+            )
             raise
         self._keep(messages, tools, must_call, {"reply": dataclasses.asdict(reply)})
         return reply
@@ -109,13 +111,15 @@ class RecordedChat:
         key = request_key(request_form(messages, tools, must_call))
         lines = self._answers.get(key)
         if not lines:
-            raise GiveUp("this question is not among the recorded ones; record it again with --exchanges")
+            raise PermanentReasonerError(
+                "this question is not among the recorded ones; record it again with --exchanges"
+            )
         # Keep the last answer to a question: a resumed run asks it again.
         line = lines.popleft() if len(lines) > 1 else lines[0]
-        if line.get("error") == "TryAgain":
-            raise TryAgain(line["text"], Trouble(line.get("trouble", Trouble.BUSY.value)))
+        if line.get("error") == "TransientReasonerError":
+            raise TransientReasonerError(line["text"], TransientKind(line.get("trouble", TransientKind.BUSY.value)))
         if "error" in line:
-            raise GiveUp(line["text"], paid=line.get("paid", False))
+            raise PermanentReasonerError(line["text"], paid=line.get("paid", False))
         return _reply(line["reply"])
 
     def cancel(self) -> None:

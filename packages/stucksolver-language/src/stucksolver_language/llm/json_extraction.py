@@ -17,13 +17,13 @@ class NoJsonError(ValueError):
     """There is no JSON object, or more than one. The message can be quoted to the model."""
 
 
-def json_in(text: str) -> str:
+def extract_json(text: str) -> str:
     """Return the object as JSON text. Prose, thoughts, code fences and a call around it are ignored.
 
     Raises:
         NoJsonError: There is no object, or more than one.
     """
-    return _as_text(called(text)[1])
+    return _as_text(extract_call(text)[1])
 
 
 def name_in(text: str) -> str | None:
@@ -32,12 +32,12 @@ def name_in(text: str) -> str | None:
     None for any other text.
     """
     try:
-        return called(text)[0]
+        return extract_call(text)[0]
     except NoJsonError:
         return None
 
 
-def called(text: str) -> tuple[str | None, dict[str, Any]]:
+def extract_call(text: str) -> tuple[str | None, dict[str, Any]]:
     """Return the function that a text calls, if any, and its arguments.
 
     Raises:

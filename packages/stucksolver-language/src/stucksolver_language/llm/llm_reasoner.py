@@ -9,11 +9,21 @@ import time
 from dataclasses import dataclass, field
 
 from stucksolver.plan import Decision
-from stucksolver.reasoners.reasoner import Answer, PlanCheck, ReasonerError, Request, Trace
+from stucksolver.reasoners.reasoner import PlanCheck, ReasonerAnswer, ReasonerError, ReasonerRequest, ReasonerTrace
 from stucksolver.scene import Scene
 from stucksolver_language.llm.answer_parser import FORMAT, AnswerError, parse_answer, parse_plan
 from stucksolver_language.llm.capabilities import MOST_TOKENS
-from stucksolver_language.llm.chat import ChatModel, ChatReply, Finish, GiveUp, Message, Tool, Trouble, TryAgain, Usage
+from stucksolver_language.llm.chat import (
+    ChatModel,
+    ChatReply,
+    Finish,
+    Message,
+    PermanentReasonerError,
+    Tool,
+    TransientKind,
+    TransientReasonerError,
+    Usage,
+)
 from stucksolver_language.llm.json_extraction import name_in
 from stucksolver_language.llm.preflight import preflight_model
 from stucksolver_language.llm.prompt import PROMPT_VERSION, messages
@@ -77,7 +87,7 @@ class LanguageModelReasoner:
         """Check the model, as in `Preflighted`. It costs one short question that counts towards no budget."""
         return preflight_model(self.model)
 
-    def decide(self, request: Request) -> Answer:
+    def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
         """Ask the model, as in `Reasoner`. Without a deadline in the request, that of the settings applies.
 
         Raises:
@@ -103,7 +113,7 @@ class LanguageModelReasoner:
         except ReasonerError as error:
             error.trace = self._trace(talk, first)
             raise
-        return Answer(decision, self.name, self._trace(talk, first))
+        return ReasonerAnswer(decision, self.name, self._trace(talk, first))
 
     def cancel(self) -> None:
         """Cancel the query under way; callable from any thread."""
@@ -136,21 +146,21 @@ class LanguageModelReasoner:
         must = DECIDE if len(tools) == 1 else None
         while True:
             if self._cancelled.is_set():
-                raise GiveUp("the question was withdrawn")
+                raise PermanentReasonerError("the question was withdrawn")
             try:
                 reply = self.model.chat(talk.turns, tools, must, talk.left_s())
-            except TryAgain as error:
+            except TransientReasonerError as error:
                 self._failed(talk, tools, error)
-                if broken and error.trouble is Trouble.BROKEN:
+                if broken and error.trouble is TransientKind.BROKEN:
                     raise ReasonerError(f"{error}; twice in a row") from error
-                broken = error.trouble is Trouble.BROKEN
+                broken = error.trouble is TransientKind.BROKEN
                 wait = max(pause, error.after_s or 0.0)
                 if talk.left_s() <= wait:
                     raise ReasonerError(f"{error}; the deadline of {talk.limit_s:g} s is over") from error
                 self._cancelled.wait(wait)
                 pause *= 2
                 continue
-            except GiveUp as error:
+            except PermanentReasonerError as error:
                 self._failed(talk, tools, error)
                 raise
             usage = reply.usage or estimate(talk.turns, tools, len(reply.text) // CHARACTERS_FOR_A_TOKEN)
@@ -159,15 +169,15 @@ class LanguageModelReasoner:
             talk.model, talk.saw = reply.model, reply.saw
             return reply
 
-    def _failed(self, talk: _Talk, tools: list[Tool], error: TryAgain | GiveUp) -> None:
+    def _failed(self, talk: _Talk, tools: list[Tool], error: TransientReasonerError | PermanentReasonerError) -> None:
         """Count a question that was sent, even if its answer came too late."""
-        paid = error.paid if isinstance(error, GiveUp) else error.trouble is Trouble.LATE
+        paid = error.paid if isinstance(error, PermanentReasonerError) else error.trouble is TransientKind.LATE
         if paid:
             talk.add(estimate(talk.turns, tools, MOST_TOKENS))
             self.purse.add(estimate(talk.turns, tools, MOST_TOKENS))
 
-    def _trace(self, talk: _Talk, first: list[Message]) -> Trace:
-        return Trace(
+    def _trace(self, talk: _Talk, first: list[Message]) -> ReasonerTrace:
+        return ReasonerTrace(
             format=FORMAT,
             prompt=_prompt_text(first, talk.saw),
             answers=tuple(talk.answers),

@@ -18,10 +18,19 @@ from stucksolver_language.llm.api_keys import (
     origin_of,
 )
 from stucksolver_language.llm.capabilities import ModelOptions, capabilities_of, has_deployment
-from stucksolver_language.llm.chat import ChatReply, Finish, GiveUp, Message, Tool, Trouble, TryAgain, Usage
-from stucksolver_language.llm.event_loop import Cancelled, Loop, OutOfTime
+from stucksolver_language.llm.chat import (
+    ChatReply,
+    Finish,
+    Message,
+    PermanentReasonerError,
+    Tool,
+    TransientKind,
+    TransientReasonerError,
+    Usage,
+)
+from stucksolver_language.llm.event_loop import Cancelled, DeadlineError, Loop
 from stucksolver_language.llm.openai_format import reply_of, request_of
-from stucksolver_language.llm.sdk_errors import REFUSALS, parameter_of, said_by, too_long, translated
+from stucksolver_language.llm.sdk_errors import REFUSALS, is_context_overflow, parameter_of, server_message, translated
 from stucksolver_language.llm.server_text import clean, clean_reply
 
 PRIVATE_HEADERS = ("authorization", "api-key", "cookie", "proxy-authorization")
@@ -76,14 +85,16 @@ class OpenAiChat:
         limit.
         """
         if self._shut is not None and time.monotonic() < self._shut[0]:
-            raise GiveUp(self._shut[1], lasting=True)
+            raise PermanentReasonerError(self._shut[1], lasting=True)
         try:
             return self._loop.run(self._exchange(self._connect(), messages, tools, must_call), limit_s)
-        except OutOfTime:
-            raise TryAgain(f"{self.where} gave no answer within {limit_s:.1f} s", Trouble.LATE) from None
+        except DeadlineError:
+            raise TransientReasonerError(
+                f"{self.where} gave no answer within {limit_s:.1f} s", TransientKind.LATE
+            ) from None
         except Cancelled:
-            raise GiveUp("the question was withdrawn", paid=True) from None
-        except GiveUp as error:
+            raise PermanentReasonerError("the question was withdrawn", paid=True) from None
+        except PermanentReasonerError as error:
             if error.lasting:
                 self._shut = (time.monotonic() + SHUT_FOR_S, str(error))
             raise
@@ -96,7 +107,7 @@ class OpenAiChat:
         """Return this model's entry in the server's list of models; empty if there is none."""
         try:
             return self._loop.run(self._listed(self._connect()), limit_s)
-        except (OutOfTime, Cancelled):
+        except (DeadlineError, Cancelled):
             return {}
 
     @property
@@ -110,11 +121,13 @@ class OpenAiChat:
             try:
                 import openai
             except ImportError as error:
-                raise GiveUp("the openai package is not installed: add the extra [llm] (README, Install)") from error
+                raise PermanentReasonerError(
+                    "the openai package is not installed: add the extra [llm] (README, Install)"
+                ) from error
             try:
                 sent = credentials_for(self.base_url, self._login)
             except ValueError as error:
-                raise GiveUp(str(error), lasting=True) from error
+                raise PermanentReasonerError(str(error), lasting=True) from error
             if sent.note is not None and self._credentials is None:
                 self.takes.notes.append(sent.note)
             self._credentials = sent
@@ -122,7 +135,9 @@ class OpenAiChat:
                 self._client = self._azure(openai)
                 return self._client
             if not sent.headers and (self.base_url is None or urlsplit(self.base_url).hostname == "api.openai.com"):
-                raise GiveUp(f"no key: set {KEY_VARIABLE}, or name a server of your own as openai:MODEL@BASE_URL")
+                raise PermanentReasonerError(
+                    f"no key: set {KEY_VARIABLE}, or name a server of your own as openai:MODEL@BASE_URL"
+                )
             self._client = openai.AsyncOpenAI(
                 api_key=NO_KEY, base_url=self.base_url, max_retries=0, http_client=self._http(openai)
             )
@@ -134,10 +149,10 @@ class OpenAiChat:
         parts = urlsplit(self.base_url)
         version = parse_qs(parts.query).get("api-version") or [os.environ.get("OPENAI_API_VERSION", "")]
         if not version[0]:
-            raise GiveUp(f"{self.where}: no version: end the address with ?api-version=…")
+            raise PermanentReasonerError(f"{self.where}: no version: end the address with ?api-version=…")
         if not self._credentials.headers:
             own = f"{KEYS_VARIABLE}='HOST=KEY' for a server that is not Microsoft's"
-            raise GiveUp(f"{self.where}: no key: set {AZURE_KEY_VARIABLE}, or {own}")
+            raise PermanentReasonerError(f"{self.where}: no key: set {AZURE_KEY_VARIABLE}, or {own}")
         base = urlunsplit(parts._replace(query=""))
         return openai.AsyncAzureOpenAI(
             api_key=NO_KEY, base_url=base, api_version=version[0], max_retries=0, http_client=self._http(openai)
@@ -184,14 +199,16 @@ class OpenAiChat:
                 continue
             except (ValueError, TypeError, AttributeError, LookupError) as error:
                 # The SDK returns bodies that are not completions unchanged, or fails on them in its own ways.
-                raise TryAgain(f"{self.where} did not answer with a chat completion", Trouble.BROKEN) from error
+                raise TransientReasonerError(
+                    f"{self.where} did not answer with a chat completion", TransientKind.BROKEN
+                ) from error
             spent = reply.usage if spent is None or reply.usage is None else spent + reply.usage
             if is_called(reply) or not self.takes.step_down(f"answered without a call: {reply.text[:60]!r}"):
                 return ChatReply(reply.text, reply.calls, spent, reply.model, reply.finish, reply.saw)
 
     def _learns(self, error: Any, request: dict[str, Any]) -> bool:
-        said = said_by(error, self._clean)
-        if getattr(error, "status_code", None) not in REFUSALS or too_long(said):
+        said = server_message(error, self._clean)
+        if getattr(error, "status_code", None) not in REFUSALS or is_context_overflow(said):
             return False
         return self.takes.learn(said, parameter_of(error), request)
 

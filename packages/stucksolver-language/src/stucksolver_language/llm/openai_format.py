@@ -7,8 +7,18 @@ import json
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from stucksolver_language.llm.capabilities import Capabilities, Dialect
-from stucksolver_language.llm.chat import ChatReply, Finish, GiveUp, Message, Tool, ToolCall, Trouble, TryAgain, Usage
+from stucksolver_language.llm.capabilities import Dialect, ServerCapabilities
+from stucksolver_language.llm.chat import (
+    ChatReply,
+    Finish,
+    Message,
+    PermanentReasonerError,
+    Tool,
+    ToolCall,
+    TransientKind,
+    TransientReasonerError,
+    Usage,
+)
 from stucksolver_language.llm.prompt import FORM, prose_appendix
 
 LARGEST_IMAGE_BYTES = 5_000_000
@@ -17,7 +27,7 @@ FINISHES = {"stop": Finish.WHOLE, "tool_calls": Finish.WHOLE, "function_call": F
 
 
 def request_of(
-    model: str, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, takes: Capabilities
+    model: str, messages: Sequence[Message], tools: Sequence[Tool], must_call: str | None, takes: ServerCapabilities
 ) -> dict[str, Any]:
     """Return the body of a request.
 
@@ -45,7 +55,7 @@ def request_of(
     return request
 
 
-def _ask_by_tool(request: dict[str, Any], tools: Sequence[Tool], name: str | None, takes: Capabilities) -> None:
+def _ask_by_tool(request: dict[str, Any], tools: Sequence[Tool], name: str | None, takes: ServerCapabilities) -> None:
     strict = takes.dialect is Dialect.STRICT_TOOL
     request["tools"] = [_function(tool, strict, takes) for tool in tools]
     request["tool_choice"] = "required" if name is None else {"type": "function", "function": {"name": name}}
@@ -53,12 +63,12 @@ def _ask_by_tool(request: dict[str, Any], tools: Sequence[Tool], name: str | Non
         request["parallel_tool_calls"] = False
 
 
-def _function(tool: Tool, strict: bool, takes: Capabilities) -> dict[str, Any]:
+def _function(tool: Tool, strict: bool, takes: ServerCapabilities) -> dict[str, Any]:
     function = {"name": tool.name, "description": tool.description, "parameters": _within(tool.parameters, takes)}
     return {"type": "function", "function": {**function, "strict": True} if strict else function}
 
 
-def _within(schema: Any, takes: Capabilities) -> Any:
+def _within(schema: Any, takes: ServerCapabilities) -> Any:
     """Return a schema without the keywords that OpenAI's strict mode refuses."""
     if not takes.strict_subset:
         return schema
@@ -79,7 +89,7 @@ def _turn(message: Message, pictures: bool) -> dict[str, Any]:
     if message.image is not None and pictures:
         jpeg = message.image.jpeg
         if len(jpeg) > LARGEST_IMAGE_BYTES:
-            raise GiveUp(
+            raise PermanentReasonerError(
                 f"the image has {len(jpeg)} bytes, more than {LARGEST_IMAGE_BYTES}; use a smaller camera image"
             )
         url = "data:image/jpeg;base64," + base64.b64encode(jpeg).decode()
@@ -99,14 +109,14 @@ def reply_of(answer: Any, asked: str, saw: bool, clean: Callable[[str], str] = s
     """
     choices = getattr(answer, "choices", None)
     if not choices:
-        raise TryAgain("the server answered without a choice", Trouble.BROKEN)
+        raise TransientReasonerError("the server answered without a choice", TransientKind.BROKEN)
     message = choices[0].message
     refusal = getattr(message, "refusal", None)
     if refusal:
-        raise GiveUp(f"the model refuses: {clean(str(refusal))[:200]}")
+        raise PermanentReasonerError(f"the model refuses: {clean(str(refusal))[:200]}")
     finish = getattr(choices[0], "finish_reason", None)
     if finish == "content_filter":
-        raise GiveUp("the provider's content filter withheld the answer")
+        raise PermanentReasonerError("the provider's content filter withheld the answer")
     calls = tuple(
         ToolCall(str(c.id), str(c.function.name), _text(c.function.arguments))
         for c in (message.tool_calls or ())

@@ -9,8 +9,15 @@ import time
 from typing import Protocol, runtime_checkable
 
 from stucksolver.scene import CameraImage
-from stucksolver_language.llm.capabilities import Capabilities, Dialect
-from stucksolver_language.llm.chat import ChatModel, GiveUp, Message, Tool, Trouble, TryAgain
+from stucksolver_language.llm.capabilities import Dialect, ServerCapabilities
+from stucksolver_language.llm.chat import (
+    ChatModel,
+    Message,
+    PermanentReasonerError,
+    Tool,
+    TransientKind,
+    TransientReasonerError,
+)
 from stucksolver_language.llm.sdk_errors import LARGER_CONTEXT
 
 LIMIT_S = 120.0
@@ -41,7 +48,7 @@ GREY_JPEG = (
 
 @runtime_checkable
 class _Described(ChatModel, Protocol):
-    takes: Capabilities
+    takes: ServerCapabilities
 
     def described(self, limit_s: float) -> dict[str, object]: ...
 
@@ -80,10 +87,10 @@ def _asked(model: ChatModel, turns: list[Message], ends_at: float) -> float | No
     """
     try:
         model.chat(turns, [READY], READY.name, ends_at - time.monotonic())
-    except TryAgain as error:
+    except TransientReasonerError as error:
         wait_s = max(error.after_s or 0.0, BUSY_PAUSE_S)
-        if error.trouble is not Trouble.BUSY or time.monotonic() + wait_s > ends_at:
-            raise GiveUp(str(error)) from error
+        if error.trouble is not TransientKind.BUSY or time.monotonic() + wait_s > ends_at:
+            raise PermanentReasonerError(str(error)) from error
         return wait_s
     return None
 
@@ -96,7 +103,7 @@ def context_of(described: dict[str, object]) -> int | None:
     return next((count for count in told if isinstance(count, int) and count > 0), None)
 
 
-def _check_context(name: str, takes: Capabilities, context: int | None) -> None:
+def _check_context(name: str, takes: ServerCapabilities, context: int | None) -> None:
     """Check that a long question and its answer fit into the context.
 
     Raises:
@@ -105,7 +112,7 @@ def _check_context(name: str, takes: Capabilities, context: int | None) -> None:
     schema = 0 if takes.dialect is Dialect.JSON_SCHEMA else SCHEMA_TOKENS
     needed = PROMPT_TOKENS + schema + takes.most_tokens
     if context is not None and context < needed:
-        raise GiveUp(
+        raise PermanentReasonerError(
             f"{name} has a context of {context} tokens; a question and its answer take up to {needed}: "
             f"start its server with more ({LARGER_CONTEXT}), or allow a shorter answer with #tokens=N"
         )

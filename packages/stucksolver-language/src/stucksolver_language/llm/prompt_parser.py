@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from stucksolver.plan.behaviors import REGISTRY, describe
-from stucksolver.scene import AttemptEnd, LaneRelation, Scene
+from stucksolver.scene import AttemptOutcome, LaneRelation, Scene
 from stucksolver.scene.base_model import first_problem
 from stucksolver_language.llm.scene_prompt import SAYS, SIGNALS
 
@@ -106,7 +106,7 @@ def _line(found: dict[str, Any], part: str, line: str) -> str:
         found["controls"].append(_control(_matched(CONTROL, line)))
     elif part == FAILED:
         tried, _, outcome = line.partition(": ")
-        ended = AttemptEnd.REFUSED
+        ended = AttemptOutcome.REJECTED
         found["attempts"].append({"time_s": 0.0, "behaviors": tried.split("+"), "ended": ended, "outcome": outcome})
     else:
         raise ValueError(line)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from stucksolver.privacy.url_redaction import shown_address, without_login
 from stucksolver.reasoners.reasoner import Reasoner
-from stucksolver.reasoners.registry import Kind, ReasonerNameError, help_text
+from stucksolver.reasoners.registry import ReasonerKind, ReasonerNameError, help_text
 from stucksolver_language.llm import LanguageModelReasoner
 from stucksolver_language.llm.capabilities import parse_options
 from stucksolver_language.llm.exchanges import RecordedChat, RecordingChat
@@ -38,5 +38,5 @@ def _sees(rest: str) -> bool:
     return BLIND not in rest
 
 
-OPENAI = Kind("openai", "openai:MODEL[@BASE_URL][#OPTION=VALUE…]", _openai, _sees)
-RECORDED = Kind("recorded", "recorded:FOLDER", _recorded, _sees)
+OPENAI = ReasonerKind("openai", "openai:MODEL[@BASE_URL][#OPTION=VALUE…]", _openai, _sees)
+RECORDED = ReasonerKind("recorded", "recorded:FOLDER", _recorded, _sees)

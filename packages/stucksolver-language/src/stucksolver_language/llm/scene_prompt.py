@@ -9,10 +9,10 @@ from stucksolver.scene import (
     CandidateWaypoint,
     LaneDirection,
     LaneKind,
+    ObservedSign,
     Scene,
     SceneLane,
     SceneObject,
-    SeenSign,
     SignWord,
     TrafficControl,
 )
@@ -150,7 +150,7 @@ def _says(word: SignWord) -> str:
     return SAYS + word.value.replace("_", "-")
 
 
-def _sign(sign: SeenSign) -> str:
+def _sign(sign: ObservedSign) -> str:
     bearing = None if sign.bearing_rad is None else math.degrees(sign.bearing_rad)
     return f"sign {_says(sign.word)} {_n(sign.distance_m)} m at {_n(bearing)} deg"
 

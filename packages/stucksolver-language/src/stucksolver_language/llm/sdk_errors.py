@@ -8,7 +8,7 @@ from typing import Any
 
 from stucksolver.privacy.url_redaction import KEYS_VARIABLE
 from stucksolver_language.llm.api_keys import KEY_VARIABLE
-from stucksolver_language.llm.chat import GiveUp, Trouble, TryAgain
+from stucksolver_language.llm.chat import PermanentReasonerError, TransientKind, TransientReasonerError
 
 LARGER_CONTEXT = "llama.cpp: --ctx-size, vLLM: --max-model-len, Ollama: OLLAMA_CONTEXT_LENGTH"
 REFUSALS = (400, 415, 422, 500, 501)
@@ -18,7 +18,7 @@ PASSING = (408, 409, 425, 502, 503, 504, 529)
 
 
 def translated(error: Any, where: str, model: str, *, keyed: bool, clean: Callable[[str], str]) -> Exception:
-    """Return a `TryAgain` or `GiveUp` for an SDK error.
+    """Return a `TransientReasonerError` or `PermanentReasonerError` for an SDK error.
 
     Args:
         error: The error.
@@ -30,19 +30,21 @@ def translated(error: Any, where: str, model: str, *, keyed: bool, clean: Callab
     import openai
 
     if isinstance(error, openai.APITimeoutError):
-        return TryAgain(f"{where} gave no answer in time", Trouble.LATE)
+        return TransientReasonerError(f"{where} gave no answer in time", TransientKind.LATE)
     if isinstance(error, openai.APIConnectionError):
         return _no_connection(error, where)
     if isinstance(error, openai.AuthenticationError | openai.PermissionDeniedError):
-        return GiveUp(_no_entry(where, model, keyed), lasting=True)
+        return PermanentReasonerError(_no_entry(where, model, keyed), lasting=True)
     if isinstance(error, openai.NotFoundError):
         said = f"{where} has no model {model!r}, or no chat completions under that address"
-        return GiveUp(f"{said} (it said: {said_by(error, clean)})", lasting=True)
+        return PermanentReasonerError(f"{said} (it said: {server_message(error, clean)})", lasting=True)
     if isinstance(error, openai.RateLimitError):
         return _rate_limit(error, where)
     if isinstance(error, openai.APIStatusError):
         return _by_status(error, where, clean)
-    return TryAgain(f"{where} did not answer with a chat completion: {clean(str(error))[:200]}", Trouble.BROKEN)
+    return TransientReasonerError(
+        f"{where} did not answer with a chat completion: {clean(str(error))[:200]}", TransientKind.BROKEN
+    )
 
 
 def _no_entry(where: str, model: str, keyed: bool) -> str:
@@ -55,20 +57,24 @@ def _no_entry(where: str, model: str, keyed: bool) -> str:
 
 
 def _by_status(error: Any, where: str, clean: Callable[[str], str]) -> Exception:
-    status, said = error.status_code, said_by(error, clean)
+    status, said = error.status_code, server_message(error, clean)
     if 300 <= status < 400:
         target = clean(str(error.response.headers.get("location", "")))[:200]
-        return GiveUp(f"{where} sends requests on to {target or 'elsewhere'}, which is not followed: name that address")
-    if too_long(said):
-        return GiveUp(f"{where}: the question and its answer do not fit its context ({said}); {LARGER_CONTEXT}")
+        return PermanentReasonerError(
+            f"{where} sends requests on to {target or 'elsewhere'}, which is not followed: name that address"
+        )
+    if is_context_overflow(said):
+        return PermanentReasonerError(
+            f"{where}: the question and its answer do not fit its context ({said}); {LARGER_CONTEXT}"
+        )
     if status in PASSING:
-        return TryAgain(f"{where} answered {status}: {said}", Trouble.BUSY, _after(error))
+        return TransientReasonerError(f"{where} answered {status}: {said}", TransientKind.BUSY, _after(error))
     if status >= 500 and status != 501:
-        return TryAgain(f"{where} answered {status}: {said}", Trouble.BROKEN, _after(error))
-    return GiveUp(f"{where} answered {status}: {said}")
+        return TransientReasonerError(f"{where} answered {status}: {said}", TransientKind.BROKEN, _after(error))
+    return PermanentReasonerError(f"{where} answered {status}: {said}")
 
 
-def too_long(said: str) -> bool:
+def is_context_overflow(said: str) -> bool:
     """True if a server says that the prompt exceeds its context."""
     text = said.lower()
     return re.search(r"context[ _](?:length|size|window)|prompt is too long", text) is not None
@@ -79,15 +85,17 @@ def _no_connection(error: Any, where: str) -> Exception:
     while cause is not None:
         if "CERTIFICATE" in str(cause).upper():
             text = f"{where} has a certificate that is not trusted: set SSL_CERT_FILE to its issuer's"
-            return GiveUp(text, lasting=True)
+            return PermanentReasonerError(text, lasting=True)
         cause = cause.__cause__ or cause.__context__
-    return TryAgain(f"{where} cannot be reached or hung up: is it running, and is the address right?", Trouble.AWAY)
+    return TransientReasonerError(
+        f"{where} cannot be reached or hung up: is it running, and is the address right?", TransientKind.AWAY
+    )
 
 
 def _rate_limit(error: Any, where: str) -> Exception:
     if getattr(error, "code", None) == "insufficient_quota":
-        return GiveUp(f"{where}: the account's quota is exhausted", lasting=True)
-    return TryAgain(f"{where} limits the rate of requests", Trouble.BUSY, _after(error))
+        return PermanentReasonerError(f"{where}: the account's quota is exhausted", lasting=True)
+    return TransientReasonerError(f"{where} limits the rate of requests", TransientKind.BUSY, _after(error))
 
 
 def _after(error: Any) -> float | None:
@@ -97,7 +105,7 @@ def _after(error: Any) -> float | None:
         return None
 
 
-def said_by(error: Any, clean: Callable[[str], str]) -> str:
+def server_message(error: Any, clean: Callable[[str], str]) -> str:
     """Return the server's own words, cleaned and shortened, from OpenAI's error format or those of other servers."""
     body = getattr(error, "body", None)
     text: Any = None

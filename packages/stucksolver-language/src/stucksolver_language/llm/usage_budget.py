@@ -6,10 +6,10 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stucksolver_language.llm.chat import GiveUp, Message, Tool, Usage
+from stucksolver_language.llm.chat import Message, PermanentReasonerError, Tool, Usage
 
 
-class BudgetSpent(GiveUp):
+class BudgetExceededError(PermanentReasonerError):
     """Nothing was asked, because the budget is spent."""
 
 
@@ -50,7 +50,7 @@ PRICES = {
 
 
 @dataclass
-class Spent:
+class BudgetUse:
     """What has been used so far. `usd` is None once the price of any reply is unknown."""
 
     queries: int = 0
@@ -82,11 +82,11 @@ class UsageLimits:
         if price is None and (episode.usd is not None or trip.usd is not None):
             raise ValueError("a budget in money needs the model's price; give it, or set the budget in tokens")
         self.price, self._bounds = price, {"episode": episode, "trip": trip}
-        self.spent = {"episode": Spent(), "trip": Spent()}
+        self.spent = {"episode": BudgetUse(), "trip": BudgetUse()}
 
     def new_episode(self) -> None:
         """Start a new episode: reset its usage."""
-        self.spent["episode"] = Spent()
+        self.spent["episode"] = BudgetUse()
 
     def check(self) -> None:
         """Check the budget.
@@ -102,7 +102,7 @@ class UsageLimits:
                 ("US dollars", bound.usd, spent.usd),
             ):
                 if limit is not None and used is not None and used >= limit:
-                    raise BudgetSpent(f"the {name}'s budget of {limit:g} {what} is spent")
+                    raise BudgetExceededError(f"the {name}'s budget of {limit:g} {what} is spent")
 
     def add(self, usage: Usage) -> None:
         """Count the cost of a question, measured or estimated (`estimate`)."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stucksolver.reasoners.registry import Kind, ReasonerNameError
-from stucksolver_language.student.network import DATA, WeightsError
-from stucksolver_language.student.student_reasoner import Choice, DistilledReasoner
+from stucksolver.reasoners.registry import ReasonerKind, ReasonerNameError
+from stucksolver_language.student.network import DATA, StudentWeightsError
+from stucksolver_language.student.student_reasoner import DistilledReasoner, SelectionPolicy
 
 
 def make_distilled(rest: str, exchanges: Path | None = None) -> DistilledReasoner:
@@ -17,9 +17,9 @@ def make_distilled(rest: str, exchanges: Path | None = None) -> DistilledReasone
     """
     try:
         return DistilledReasoner(Path(rest) if rest else DATA)
-    except WeightsError as error:
+    except StudentWeightsError as error:
         raise ReasonerNameError(f"distilled: {error}") from error
 
 
-KIND = Kind("distilled", "distilled[:FOLDER]", make_distilled)
-__all__ = ["KIND", "Choice", "DistilledReasoner", "WeightsError"]
+KIND = ReasonerKind("distilled", "distilled[:FOLDER]", make_distilled)
+__all__ = ["KIND", "DistilledReasoner", "SelectionPolicy", "StudentWeightsError"]

@@ -28,7 +28,7 @@ class ChainError(ValueError):
 
 
 @dataclass(frozen=True)
-class Chain:
+class ReasoningChain:
     """The typed answer.
 
     Attributes:
@@ -52,7 +52,7 @@ class Chain:
     plan: RecoveryPlan | None
 
 
-def write_chain(chain: Chain) -> str:
+def write_chain(chain: ReasoningChain) -> str:
     """Return a chain as text.
 
     Raises:
@@ -73,7 +73,7 @@ def write_chain(chain: Chain) -> str:
     return " ".join(tokens)
 
 
-def read_chain(text: str) -> Chain:
+def read_chain(text: str) -> ReasoningChain:
     """Return the chain of a text: `read_chain(write_chain(chain)) == chain`, probabilities rounded.
 
     Raises:
@@ -87,7 +87,7 @@ def read_chain(text: str) -> Chain:
         seen, thought, done = tokens[one + 1 : two], tokens[two + 1 : three], tokens[three + 1 :]
         told = dict(token.split(":", 1) for token in thought[1:])
         soon, late = told["ends"].split(":")
-        return Chain(
+        return ReasoningChain(
             controls=tuple(int(token[1:]) for token in seen if token[0] == "c"),
             participants=tuple(_participant(token) for token in seen if token[0] == "o"),
             asked=GuidanceIntent(told["asked"]) if "asked" in told else None,

@@ -15,13 +15,13 @@ from stucksolver.plan import (
 from stucksolver.reasoners.rules.analyze import MOVING_MPS
 from stucksolver.scene import Scene
 from stucksolver.scene.wording import whereabouts
-from stucksolver_language.student.chain_codec import Chain, ChainError
+from stucksolver_language.student.chain_codec import ChainError, ReasoningChain
 
 HELD_BY = frozenset(WaitReason) - {WaitReason.AT_DESTINATION, WaitReason.UNKNOWN_STOPPED, WaitReason.NO_SAFE_WAY}
 """Reasons that S2.4 asks for."""
 
 
-def render(chain: Chain, scene: Scene) -> Decision:
+def render(chain: ReasoningChain, scene: Scene) -> Decision:
     """Return the decision that a chain means in a scene.
 
     Raises:
@@ -44,7 +44,7 @@ def render(chain: Chain, scene: Scene) -> Decision:
     return Decision(observation=observation, analysis=analysis, plan=chain.plan, rationale=_rationale(chain, reason))
 
 
-def _observation(chain: Chain, scene: Scene) -> Observation:
+def _observation(chain: ReasoningChain, scene: Scene) -> Observation:
     objects = {o.id: o for o in scene.objects}
     missing = [name for name, _ in chain.participants if name not in objects]
     if missing or any(number >= len(scene.controls) for number in chain.controls):
@@ -69,7 +69,7 @@ def _observation(chain: Chain, scene: Scene) -> Observation:
     )
 
 
-def _steps(chain: Chain, scene: Scene, reason: str) -> list[tuple[str, bool, str]]:
+def _steps(chain: ReasoningChain, scene: Scene, reason: str) -> list[tuple[str, bool, str]]:
     """Return the questions of the chain with their answers and evidence."""
     if chain.asked is not None:
         return [("S2.1", chain.plan is not None, reason)]
@@ -88,7 +88,7 @@ def _steps(chain: Chain, scene: Scene, reason: str) -> list[tuple[str, bool, str
     ]
 
 
-def _reason(chain: Chain, scene: Scene) -> str:
+def _reason(chain: ReasoningChain, scene: Scene) -> str:
     soon = chain.ends[0]
     if chain.asked is not None:
         return f"the passenger asks for: {chain.asked.value.replace('_', ' ')}"
@@ -104,7 +104,7 @@ def _reason(chain: Chain, scene: Scene) -> str:
     return f"{cause}; {1.0 - soon:.0%} likely to last longer than 10 s"
 
 
-def _rationale(chain: Chain, reason: str) -> str:
+def _rationale(chain: ReasoningChain, reason: str) -> str:
     if chain.plan is None:
         return f"wait: {reason}"
     return f"{', then '.join(b.name.replace('_', ' ') for b in chain.plan.behaviors)}: {reason}"

@@ -16,18 +16,18 @@ from numpy.typing import NDArray
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import Behavior
 from stucksolver.scene import (
-    AttemptEnd,
+    AttemptOutcome,
     Claim,
     ControlKind,
+    FailedAttempt,
     GuidanceIntent,
+    Interpretation,
     LaneDirection,
     LaneKind,
     LaneRelation,
     LightState,
     LineKind,
     ObjectKind,
-    PastAttempt,
-    Reading,
     RejectCode,
     Scene,
     SceneLane,
@@ -47,7 +47,7 @@ Floats = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
-class Encoded:
+class EncodedScene:
     """A scene as numbers.
 
     Attributes:
@@ -61,7 +61,7 @@ class Encoded:
     ids: tuple[str, ...]
 
 
-def encode(scene: Scene) -> Encoded:
+def encode(scene: Scene) -> EncodedScene:
     """Return a scene as numbers. The words count as their reading says, and only if they have one."""
     near = sorted(scene.objects, key=_importance)[: MOST["objects"]]
     lists: dict[str, list[list[float]]] = {
@@ -78,7 +78,7 @@ def encode(scene: Scene) -> Encoded:
             table[: len(found)] = found
         rows[name] = table
         mask.append(np.arange(MOST[name]) < len(found))
-    return Encoded(rows, np.concatenate(mask), tuple(o.id for o in near))
+    return EncodedScene(rows, np.concatenate(mask), tuple(o.id for o in near))
 
 
 def encode_plans(
@@ -127,7 +127,7 @@ def _ego(scene: Scene) -> list[float]:
     ]
 
 
-def _words(reading: Reading | None) -> list[float]:
+def _words(reading: Interpretation | None) -> list[float]:
     intent = None if reading is None else reading.intent
     side = None if reading is None else reading.side
     return [float(reading is not None), *_one_of(intent, GuidanceIntent), *_one_of(side, Side)]
@@ -182,10 +182,10 @@ def _control(control: TrafficControl) -> list[float]:
     ]
 
 
-def _attempt(attempt: PastAttempt, now_s: float) -> list[float]:
+def _attempt(attempt: FailedAttempt, now_s: float) -> list[float]:
     return [
         *_long(now_s - attempt.time_s),
-        *_one_of(attempt.ended, AttemptEnd),
+        *_one_of(attempt.ended, AttemptOutcome),
         *(float(code in attempt.codes) for code in RejectCode),
     ]
 
@@ -223,6 +223,6 @@ WIDTHS = {
     "objects": len(ObjectKind) + len(LaneRelation) + 28,
     "lanes": len(LaneRelation) + len(LaneDirection) + len(LaneKind) + len(LineKind) + 8,
     "controls": len(ControlKind) + len(LightState) + 4,
-    "attempts": 2 + len(AttemptEnd) + len(RejectCode),
+    "attempts": 2 + len(AttemptOutcome) + len(RejectCode),
 }
 """Width of each kind of row."""

@@ -23,7 +23,7 @@ Floats = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
-class Numbers:
+class StudentOutput:
     """The network's outputs for one scene.
 
     Attributes:

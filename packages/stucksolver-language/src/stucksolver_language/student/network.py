@@ -16,12 +16,12 @@ from pydantic import Field, ValidationError
 
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import REGISTRY
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver_language.student import feature_encoding as features
 from stucksolver_language.student import heads
 from stucksolver_language.student import scene_codec as scene_text
-from stucksolver_language.student.feature_encoding import Encoded, encode_plans
-from stucksolver_language.student.heads import OUTPUTS, Numbers
+from stucksolver_language.student.feature_encoding import EncodedScene, encode_plans
+from stucksolver_language.student.heads import OUTPUTS, StudentOutput
 from stucksolver_language.student.vocabulary import Vocabulary
 
 DATA = Path(__file__).with_name("data")
@@ -29,11 +29,11 @@ WEIGHTS, CARD = "student.onnx", "student.json"
 REMEDY = "train it again with `stucksolver distill train`, or install stucksolver again"
 
 
-class WeightsError(ValueError):
+class StudentWeightsError(ValueError):
     """The student's weights cannot be used. The message says why and what to do."""
 
 
-class Versions(Model):
+class Versions(FrozenModel):
     """Versions of what the weights depend on."""
 
     scene_text: int
@@ -41,7 +41,7 @@ class Versions(Model):
     heads: int
 
 
-class Card(Model):
+class Card(FrozenModel):
     """What the weights are: written by the training, checked before they are used.
 
     Attributes:
@@ -78,14 +78,14 @@ def read_card(folder: Path) -> Card:
     try:
         card = Card.model_validate_json(path.read_text(encoding="utf-8"))
     except FileNotFoundError as error:
-        raise WeightsError(f"{folder} has no {CARD}: no student is there; {REMEDY}") from error
+        raise StudentWeightsError(f"{folder} has no {CARD}: no student is there; {REMEDY}") from error
     except (OSError, ValidationError, UnicodeDecodeError) as error:
-        raise WeightsError(f"{path} cannot be read: it is damaged or of another version; {REMEDY}") from error
+        raise StudentWeightsError(f"{path} cannot be read: it is damaged or of another version; {REMEDY}") from error
     if card.versions != versions():
-        raise WeightsError(f"{path} is for {_said(card.versions)}, and this is {_said(versions())}; {REMEDY}")
+        raise StudentWeightsError(f"{path} is for {_said(card.versions)}, and this is {_said(versions())}; {REMEDY}")
     gone = [name for name in card.vocabulary.behaviors if name not in REGISTRY]
     if gone:
-        raise WeightsError(f"{path} knows behaviours that do not exist here: {', '.join(gone)}; {REMEDY}")
+        raise StudentWeightsError(f"{path} knows behaviours that do not exist here: {', '.join(gone)}; {REMEDY}")
     return card
 
 
@@ -93,7 +93,7 @@ def _said(one: Versions) -> str:
     return ", ".join(f"{name} {number}" for name, number in one.model_dump().items())
 
 
-class Network:
+class StudentNetwork:
     """Answers scenes. May be used from several threads.
 
     Args:
@@ -109,7 +109,7 @@ class Network:
         self._session = _loaded(folder, self.card.sha256, threads)
         self._lock = threading.Lock()
 
-    def answer(self, scene: Encoded, plans: Sequence[RecoveryPlan]) -> Numbers:
+    def answer(self, scene: EncodedScene, plans: Sequence[RecoveryPlan]) -> StudentOutput:
         """Return the numbers for one scene and its plans; calibrated. The same input always gives the same output.
 
         Raises:
@@ -117,7 +117,7 @@ class Network:
         """
         return self.run(scene, *encode_plans(plans, scene.ids, self.card.vocabulary))
 
-    def run(self, scene: Encoded, rows: features.Floats, named: NDArray[np.int64]) -> Numbers:
+    def run(self, scene: EncodedScene, rows: features.Floats, named: NDArray[np.int64]) -> StudentOutput:
         """Return the numbers for one scene and plans that are numbers already, as `encode_plans` returns them."""
         if not len(rows):
             # The network's shape needs one plan; a row of zeros stands for none.
@@ -129,7 +129,7 @@ class Network:
             found = self._session.run(list(OUTPUTS), fed)
         by_name = dict(zip(OUTPUTS, (one[0] for one in found), strict=True))
         by_name["hazard"] = by_name["hazard"] / np.float32(self.card.temperature)
-        return Numbers(**by_name)
+        return StudentOutput(**by_name)
 
 
 @lru_cache(maxsize=2)
@@ -138,13 +138,13 @@ def _loaded(folder: Path, sha256: str, threads: int) -> Any:
     try:
         import onnxruntime
     except ImportError as error:
-        raise WeightsError("onnxruntime is not installed: add the extra [language] (README, Install)") from error
+        raise StudentWeightsError("onnxruntime is not installed: add the extra [language] (README, Install)") from error
     try:
         data = (folder / WEIGHTS).read_bytes()
     except OSError as error:
-        raise WeightsError(f"{folder} has no {WEIGHTS}: {error.strerror}; {REMEDY}") from error
+        raise StudentWeightsError(f"{folder} has no {WEIGHTS}: {error.strerror}; {REMEDY}") from error
     if hashlib.sha256(data).hexdigest() != sha256:
-        raise WeightsError(f"{folder / WEIGHTS} is not the file of its card {CARD}; {REMEDY}")
+        raise StudentWeightsError(f"{folder / WEIGHTS} is not the file of its card {CARD}; {REMEDY}")
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1

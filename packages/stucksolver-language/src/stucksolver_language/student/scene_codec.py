@@ -15,27 +15,27 @@ from pydantic import ValidationError
 from stucksolver.plan.behaviors import REGISTRY, describe
 from stucksolver.scene import (
     CandidateWaypoint,
+    FailedAttempt,
     Guidance,
-    PastAttempt,
     Scene,
     SceneEgo,
     SceneLane,
     SceneObject,
     TrafficControl,
 )
-from stucksolver.scene.base_model import Model, first_problem
+from stucksolver.scene.base_model import FrozenModel, first_problem
 
 VERSION = 1
 """Increased with every change of `FIELDS`. A text of another version is refused."""
 HEAD = "stucksolver-scene/"
 
-ROWS: dict[str, tuple[str, type[Model]]] = {
+ROWS: dict[str, tuple[str, type[FrozenModel]]] = {
     "e": ("ego", SceneEgo),
     "o": ("objects", SceneObject),
     "c": ("controls", TrafficControl),
     "l": ("lanes", SceneLane),
     "w": ("waypoints", CandidateWaypoint),
-    "a": ("attempts", PastAttempt),
+    "a": ("attempts", FailedAttempt),
     "g": ("guidance", Guidance),
 }
 """By letter: the field of the scene that the rows fill, and the type of one row."""
@@ -172,7 +172,7 @@ def _add(found: dict[str, Any], line: str) -> None:
         found[name].append(one)
 
 
-def _row(letter: str, one: Model) -> str:
+def _row(letter: str, one: FrozenModel) -> str:
     fields = FIELDS[letter]
     data = one.model_dump(mode="json", include=set(fields))
     return json.dumps([letter, *(_short(data[name]) for name in fields)], separators=(",", ":"), allow_nan=False)

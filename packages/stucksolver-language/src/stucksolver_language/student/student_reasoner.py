@@ -10,7 +10,14 @@ import numpy as np
 
 from stucksolver.plan import CauseCode, Decision, Intent, RecoveryPlan, WaitReason
 from stucksolver.plan.behaviors import RequestAssistance
-from stucksolver.reasoners.reasoner import ACCEPTED, PARSERS, Answer, ReasonerError, Request, Trace
+from stucksolver.reasoners.reasoner import (
+    ACCEPTED,
+    PARSERS,
+    ReasonerAnswer,
+    ReasonerError,
+    ReasonerRequest,
+    ReasonerTrace,
+)
 from stucksolver.reasoners.rules import RuleReasoner
 from stucksolver.reasoners.rules.analyze import LIGHT_AHEAD_M, MOVING_MPS, blocker, loops, red_light_within
 from stucksolver.reasoners.rules.observe import goes_first
@@ -20,15 +27,15 @@ from stucksolver_language.student.chain_codec import (
     FORMAT,
     MOST_CONTROLS,
     MOST_PARTICIPANTS,
-    Chain,
     ChainError,
+    ReasoningChain,
     read_chain,
     write_chain,
 )
 from stucksolver_language.student.decision_renderer import render
-from stucksolver_language.student.feature_encoding import Encoded, encode
-from stucksolver_language.student.heads import CAUSES, HOLDS, INTENTS, Numbers, ends_within
-from stucksolver_language.student.network import DATA, Network
+from stucksolver_language.student.feature_encoding import EncodedScene, encode
+from stucksolver_language.student.heads import CAUSES, HOLDS, INTENTS, StudentOutput, ends_within
+from stucksolver_language.student.network import DATA, StudentNetwork
 from stucksolver_language.student.scene_codec import write_scene
 
 DUTIES = frozenset({WaitReason.LIGHT, WaitReason.STOP_SIGN, WaitReason.PEOPLE, WaitReason.YIELD})
@@ -39,7 +46,7 @@ IN_LANE = frozenset({"back_up", "creep", "follow_vehicle", "keep_lane"})
 
 
 @dataclass(frozen=True)
-class Choice:
+class SelectionPolicy:
     """How the student chooses. Set by hand; docs/distilled.md says what follows from it.
 
     Attributes:
@@ -73,13 +80,13 @@ class DistilledReasoner:
         WeightsError: The weights cannot be used here.
     """
 
-    def __init__(self, folder: Path = DATA, choice: Choice | None = None) -> None:
-        self._network = Network(folder)
-        self._choice = choice or Choice()
+    def __init__(self, folder: Path = DATA, choice: SelectionPolicy | None = None) -> None:
+        self._network = StudentNetwork(folder)
+        self._choice = choice or SelectionPolicy()
         self._rules = RuleReasoner()
         self.name = f"distilled ({self._network.card.sha256[:8]})"
 
-    def decide(self, request: Request) -> Answer:
+    def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
         """Return the decision for a scene. The same scene and the same verdicts of the guard give the same answer.
 
         Raises:
@@ -92,16 +99,16 @@ class DistilledReasoner:
             raise ReasonerError(f"the scene cannot be written: {error}") from error
         text = write_chain(self._chain(request))
         decision = render(read_chain(text), request.scene)
-        trace = Trace(
+        trace = ReasonerTrace(
             format=FORMAT,
             prompt=prompt,
             answers=(text,),
             model=self.name,
             seconds=round(time.perf_counter() - began, 4),
         )
-        return Answer(decision, self.name, trace)
+        return ReasonerAnswer(decision, self.name, trace)
 
-    def _chain(self, request: Request) -> Chain:
+    def _chain(self, request: ReasonerRequest) -> ReasoningChain:
         scene, said = request.scene, self._rules.decide(request).decision
         own = said.plan
         known = set(self._network.card.vocabulary.behaviors)
@@ -119,7 +126,7 @@ class DistilledReasoner:
             wait = said.analysis.wait or WaitReason.NO_SAFE_WAY
         stuck = plan is not None or wait is WaitReason.NO_SAFE_WAY
         asked = None if scene.guidance is None else _asked(scene)
-        return Chain(
+        return ReasoningChain(
             controls=tuple(n for n, c in enumerate(scene.controls) if c.applies is not False)[:MOST_CONTROLS],
             participants=_participants(encoded, numbers),
             asked=asked,
@@ -130,7 +137,7 @@ class DistilledReasoner:
             plan=plan,
         )
 
-    def _wait(self, scene: Scene, numbers: Numbers, soon: float, said: WaitReason | None) -> WaitReason | None:
+    def _wait(self, scene: Scene, numbers: StudentOutput, soon: float, said: WaitReason | None) -> WaitReason | None:
         """Return why waiting is right, or None if it is not. `said` is what the rules say."""
         if scene.ego.at_destination:
             return WaitReason.AT_DESTINATION
@@ -149,7 +156,11 @@ class DistilledReasoner:
         return max(reasons, key=lambda pair: pair[0])[1]
 
     def _plan(
-        self, request: Request, plans: tuple[RecoveryPlan, ...], numbers: Numbers, own: RecoveryPlan | None
+        self,
+        request: ReasonerRequest,
+        plans: tuple[RecoveryPlan, ...],
+        numbers: StudentOutput,
+        own: RecoveryPlan | None,
     ) -> RecoveryPlan | None:
         """Return the best plan that the guard accepts; or else the rules' plan, for which a gap may open."""
         ranked = self._ranked(request.scene, plans, numbers, own)
@@ -164,7 +175,7 @@ class DistilledReasoner:
         return own
 
     def _ranked(
-        self, scene: Scene, plans: tuple[RecoveryPlan, ...], numbers: Numbers, own: RecoveryPlan | None
+        self, scene: Scene, plans: tuple[RecoveryPlan, ...], numbers: StudentOutput, own: RecoveryPlan | None
     ) -> list[RecoveryPlan]:
         """Return the plans worth asking about, best first. What was tried in this episode comes last, unless the rules
         propose it again.
@@ -215,7 +226,7 @@ def _asked(scene: Scene) -> GuidanceIntent:
     return GuidanceIntent.UNCLEAR if reading is None else reading.intent
 
 
-def _cause(scene: Scene, numbers: Numbers, said: CauseCode | None) -> CauseCode:
+def _cause(scene: Scene, numbers: StudentOutput, said: CauseCode | None) -> CauseCode:
     """Return the cause: that of the rules if they know one, else the network's."""
     if loops(scene):
         return CauseCode.LOOP
@@ -225,7 +236,7 @@ def _cause(scene: Scene, numbers: Numbers, said: CauseCode | None) -> CauseCode:
     return max(standing, key=lambda pair: pair[0])[1]
 
 
-def _participants(encoded: Encoded, numbers: Numbers) -> tuple[tuple[str, Intent], ...]:
+def _participants(encoded: EncodedScene, numbers: StudentOutput) -> tuple[tuple[str, Intent], ...]:
     best = numbers.intent[: len(encoded.ids)].argmax(axis=1)
     found = [(name, INTENTS[k]) for name, k in zip(encoded.ids, best, strict=True)]
     return tuple((name, intent) for name, intent in found if intent is not None)[:MOST_PARTICIPANTS]

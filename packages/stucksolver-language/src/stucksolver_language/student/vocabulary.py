@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from stucksolver.plan.behaviors import REGISTRY, Behavior
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 
-class Vocabulary(Model):
+class Vocabulary(FrozenModel):
     """Names of behaviours and of their parameters. A network keeps the one with which it was trained in its card.
 
     Attributes:

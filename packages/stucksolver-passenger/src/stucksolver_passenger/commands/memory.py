@@ -12,7 +12,7 @@ from pathlib import Path
 from stucksolver.commands.arguments import above_zero, add_json, at_least, print_json
 from stucksolver.commands.errors import UsageError
 from stucksolver.commands.subcommands import parts_of, run_part
-from stucksolver_passenger.memory import Episode, EpisodeStore, Kept, MemoryFileError
+from stucksolver_passenger.memory import MemoryFileError, SolutionStore, StoredSolution, TriedSolution
 from stucksolver_passenger.memory.store import DAY_S
 
 WORDS_SHOWN = 44
@@ -60,7 +60,7 @@ def _with_file(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
 
 
 def _list(options: argparse.Namespace) -> int:
-    kept = EpisodeStore(options.file, create=False).episodes()
+    kept = SolutionStore(options.file, create=False).episodes()
     for one in kept:
         print(json.dumps(_data(one), ensure_ascii=False) if options.json else _line(one))
     if not kept and not options.json:
@@ -69,7 +69,7 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _show(options: argparse.Namespace) -> int:
-    one = EpisodeStore(options.file, create=False).episode(options.number)
+    one = SolutionStore(options.file, create=False).episode(options.number)
     if one is None:
         raise UsageError(f"{options.file} has no entry {options.number}; `stucksolver memory list` shows them")
     print(json.dumps(_data(one), indent=2, ensure_ascii=False))
@@ -77,7 +77,7 @@ def _show(options: argparse.Namespace) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
-    for one in EpisodeStore(options.file, create=False).episodes():
+    for one in SolutionStore(options.file, create=False).episodes():
         print(one.episode.model_dump_json(exclude_none=True))
     return 0
 
@@ -88,7 +88,7 @@ def _import(options: argparse.Namespace) -> int:
     except (OSError, UnicodeDecodeError) as error:
         raise UsageError(f"{options.lines} cannot be read: {error}; give a file from `memory export`") from error
     episodes = [_read(options.lines, number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
-    store = EpisodeStore(options.file)
+    store = SolutionStore(options.file)
     for episode in episodes:
         store.add(episode)
     if options.json:
@@ -98,9 +98,9 @@ def _import(options: argparse.Namespace) -> int:
     return 0
 
 
-def _read(file: Path, number: int, line: str) -> Episode:
+def _read(file: Path, number: int, line: str) -> TriedSolution:
     try:
-        return Episode.model_validate_json(line)
+        return TriedSolution.model_validate_json(line)
     except ValueError as error:
         raise UsageError(f"{file}, line {number}: not a memory entry; nothing was added") from error
 
@@ -109,7 +109,7 @@ def _forget(options: argparse.Namespace) -> int:
     asked = options.numbers or options.days is not None or options.vehicle is not None or options.all
     if not asked:
         raise UsageError("forget what? Give numbers of entries, --days, --vehicle or --all")
-    store = EpisodeStore(options.file, create=False)
+    store = SolutionStore(options.file, create=False)
     if options.all:
         gone = store.forget_all()
     else:
@@ -122,11 +122,11 @@ def _forget(options: argparse.Namespace) -> int:
     return 0
 
 
-def _data(one: Kept) -> dict[str, object]:
+def _data(one: StoredSolution) -> dict[str, object]:
     return {"number": one.number, **one.episode.model_dump(mode="json", exclude_none=True)}
 
 
-def _line(one: Kept) -> str:
+def _line(one: StoredSolution) -> str:
     """Return number, time, vehicle, obstacle, words, solution and ending of an entry as one line."""
     episode = one.episode
     when = datetime.datetime.fromtimestamp(episode.at_s).strftime("%Y-%m-%d %H:%M")

@@ -13,7 +13,7 @@ from stucksolver.scene import (
     Scene,
     SceneObject,
 )
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 NEAR_M = 25.0
 """Objects further ahead do not hold the vehicle up; the rules' own bound."""
@@ -34,7 +34,7 @@ HARD = ("obstacle", "motion", "light")
 SOFT = ("hazard_lights", "left", "right", "oncoming", "people", "detour")
 
 
-class Motion(str, Enum):
+class ObstacleMotion(str, Enum):
     """Motion of the obstacle along the route."""
 
     NONE = "none"
@@ -55,7 +55,7 @@ class LaneState(str, Enum):
     """It has something in it that stays: an object, or a vehicle with hazard lights."""
 
 
-class SceneFeatures(Model):
+class SceneFeatures(FrozenModel):
     """A scene without places, times, images or names: nothing in it says where or with whom it was.
 
     Attributes:
@@ -66,7 +66,7 @@ class SceneFeatures(Model):
     """
 
     obstacle: str
-    motion: Motion
+    motion: ObstacleMotion
     light: str
     hazard_lights: bool
     left: LaneState
@@ -105,14 +105,14 @@ def alike(one: SceneFeatures, other: SceneFeatures) -> bool:
     return similarity(one, other) >= ALIKE_SHARE
 
 
-def _motion(lead: SceneObject | None) -> Motion:
+def _motion(lead: SceneObject | None) -> ObstacleMotion:
     if lead is None:
-        return Motion.NONE
+        return ObstacleMotion.NONE
     if abs(lead.speed_across_mps) > max(STANDS_MPS, abs(lead.speed_along_mps)):
-        return Motion.ACROSS
+        return ObstacleMotion.ACROSS
     if abs(lead.speed_along_mps) <= STANDS_MPS:
-        return Motion.STANDING
-    return Motion.AWAY if lead.speed_along_mps > 0.0 else Motion.TOWARDS
+        return ObstacleMotion.STANDING
+    return ObstacleMotion.AWAY if lead.speed_along_mps > 0.0 else ObstacleMotion.TOWARDS
 
 
 def _light(scene: Scene) -> str:

@@ -15,10 +15,10 @@ from stucksolver.plan import WaitLimits
 from stucksolver.reasoners import Reasoner, RuleReasoner
 from stucksolver.solver import Event
 from stucksolver_passenger.memory.features import SceneFeatures
-from stucksolver_passenger.memory.memory_reasoner import RememberingReasoner
-from stucksolver_passenger.memory.observer import Observer
-from stucksolver_passenger.memory.store import EpisodeStore, MemoryFileError
-from stucksolver_passenger.memory.tried_solution import Episode
+from stucksolver_passenger.memory.memory_reasoner import MemoryReasoner
+from stucksolver_passenger.memory.observer import OutcomeObserver
+from stucksolver_passenger.memory.store import MemoryFileError, SolutionStore
+from stucksolver_passenger.memory.tried_solution import TriedSolution
 
 Listener = Callable[[Event], None]
 
@@ -38,23 +38,23 @@ class Memory:
     """
 
     def __init__(self, path: Path, *, now_s: Callable[[], float] = time.time) -> None:
-        self.store = EpisodeStore(path)
+        self.store = SolutionStore(path)
         self.fault: MemoryFileError | None = None
         """The last problem with the file; None if there is none."""
         self._now_s = now_s
-        self._observers: list[Observer] = []
-        self._waiting: queue.Queue[Episode | None] = queue.Queue()
+        self._observers: list[OutcomeObserver] = []
+        self._waiting: queue.Queue[TriedSolution | None] = queue.Queue()
         self._writer = threading.Thread(target=self._write, name="stucksolver-memory", daemon=True)
         self._writer.start()
 
-    def before(self, inner: Reasoner | None = None, limits: WaitLimits | None = None) -> RememberingReasoner:
+    def before(self, inner: Reasoner | None = None, limits: WaitLimits | None = None) -> MemoryReasoner:
         """Return a reasoner that first proposes what has worked, and otherwise asks `inner`.
 
         Args:
             inner: The other reasoner; the rules if None.
             limits: When waiting is right. Give the ladder's (`ladder.waits.limits()`) if it is not the default one.
         """
-        return RememberingReasoner(inner or RuleReasoner(limits), self._remembered, limits)
+        return MemoryReasoner(inner or RuleReasoner(limits), self._remembered, limits)
 
     def ear(self, vehicle: str, further: Listener | None = None) -> Listener:
         """Return the listener for a vehicle's solver (`on_event`).
@@ -63,7 +63,7 @@ class Memory:
             vehicle: Name of the vehicle.
             further: Receives the events after the memory.
         """
-        observer = Observer(vehicle[:40], self._waiting.put, self._now_s)
+        observer = OutcomeObserver(vehicle[:40], self._waiting.put, self._now_s)
         self._observers.append(observer)
 
         def hear(event: Event) -> None:
@@ -90,7 +90,7 @@ class Memory:
     ) -> None:
         self.close()
 
-    def _remembered(self, scene: SceneFeatures) -> tuple[Episode, ...]:
+    def _remembered(self, scene: SceneFeatures) -> tuple[TriedSolution, ...]:
         """Called by reasoners outside the control loop. Includes everything that ended before the question."""
         self._waiting.join()
         try:

@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from stucksolver.plan import Decision, RecoveryPlan, WaitLimits, WaitReason
-from stucksolver.reasoners import Answer, Reasoner, Request, RuleReasoner, Trace
-from stucksolver.reasoners.reasoner import Cancellable, Preflighted
-from stucksolver.scene import Guidance, Reading, Scene
+from stucksolver.reasoners import Reasoner, ReasonerAnswer, ReasonerRequest, ReasonerTrace, RuleReasoner
+from stucksolver.reasoners.reasoner import Cancellable, SupportsPreflight
+from stucksolver.scene import Guidance, Interpretation, Scene
 from stucksolver_passenger.memory.features import LaneState, SceneFeatures, features_of
-from stucksolver_passenger.memory.recall import Remembered, recall
+from stucksolver_passenger.memory.recall import RecalledSolution, recall
 from stucksolver_passenger.memory.solution import solution_of
-from stucksolver_passenger.memory.tried_solution import Episode
+from stucksolver_passenger.memory.tried_solution import TriedSolution
 
 NAME = "memory"
 """The name in answers that come from the memory."""
-Episodes = Callable[[SceneFeatures], tuple[Episode, ...]]
+Episodes = Callable[[SceneFeatures], tuple[TriedSolution, ...]]
 """Returns the episodes with the same obstacle; none if the memory cannot be read."""
 
 
-class RememberingReasoner:
+class MemoryReasoner:
     """Wraps another reasoner on the same rung of the ladder.
 
     It has no plan of its own: it asks the rules what a remembered solution would be here, and proposes that. So the
@@ -40,7 +40,7 @@ class RememberingReasoner:
         """Name of the other reasoner with the memory before it."""
         return f"{NAME}, then {self._inner.name}"
 
-    def decide(self, request: Request) -> Answer:
+    def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
         """Return what worked before, or the other reasoner's answer.
 
         Raises:
@@ -60,12 +60,12 @@ class RememberingReasoner:
         Raises:
             ReasonerError: The other reasoner would fail.
         """
-        return self._inner.preflight() if isinstance(self._inner, Preflighted) else ()
+        return self._inner.preflight() if isinstance(self._inner, SupportsPreflight) else ()
 
     # ---- what worked before
 
-    def _proposed(self, scene: Scene) -> Answer | None:
-        base = self._rules.decide(Request(scene)).decision
+    def _proposed(self, scene: Scene) -> ReasonerAnswer | None:
+        base = self._rules.decide(ReasonerRequest(scene)).decision
         features = features_of(scene)
         if not base.analysis.immobilized or _is_wait(base.analysis.wait, features):
             return None  # waiting is right, or there is nothing to do
@@ -81,9 +81,9 @@ class RememberingReasoner:
                 return _answer(base, one, plan)
         return None
 
-    def _plan_for(self, scene: Scene, one: Remembered) -> RecoveryPlan | None:
+    def _plan_for(self, scene: Scene, one: RecalledSolution) -> RecoveryPlan | None:
         """Return the rules' plan for a solution in this scene; None if it cannot be done here."""
-        asked = Reading(
+        asked = Interpretation(
             intent=one.solution.intent,
             side=one.solution.side,
             confidence=one.rate.mean,
@@ -91,7 +91,7 @@ class RememberingReasoner:
             reader=NAME,
         )
         guidance = Guidance(text="", time_s=scene.time_s, reading=asked)
-        plan = self._rules.decide(Request(scene.model_copy(update={"guidance": guidance}))).decision.plan
+        plan = self._rules.decide(ReasonerRequest(scene.model_copy(update={"guidance": guidance}))).decision.plan
         return plan if plan is not None and solution_of(plan) == one.solution else None
 
 
@@ -107,9 +107,9 @@ def _was_tried(scene: Scene, plan: RecoveryPlan) -> bool:
     return any(attempt.behaviors == names for attempt in scene.attempts)
 
 
-def _answer(base: Decision, one: Remembered, plan: RecoveryPlan) -> Answer:
+def _answer(base: Decision, one: RecalledSolution, plan: RecoveryPlan) -> ReasonerAnswer:
     why = f"memory: {one.solution.name} worked {one.rate.worked} of {one.rate.tries} times in scenes like this one"
     analysis = base.analysis.model_copy(update={"wait": None})
     decision = base.model_copy(update={"analysis": analysis, "plan": plan, "rationale": why})
     # With the decision itself as its trace, a record of it can be replayed without the memory.
-    return Answer(decision, NAME, Trace(answers=(decision.model_dump_json(),)))
+    return ReasonerAnswer(decision, NAME, ReasonerTrace(answers=(decision.model_dump_json(),)))

@@ -9,7 +9,7 @@ from stucksolver.scene import Guidance
 from stucksolver.solver import Event, EventKind, QuestionKind
 from stucksolver_passenger.memory.features import SceneFeatures, features_of
 from stucksolver_passenger.memory.solution import Solution, solution_of
-from stucksolver_passenger.memory.tried_solution import Ending, Episode
+from stucksolver_passenger.memory.tried_solution import SolutionOutcome, TriedSolution
 
 HOW_CHARACTERS = 300
 CREDITED_WITHIN_S = 60.0
@@ -17,7 +17,7 @@ CREDITED_WITHIN_S = 60.0
 
 
 @dataclass
-class Trial:
+class OpenTrial:
     """One solution in the open intervention. `begun_s` is when its plan was last begun; None before that."""
 
     scene: SceneFeatures
@@ -29,33 +29,33 @@ class Trial:
     ended_s: float | None = None
     finished: bool = False
     """True if its plan finished when it was last begun."""
-    ending: Ending = Ending.REFUSED
+    ending: SolutionOutcome = SolutionOutcome.REFUSED
     how: str = ""
 
 
 @dataclass
-class Intervention:
+class ObservedIntervention:
     """What has happened since the intervention began. `last` is the trial whose plan was begun last."""
 
-    trials: dict[tuple[Solution, bool], Trial] = field(default_factory=dict)
+    trials: dict[tuple[Solution, bool], OpenTrial] = field(default_factory=dict)
     words: tuple[Guidance, SceneFeatures] | None = None
     """The last words that asked for something, with the scene in which nothing could be done for them."""
-    decided: Trial | None = None
-    last: Trial | None = None
+    decided: OpenTrial | None = None
+    last: OpenTrial | None = None
     questions: int = 0
 
 
-class Observer:
+class OutcomeObserver:
     """Receives a solver's events, and passes the episodes of each intervention to `keep` when it is over.
 
     It is called from the control loop and does nothing that takes time. `now_s` returns the seconds since 1970.
     """
 
-    def __init__(self, vehicle: str, keep: Callable[[Episode], None], now_s: Callable[[], float]) -> None:
+    def __init__(self, vehicle: str, keep: Callable[[TriedSolution], None], now_s: Callable[[], float]) -> None:
         self._vehicle = vehicle
         self._keep = keep
         self._now_s = now_s
-        self._under_way = Intervention()
+        self._under_way = ObservedIntervention()
 
     def hear(self, event: Event) -> None:
         """Receive one event."""
@@ -82,7 +82,7 @@ class Observer:
         trial = self._under_way.trials.get(key)
         if trial is None:
             names = tuple(b.name for b in plan.behaviors)
-            trial = Trial(features_of(event.scene), solution, words, names, event.reasoner or "")
+            trial = OpenTrial(features_of(event.scene), solution, words, names, event.reasoner or "")
             self._under_way.trials[key] = trial
         if event.verdict is not None and not event.verdict.accepted:
             trial.how = str(event.verdict)
@@ -94,13 +94,13 @@ class Observer:
             self._under_way.last = None  # the way to the roadside
             return
         trial.begun_s, trial.ended_s, trial.finished = event.time_s, None, False
-        trial.ending, trial.how = Ending.UNFINISHED, ""
+        trial.ending, trial.how = SolutionOutcome.UNFINISHED, ""
         self._under_way.last = trial
 
     def _ended(self, event: Event) -> None:
         trial = self._under_way.last
-        if trial is not None and trial.ending is Ending.UNFINISHED:
-            trial.ending, trial.how, trial.ended_s = Ending.FAILED, event.text, event.time_s
+        if trial is not None and trial.ending is SolutionOutcome.UNFINISHED:
+            trial.ending, trial.how, trial.ended_s = SolutionOutcome.FAILED, event.text, event.time_s
             trial.finished = event.kind is EventKind.FINISHED
 
     def _recovered(self, event: Event) -> None:
@@ -108,14 +108,14 @@ class Observer:
         trial = self._under_way.last
         if trial is None:
             return
-        running = trial.ending is Ending.UNFINISHED
+        running = trial.ending is SolutionOutcome.UNFINISHED
         late = trial.ended_s is not None and event.time_s - trial.ended_s > CREDITED_WITHIN_S
         if running or (trial.finished and not late):
-            trial.ending, trial.how, trial.ended_s = Ending.WORKED, event.text, event.time_s
+            trial.ending, trial.how, trial.ended_s = SolutionOutcome.WORKED, event.text, event.time_s
 
     def _useless(self, event: Event) -> None:
         trial = self._under_way.last
-        if trial is not None and trial.ending is Ending.FAILED:
+        if trial is not None and trial.ending is SolutionOutcome.FAILED:
             trial.how, trial.finished = event.text, False
 
     def _asked(self, event: Event) -> None:
@@ -135,34 +135,34 @@ class Observer:
         trial = self._under_way.last
         if trial is not None and trial.finished and trial.words is not None:
             # A request carried out while the vehicle was not immobilized: there is nothing to recover from.
-            trial.ending = Ending.WORKED
+            trial.ending = SolutionOutcome.WORKED
         self._write()
 
     # ---- writing
 
     def _write(self) -> None:
-        under_way, self._under_way = self._under_way, Intervention()
+        under_way, self._under_way = self._under_way, ObservedIntervention()
         at_s = self._now_s()
         for trial in under_way.trials.values():
             self._keep(self._episode(trial, under_way, at_s))
         if under_way.words is not None and not any(t.words is not None for t in under_way.trials.values()):
             words, scene = under_way.words
             self._keep(
-                Episode(
+                TriedSolution(
                     at_s=at_s,
                     vehicle=self._vehicle,
                     scene=scene,
                     text=words.text,
                     reading=words.reading,
-                    ending=Ending.REFUSED,
+                    ending=SolutionOutcome.REFUSED,
                     how="nothing was found to do",
                     questions=under_way.questions,
                 )
             )
 
-    def _episode(self, trial: Trial, under_way: Intervention, at_s: float) -> Episode:
+    def _episode(self, trial: OpenTrial, under_way: ObservedIntervention, at_s: float) -> TriedSolution:
         begun, ended = trial.begun_s, trial.ended_s
-        return Episode(
+        return TriedSolution(
             at_s=at_s,
             vehicle=self._vehicle,
             scene=trial.scene,
@@ -178,15 +178,15 @@ class Observer:
         )
 
 
-_TOLD: dict[EventKind, Callable[[Observer, Event], None]] = {
-    EventKind.DECIDED: Observer._decided,
-    EventKind.STARTED: Observer._started,
-    EventKind.FINISHED: Observer._ended,
-    EventKind.ABORTED: Observer._ended,
-    EventKind.RECOVERED: Observer._recovered,
-    EventKind.USELESS: Observer._useless,
-    EventKind.ASKED: Observer._asked,
-    EventKind.ANSWERED: Observer._denied,
-    EventKind.STOPPED: Observer._stopped,
-    EventKind.CLOSED: Observer._closed,
+_TOLD: dict[EventKind, Callable[[OutcomeObserver, Event], None]] = {
+    EventKind.DECIDED: OutcomeObserver._decided,
+    EventKind.STARTED: OutcomeObserver._started,
+    EventKind.FINISHED: OutcomeObserver._ended,
+    EventKind.ABORTED: OutcomeObserver._ended,
+    EventKind.RECOVERED: OutcomeObserver._recovered,
+    EventKind.INEFFECTIVE: OutcomeObserver._useless,
+    EventKind.ASKED: OutcomeObserver._asked,
+    EventKind.ANSWERED: OutcomeObserver._denied,
+    EventKind.STOPPED: OutcomeObserver._stopped,
+    EventKind.CLOSED: OutcomeObserver._closed,
 }

@@ -14,7 +14,7 @@ from stucksolver.plan.behaviors import (
     ReplanRoute,
 )
 from stucksolver.scene import GuidanceIntent, Side
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 KINDS: tuple[tuple[type, GuidanceIntent], ...] = (
     (ReplanRoute, GuidanceIntent.REROUTE),
@@ -32,7 +32,7 @@ Pulling over, letting someone out and calling for help are requests or last reso
 """
 
 
-class Solution(Model):
+class Solution(FrozenModel):
     """What was done to move on. `side` is set only if a side was used."""
 
     intent: GuidanceIntent

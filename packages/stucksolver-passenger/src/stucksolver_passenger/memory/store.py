@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from stucksolver.privacy.private_files import make_private
 from stucksolver_passenger.memory.database_schema import APPLICATION_ID, MIGRATIONS, migrate, version_of
-from stucksolver_passenger.memory.tried_solution import Episode
+from stucksolver_passenger.memory.tried_solution import TriedSolution
 
 MOST_EPISODES = 10_000
 """The oldest are dropped when there are more: some 20 MB of file."""
@@ -32,14 +32,14 @@ class MemoryFileError(Exception):
 
 
 @dataclass(frozen=True)
-class Kept:
+class StoredSolution:
     """An episode with its number in the file."""
 
     number: int
-    episode: Episode
+    episode: TriedSolution
 
 
-class EpisodeStore:
+class SolutionStore:
     """Opens a memory's file, or makes one (mode 0600, also if it existed). Every method may raise `MemoryFileError`.
 
     Each call has its own connection, so any thread and any process may call at any time. Deleted data is overwritten in
@@ -60,7 +60,7 @@ class EpisodeStore:
         with self._open() as connection:
             migrate(connection)
 
-    def add(self, episode: Episode) -> int:
+    def add(self, episode: TriedSolution) -> int:
         """Store an episode and return its number. Old episodes are dropped if there are too many or they are too
         old.
         """
@@ -81,18 +81,18 @@ class EpisodeStore:
             connection.execute(f"DELETE FROM episodes WHERE id <= ({beyond})", (self._most_episodes,))
             return int(added.lastrowid or 0)
 
-    def episodes(self, obstacle: str | None = None) -> tuple[Kept, ...]:
+    def episodes(self, obstacle: str | None = None) -> tuple[StoredSolution, ...]:
         """Return all episodes, oldest first; only those with this kind of `obstacle` if one is given."""
         where, values = ("", ()) if obstacle is None else (" WHERE obstacle = ?", (obstacle,))
         with self._open() as connection:
             rows = connection.execute(f"SELECT id, episode FROM episodes{where} ORDER BY id", values).fetchall()
-        return tuple(Kept(int(number), self._read(int(number), text)) for number, text in rows)
+        return tuple(StoredSolution(int(number), self._read(int(number), text)) for number, text in rows)
 
-    def episode(self, number: int) -> Kept | None:
+    def episode(self, number: int) -> StoredSolution | None:
         """Return one episode; None if there is none with this number."""
         with self._open() as connection:
             row = connection.execute("SELECT id, episode FROM episodes WHERE id = ?", (number,)).fetchone()
-        return None if row is None else Kept(int(row[0]), self._read(int(row[0]), row[1]))
+        return None if row is None else StoredSolution(int(row[0]), self._read(int(row[0]), row[1]))
 
     def forget(
         self, *, numbers: tuple[int, ...] = (), before_s: float | None = None, vehicle: str | None = None
@@ -196,9 +196,9 @@ class EpisodeStore:
         connection.execute("VACUUM")
         connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
-    def _read(self, number: int, text: str) -> Episode:
+    def _read(self, number: int, text: str) -> TriedSolution:
         try:
-            return Episode.model_validate_json(text)
+            return TriedSolution.model_validate_json(text)
         except ValidationError as error:
             what = error.errors()[0]
             raise MemoryFileError(

@@ -18,7 +18,7 @@ STEPS = 40
 
 
 @dataclass(frozen=True)
-class Rate:
+class SuccessRate:
     """Number of tries, and how many worked. The prior is uniform: Beta(1, 1)."""
 
     worked: int = 0
@@ -34,9 +34,9 @@ class Rate:
         """The rate is above this with probability `CONFIDENCE`."""
         return lower_bound(self.worked, self.tries)
 
-    def with_one(self, worked: bool) -> Rate:
+    def with_one(self, worked: bool) -> SuccessRate:
         """The rate after one more try."""
-        return Rate(self.worked + worked, self.tries + 1)
+        return SuccessRate(self.worked + worked, self.tries + 1)
 
 
 @lru_cache(maxsize=4096)

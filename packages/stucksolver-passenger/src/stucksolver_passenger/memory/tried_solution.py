@@ -6,13 +6,13 @@ from enum import Enum
 
 from pydantic import Field
 
-from stucksolver.scene import MAX_WORDS, Reading
-from stucksolver.scene.base_model import Model
+from stucksolver.scene import MAX_WORDS, Interpretation
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver_passenger.memory.features import SceneFeatures
 from stucksolver_passenger.memory.solution import Solution
 
 
-class Ending(str, Enum):
+class SolutionOutcome(str, Enum):
     """How it ended."""
 
     WORKED = "worked"
@@ -25,11 +25,11 @@ class Ending(str, Enum):
     """The drive ended first: its result is unknown."""
 
 
-COUNTED = frozenset({Ending.WORKED, Ending.FAILED, Ending.REFUSED})
+COUNTED = frozenset({SolutionOutcome.WORKED, SolutionOutcome.FAILED, SolutionOutcome.REFUSED})
 """Endings that count for or against a solution."""
 
 
-class Episode(Model):
+class TriedSolution(FrozenModel):
     """One solution that was tried, and how it ended.
 
     Attributes:
@@ -47,11 +47,11 @@ class Episode(Model):
     vehicle: str = Field(max_length=40)
     scene: SceneFeatures
     text: str = Field(default="", max_length=MAX_WORDS)
-    reading: Reading | None = None
+    reading: Interpretation | None = None
     solution: Solution | None = None
     behaviors: tuple[str, ...] = ()
     proposer: str = Field(default="", max_length=100)
-    ending: Ending
+    ending: SolutionOutcome
     how: str = Field(default="", max_length=300)
     questions: int = Field(default=0, ge=0)
     took_s: float | None = None

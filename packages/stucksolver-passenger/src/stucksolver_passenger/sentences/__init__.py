@@ -2,22 +2,22 @@
 
 from stucksolver_passenger.sentences.acknowledgements import acknowledged
 from stucksolver_passenger.sentences.nouns import noun, noun_of, nouns
-from stucksolver_passenger.sentences.plans import Phrase, doing, will
-from stucksolver_passenger.sentences.questions import asked, needed
+from stucksolver_passenger.sentences.plans import PlanPhrase, future_phrase, present_phrase
+from stucksolver_passenger.sentences.questions import needed, question_text
 from stucksolver_passenger.sentences.reasons import blocked_by, waiting
-from stucksolver_passenger.sentences.rejections import can_not
+from stucksolver_passenger.sentences.rejections import rejection_sentence
 
 __all__ = [
-    "Phrase",
+    "PlanPhrase",
     "acknowledged",
-    "asked",
     "blocked_by",
-    "can_not",
-    "doing",
+    "future_phrase",
     "needed",
     "noun",
     "noun_of",
     "nouns",
+    "present_phrase",
+    "question_text",
+    "rejection_sentence",
     "waiting",
-    "will",
 ]

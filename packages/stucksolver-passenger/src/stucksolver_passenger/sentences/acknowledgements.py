@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver.scene import REQUESTS, Claim, GuidanceIntent, Reading
+from stucksolver.scene import REQUESTS, Claim, GuidanceIntent, Interpretation
 
 SEE = "Let me see whether that is possible."
 INTENTS: dict[GuidanceIntent, str] = {
@@ -11,7 +11,7 @@ INTENTS: dict[GuidanceIntent, str] = {
     GuidanceIntent.WAIT: "All right, I will wait.",
     GuidanceIntent.BACK_UP: f"You want me to back up. {SEE}",
     GuidanceIntent.REROUTE: f"You want me to take another way. {SEE}",
-    GuidanceIntent.TURN_ROUND: f"You want me to turn round. {SEE}",
+    GuidanceIntent.TURN_AROUND: f"You want me to turn round. {SEE}",
     GuidanceIntent.DRIVE_OVER: f"You want me to drive over it. {SEE}",
     GuidanceIntent.PULL_OVER: f"You want me to pull over. {SEE}",
     GuidanceIntent.FOLLOW: "All right, I will stay behind.",
@@ -48,7 +48,7 @@ NOTHING_TO_STOP = (
 """For a call to stop while no plan runs and the car drives: its own driver continues."""
 
 
-def acknowledged(reading: Reading) -> str:
+def acknowledged(reading: Interpretation) -> str:
     """Return the first answer to words that were read."""
     if reading.intent is GuidanceIntent.NONE and reading.claims and not reading.negated:
         return CLAIMS[reading.claims[0]]
@@ -56,4 +56,4 @@ def acknowledged(reading: Reading) -> str:
     said = INTENTS[reading.intent].format(side=side)
     if reading.limits is None or reading.intent not in REQUESTS:
         return said
-    return said.replace(f". {SEE}", f" ({reading.limits.told}). {SEE}")
+    return said.replace(f". {SEE}", f" ({reading.limits.description}). {SEE}")

@@ -58,6 +58,6 @@ def noun_of(object_id: str | None, scene: Scene | None, otherwise: str = SOMEBOD
     return next((noun(one.kind) for one in found if one.id == object_id), otherwise)
 
 
-def capital(text: str) -> str:
+def capitalize(text: str) -> str:
     """Return the text with a capital first letter."""
     return text[:1].upper() + text[1:]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stucksolver.solver import Question, QuestionKind
-from stucksolver_passenger.sentences.plans import BEHAVIORS, will
+from stucksolver_passenger.sentences.plans import BEHAVIORS, future_phrase
 
 NEEDS: dict[str, str] = {
     "solid_line": "I would cross a solid line.",
@@ -32,10 +32,10 @@ def needed(names: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(NEEDS[name] for name in names if name in NEEDS)
 
 
-def asked(question: Question) -> str:
+def question_text(question: Question) -> str:
     """Return the question in words for people, made from its plan and codes; its own text is the solver's."""
     if question.kind is QuestionKind.ADVICE:
         return ADVICE
     if question.kind is QuestionKind.ASSISTANCE or question.plan is None:
         return ASSISTANCE
-    return " ".join((f"May I {will(question.plan)}?", *needed(question.needs)))
+    return " ".join((f"May I {future_phrase(question.plan)}?", *needed(question.needs)))

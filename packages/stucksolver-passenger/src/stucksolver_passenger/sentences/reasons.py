@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stucksolver.plan import CauseCode, WaitReason
 from stucksolver.scene import Scene
-from stucksolver_passenger.sentences.nouns import SOMETHING, capital, noun
+from stucksolver_passenger.sentences.nouns import SOMETHING, capitalize, noun
 
 WAITS: dict[WaitReason, tuple[str, str]] = {
     WaitReason.AT_DESTINATION: ("We are there.", "I stay here."),
@@ -48,4 +48,4 @@ def _filled(text: str, scene: Scene | None) -> str:
     ahead = () if scene is None else scene.in_path_ahead(NEAR_M)
     thing = noun(ahead[0].kind) if ahead else SOMETHING
     bare = thing.partition(" ")[2] if thing.startswith(("a ", "an ")) else "vehicle"
-    return text.format(Thing=capital(thing), bare=bare)
+    return text.format(Thing=capitalize(thing), bare=bare)

@@ -15,45 +15,49 @@ OTHERWISE = "I will look for another way."
 
 
 @dataclass(frozen=True)
-class Refusal:
+class RejectionText:
     """`why` completes "I can't: ..."; `then` says what follows. `{who}` is who or what is in the way."""
 
     why: str
     then: str
 
 
-REFUSALS: dict[RejectCode, Refusal] = {
-    RejectCode.STALE: Refusal("I do not see well enough at the moment", "I will try when I see clearly again."),
-    RejectCode.UNSOUND: Refusal("what I see does not add up at the moment", "I will try when I see clearly again."),
-    RejectCode.PRECONDITION: Refusal("that cannot be done here", OTHERWISE),
-    RejectCode.APPROVAL: Refusal("it would not be safe at the moment", AGAIN),  # otherwise an approval is asked for
-    RejectCode.NO_PATH: Refusal("there is no room for it here", OTHERWISE),
-    RejectCode.COLLISION: Refusal("{who} is in the way", GONE),
-    RejectCode.GAP: Refusal("{who} is too close", "I will try when there is more room."),
-    RejectCode.CLEARANCE: Refusal("{who} would be too close to me", "I will try when there is more room."),
-    RejectCode.RED_LIGHT: Refusal("the light is red", "I will drive when it is green."),
-    RejectCode.STOP_LINE: Refusal("I have to stop at the line first", "I will try after that."),
-    RejectCode.ONCOMING_SIGHT: Refusal("I cannot see far enough ahead to use the other lane", AGAIN),
-    RejectCode.ONCOMING_GAP: Refusal("{who} is coming", PASSED),
-    RejectCode.LANE_ENTRY: Refusal("{who} is coming up in that lane", PASSED),
-    RejectCode.ZONE: Refusal("I would have to stop on a junction or a crossing", OTHERWISE),
-    RejectCode.SOLID_LINE: Refusal("there is a solid line", OTHERWISE),
-    RejectCode.OFF_LANES: Refusal("I would have to leave the lanes", OTHERWISE),
-    RejectCode.OFF_ROAD: Refusal("I would have to leave the road", OTHERWISE),
-    RejectCode.DOOR: Refusal("a car door may open there", "I will try when there is more room."),
-    RejectCode.OFF_ROUTE: Refusal("that leads too far away from our route", OTHERWISE),
-    RejectCode.AUTHORITY: Refusal("only the operator may allow that", OTHERWISE),
-    RejectCode.WAIT_FIRST: Refusal("{who} may drive on by itself", AGAIN),
-    RejectCode.NOT_PASSABLE: Refusal("I am not sure that it is safe to drive over it", OTHERWISE),
-    RejectCode.LEAVES_LANE: Refusal("there is no room for it in my lane", OTHERWISE),
-    RejectCode.STOPPING_PLACE: Refusal("I must not stop there", OTHERWISE),
-    RejectCode.UNSEEN: Refusal("I cannot see whether the way is free", AGAIN),
-    RejectCode.NO_ABORT: Refusal("I could not stop safely on the way", AGAIN),
-    RejectCode.OVERSPEED: Refusal("I would have to drive too fast", OTHERWISE),
-    RejectCode.DEVIATION: Refusal("I did not keep to the path that I had checked", OTHERWISE),
-    RejectCode.TIMEOUT: Refusal("it took too long", OTHERWISE),
-    RejectCode.NOT_IMMOBILIZED: Refusal("I am already moving again", "I will just drive on."),
-    RejectCode.REPEATED: Refusal("I have tried that here, and it did not work", OTHERWISE),
+REFUSALS: dict[RejectCode, RejectionText] = {
+    RejectCode.STALE: RejectionText("I do not see well enough at the moment", "I will try when I see clearly again."),
+    RejectCode.IMPLAUSIBLE: RejectionText(
+        "what I see does not add up at the moment", "I will try when I see clearly again."
+    ),
+    RejectCode.PRECONDITION: RejectionText("that cannot be done here", OTHERWISE),
+    RejectCode.APPROVAL: RejectionText(
+        "it would not be safe at the moment", AGAIN
+    ),  # otherwise an approval is asked for
+    RejectCode.NO_PATH: RejectionText("there is no room for it here", OTHERWISE),
+    RejectCode.COLLISION: RejectionText("{who} is in the way", GONE),
+    RejectCode.GAP: RejectionText("{who} is too close", "I will try when there is more room."),
+    RejectCode.CLEARANCE: RejectionText("{who} would be too close to me", "I will try when there is more room."),
+    RejectCode.RED_LIGHT: RejectionText("the light is red", "I will drive when it is green."),
+    RejectCode.STOP_LINE: RejectionText("I have to stop at the line first", "I will try after that."),
+    RejectCode.ONCOMING_SIGHT: RejectionText("I cannot see far enough ahead to use the other lane", AGAIN),
+    RejectCode.ONCOMING_GAP: RejectionText("{who} is coming", PASSED),
+    RejectCode.LANE_ENTRY: RejectionText("{who} is coming up in that lane", PASSED),
+    RejectCode.ZONE: RejectionText("I would have to stop on a junction or a crossing", OTHERWISE),
+    RejectCode.SOLID_LINE: RejectionText("there is a solid line", OTHERWISE),
+    RejectCode.OFF_LANES: RejectionText("I would have to leave the lanes", OTHERWISE),
+    RejectCode.OFF_ROAD: RejectionText("I would have to leave the road", OTHERWISE),
+    RejectCode.DOOR: RejectionText("a car door may open there", "I will try when there is more room."),
+    RejectCode.OFF_ROUTE: RejectionText("that leads too far away from our route", OTHERWISE),
+    RejectCode.AUTHORITY: RejectionText("only the operator may allow that", OTHERWISE),
+    RejectCode.WAIT_FIRST: RejectionText("{who} may drive on by itself", AGAIN),
+    RejectCode.NOT_PASSABLE: RejectionText("I am not sure that it is safe to drive over it", OTHERWISE),
+    RejectCode.LEAVES_LANE: RejectionText("there is no room for it in my lane", OTHERWISE),
+    RejectCode.STOPPING_PLACE: RejectionText("I must not stop there", OTHERWISE),
+    RejectCode.PATH_NOT_VISIBLE: RejectionText("I cannot see whether the way is free", AGAIN),
+    RejectCode.NO_ABORT: RejectionText("I could not stop safely on the way", AGAIN),
+    RejectCode.OVERSPEED: RejectionText("I would have to drive too fast", OTHERWISE),
+    RejectCode.DEVIATION: RejectionText("I did not keep to the path that I had checked", OTHERWISE),
+    RejectCode.TIMEOUT: RejectionText("it took too long", OTHERWISE),
+    RejectCode.NOT_IMMOBILIZED: RejectionText("I am already moving again", "I will just drive on."),
+    RejectCode.REPEATED: RejectionText("I have tried that here, and it did not work", OTHERWISE),
 }
 
 FAILURES: dict[PlanFailure, str] = {
@@ -67,15 +71,15 @@ FAILURES: dict[PlanFailure, str] = {
     PlanFailure.LANE_TOO_NARROW: "the other lane is too narrow",
     PlanFailure.NO_ROOM_TO_TURN: "the road is too narrow to turn round in",
     PlanFailure.NO_ROOM_ASIDE: "there is no room to move aside",
-    PlanFailure.NO_ROOM_TO_SWING_OUT: "I am too close to swing out",
+    PlanFailure.NO_SPACE_TO_PULL_AROUND: "I am too close to swing out",
     PlanFailure.NO_ROOM_TO_COME_BACK: "there is no room to return to my lane",
     PlanFailure.TOO_LONG: "it would take too long to get past",
-    PlanFailure.MUST_STAND: "I have to stop first",
+    PlanFailure.MUST_BE_STOPPED: "I have to stop first",
 }
 """They complete "I can't: ..." if there is no path (`RejectCode.NO_PATH`)."""
 
 
-def can_not(verdict: Verdict, scene: Scene | None) -> str:
+def rejection_sentence(verdict: Verdict, scene: Scene | None) -> str:
     """Return why not, and what follows: `I can't: a truck is coming. I will try when it has passed.`
 
     Of several reasons the first one is given; the guard's checks begin with the plainest.
@@ -91,7 +95,7 @@ def can_not(verdict: Verdict, scene: Scene | None) -> str:
     return f"I can't: {why.format(who=noun_of(first.object_id, scene))}. {refusal.then}"
 
 
-def given_up(codes: tuple[RejectCode, ...]) -> str:
+def abort_sentence(codes: tuple[RejectCode, ...]) -> str:
     """Return why a running manoeuvre was ended; without codes a person wanted it."""
     if not codes:
         return "I have ended that."

@@ -10,8 +10,8 @@ from typing import Any
 from fastapi import HTTPException, Request
 from fastapi.responses import JSONResponse, StreamingResponse
 
-from stucksolver_language.intent.halting import halts
-from stucksolver_passenger.access_tokens import Holder, Tokens
+from stucksolver_language.intent.halting import is_stop_phrase
+from stucksolver_passenger.access_tokens import TokenHolder, Tokens
 from stucksolver_passenger.api_types import CommandKind
 from stucksolver_passenger.server.connection_limits import Place, source_of
 from stucksolver_passenger.server.fleet_state import Board, Vehicle
@@ -32,7 +32,7 @@ from stucksolver_passenger.server.rate_limits import (
     STOP_REQUESTS,
     STOPS,
     Limiter,
-    Rate,
+    RateLimit,
 )
 from stucksolver_passenger.server.request_filter import PLACE, Receive, Scope, Send
 
@@ -48,7 +48,7 @@ def too_much(after_s: int = 1) -> HTTPException:
     return HTTPException(429, TOO_MUCH, {"retry-after": str(after_s)})
 
 
-def holder_of(tokens: Tokens, authorization: str) -> Holder | None:
+def holder_of(tokens: Tokens, authorization: str) -> TokenHolder | None:
     """Return the holder of the token in a header `Authorization`; None for a foreign one."""
     scheme, _, token = authorization.partition(" ")
     return tokens.holder(token) if scheme.lower() == "bearer" else None
@@ -78,7 +78,7 @@ class Streams:
 
     open: Counter[Hashable] = field(default_factory=Counter)
 
-    def enter(self, holder: Holder) -> bool:
+    def enter(self, holder: TokenHolder) -> bool:
         """Count one more page. Returns False, and counts none, if there are too many."""
         shares = _stream_shares(holder)
         if any(self.open[name] >= most for name, most in shares):
@@ -86,13 +86,13 @@ class Streams:
         self.open.update(name for name, _ in shares)
         return True
 
-    def leave(self, holder: Holder) -> None:
+    def leave(self, holder: TokenHolder) -> None:
         """Count one page less."""
         self.open.subtract(name for name, _ in _stream_shares(holder))
         self.open += Counter()  # drops zeros
 
 
-def _stream_shares(holder: Holder) -> tuple[tuple[Hashable, int], ...]:
+def _stream_shares(holder: TokenHolder) -> tuple[tuple[Hashable, int], ...]:
     if holder.role == "operator":
         return ((holder, OPERATOR_STREAMS),)
     return (holder, PASSENGER_STREAMS), ("passengers", ALL_PASSENGER_STREAMS)
@@ -101,7 +101,7 @@ def _stream_shares(holder: Holder) -> tuple[tuple[Hashable, int], ...]:
 class CountedStream(StreamingResponse):
     """A page's stream, counted as long as it is open. Counting and checking happen in one step."""
 
-    def __init__(self, content: Any, streams: Streams, holder: Holder) -> None:
+    def __init__(self, content: Any, streams: Streams, holder: TokenHolder) -> None:
         super().__init__(content, media_type="text/event-stream")
         self._streams, self._holder = streams, holder
 
@@ -129,7 +129,7 @@ class Access:
     limiter: Limiter
     streams: Streams = field(default_factory=Streams)
 
-    def holder(self, request: Request, *, limited: bool = True) -> Holder:
+    def holder(self, request: Request, *, limited: bool = True) -> TokenHolder:
         """Return the holder of the request's token.
 
         Wrong tokens are counted only after the check, so that they never keep a valid one out.
@@ -151,7 +151,7 @@ class Access:
             raise too_much()
         return holder
 
-    def operator(self, request: Request) -> Holder:
+    def operator(self, request: Request) -> TokenHolder:
         """Return the holder of an operator's token.
 
         Raises:
@@ -162,7 +162,7 @@ class Access:
             raise HTTPException(403, "This is for operators.")
         return holder
 
-    def vehicle(self, request: Request, vehicle_id: str, *, limited: bool = True) -> tuple[Holder, Vehicle]:
+    def vehicle(self, request: Request, vehicle_id: str, *, limited: bool = True) -> tuple[TokenHolder, Vehicle]:
         """Return the holder and the vehicle; `limited` as for `holder`.
 
         Raises:
@@ -176,7 +176,9 @@ class Access:
             raise HTTPException(404, "There is no such vehicle, or it has not come yet.")
         return holder, vehicle
 
-    def may_command(self, holder: Holder, vehicle: Vehicle, kind: CommandKind, client: str, text: str = "") -> None:
+    def may_command(
+        self, holder: TokenHolder, vehicle: Vehicle, kind: CommandKind, client: str, text: str = ""
+    ) -> None:
         """Check the rate of commands. Stops, noes and spoken stops each have a bucket that nothing else fills.
 
         Raises:
@@ -194,16 +196,16 @@ class Access:
             raise too_much()
 
 
-def _own_rate(kind: CommandKind, text: str) -> tuple[str, Rate] | None:
+def _own_rate(kind: CommandKind, text: str) -> tuple[str, RateLimit] | None:
     """Return the name and the rate of a command with a bucket of its own; None for other commands."""
     if kind is CommandKind.STOP:
         return "stops", STOPS
     if kind is CommandKind.NO:
         return "noes", NOES
-    if kind is CommandKind.SAY and halts(text):
+    if kind is CommandKind.SAY and is_stop_phrase(text):
         return "spoken stops", SPOKEN_STOPS
     return None
 
 
-def _named(holder: Holder) -> tuple[str, str]:
+def _named(holder: TokenHolder) -> tuple[str, str]:
     return holder.role, holder.vehicle or ""

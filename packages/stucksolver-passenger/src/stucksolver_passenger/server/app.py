@@ -13,15 +13,21 @@ from fastapi import FastAPI, HTTPException, Request, Response
 from fastapi.responses import PlainTextResponse, StreamingResponse
 
 from stucksolver.ladder.rung_actions import Person
-from stucksolver_passenger.access_tokens import Holder, Tokens
-from stucksolver_passenger.api_types import Call, Command, CommandKind, Now, Outcome
+from stucksolver_passenger.access_tokens import TokenHolder, Tokens
+from stucksolver_passenger.api_types import CommandKind, CommandResult, OperatorCall, PersonCommand, VehicleReport
 from stucksolver_passenger.server.access import NOT_YOURS, Access, CountedStream
 from stucksolver_passenger.server.event_stream import events
 from stucksolver_passenger.server.fleet_state import Board, Vehicle
 from stucksolver_passenger.server.rate_limits import Limiter
-from stucksolver_passenger.server.request_models import Answer, Me, Presser, Reply, Words
+from stucksolver_passenger.server.request_models import (
+    ClientRequest,
+    OperatorMessageRequest,
+    TokenInfo,
+    UtteranceRequest,
+    YesNoRequest,
+)
 from stucksolver_passenger.server.static_files import add_pages
-from stucksolver_passenger.server.vehicle_socket import Hub
+from stucksolver_passenger.server.vehicle_socket import VehicleSocket
 from stucksolver_passenger.server.voice import add_voice
 from stucksolver_passenger.socket_frames import Topic
 from stucksolver_passenger.speech_recognizer import Recognizer
@@ -35,7 +41,7 @@ ABOUT = (
 def make_app(
     board: Board,
     tokens: Tokens,
-    hub: Hub | None = None,
+    hub: VehicleSocket | None = None,
     drawing: Path | None = None,
     recognizer: Recognizer | None = None,
 ) -> FastAPI:
@@ -80,15 +86,15 @@ def _add_reading(app: FastAPI, access: Access) -> None:
     board = access.board
 
     @app.get("/api/me")
-    async def me(request: Request) -> Me:
+    async def me(request: Request) -> TokenInfo:
         """Who I am, and which vehicles I may see."""
         holder = access.holder(request)
         mine = [one for one in board.vehicles if holder.may_use(one.id)]
         vehicle = holder.vehicle or (mine[0].id if mine else None)
-        return Me(role=holder.role, vehicle=vehicle, vehicles={one.id: one.name for one in mine})
+        return TokenInfo(role=holder.role, vehicle=vehicle, vehicles={one.id: one.name for one in mine})
 
     @app.get("/api/vehicles/{vehicle_id}")
-    async def now(request: Request, vehicle_id: str) -> Now:
+    async def now(request: Request, vehicle_id: str) -> VehicleReport:
         """The present state of a vehicle."""
         _, vehicle = access.vehicle(request, vehicle_id)
         found = vehicle.now
@@ -118,29 +124,29 @@ def _add_reading(app: FastAPI, access: Access) -> None:
 def _add_talking(app: FastAPI, access: Access) -> None:
     """Add what anybody with a token may say."""
 
-    async def command(request: Request, vehicle_id: str, kind: CommandKind, client: str, **more: Any) -> Outcome:
+    async def command(request: Request, vehicle_id: str, kind: CommandKind, client: str, **more: Any) -> CommandResult:
         holder, vehicle = access.vehicle(request, vehicle_id, limited=kind is not CommandKind.STOP)
         access.may_command(holder, vehicle, kind, client, more.get("text", ""))
         return await _commanded(access.board, vehicle, holder, kind, client, **more)
 
     @app.post("/api/vehicles/{vehicle_id}/say")
-    async def say(request: Request, vehicle_id: str, body: Words) -> Outcome:
+    async def say(request: Request, vehicle_id: str, body: UtteranceRequest) -> CommandResult:
         """Say something to the car, in any words. It is advice: the guard decides what is done."""
         return await command(request, vehicle_id, CommandKind.SAY, body.client, text=body.text)
 
     @app.post("/api/vehicles/{vehicle_id}/answer")
-    async def answer(request: Request, vehicle_id: str, body: Answer) -> Outcome:
+    async def answer(request: Request, vehicle_id: str, body: YesNoRequest) -> CommandResult:
         """Say yes or no to the open question."""
         kind = CommandKind.YES if body.yes else CommandKind.NO
         return await command(request, vehicle_id, kind, body.client, question_id=body.question_id)
 
     @app.post("/api/vehicles/{vehicle_id}/stop")
-    async def stop(request: Request, vehicle_id: str, body: Presser) -> Outcome:
+    async def stop(request: Request, vehicle_id: str, body: ClientRequest) -> CommandResult:
         """End what the car is doing for the passenger, as soon as that is safe."""
         return await command(request, vehicle_id, CommandKind.STOP, body.client)
 
     @app.post("/api/vehicles/{vehicle_id}/help")
-    async def call_help(request: Request, vehicle_id: str, body: Presser) -> Outcome:
+    async def call_help(request: Request, vehicle_id: str, body: ClientRequest) -> CommandResult:
         """Call an operator."""
         outcome = await command(request, vehicle_id, CommandKind.HELP, body.client)
         vehicle = access.board.vehicle(vehicle_id)
@@ -160,20 +166,20 @@ def _add_operating(app: FastAPI, access: Access) -> None:
         return {one.id: one.name for one in board.vehicles}
 
     @app.get("/api/queue")
-    async def queue(request: Request) -> list[Call]:
+    async def queue(request: Request) -> list[OperatorCall]:
         """What waits for an operator, the longest waiting first."""
         access.operator(request)
         return list(board.queue())
 
     @app.post("/api/queue/{call_id}/close")
-    async def close(request: Request, call_id: str, body: Presser) -> None:
+    async def close(request: Request, call_id: str, body: ClientRequest) -> None:
         """Close a call for help. (A question leaves the queue when it is answered.)"""
         access.operator(request)
         if not board.close_call(call_id):
             raise HTTPException(404, "There is no such call.")
 
     @app.post("/api/vehicles/{vehicle_id}/tell")
-    async def tell(request: Request, vehicle_id: str, body: Reply) -> Outcome:
+    async def tell(request: Request, vehicle_id: str, body: OperatorMessageRequest) -> CommandResult:
         """Tell the passenger something; it does not affect the driving."""
         holder = access.operator(request)
         _, vehicle = access.vehicle(request, vehicle_id)
@@ -182,10 +188,10 @@ def _add_operating(app: FastAPI, access: Access) -> None:
 
 
 async def _commanded(
-    board: Board, vehicle: Vehicle, holder: Holder, kind: CommandKind, client: str, **more: Any
-) -> Outcome:
+    board: Board, vehicle: Vehicle, holder: TokenHolder, kind: CommandKind, client: str, **more: Any
+) -> CommandResult:
     role: Person = holder.role
-    command = Command(number=board.number(), kind=kind, by=role, client=client, **more)
+    command = PersonCommand(number=board.number(), kind=kind, by=role, client=client, **more)
     return await board.command(vehicle, command)
 
 

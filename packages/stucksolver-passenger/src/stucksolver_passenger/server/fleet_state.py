@@ -9,8 +9,8 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from stucksolver_passenger.api_types import Call, Command, Now, Outcome
-from stucksolver_passenger.socket_frames import Frame, Topic
+from stucksolver_passenger.api_types import CommandResult, OperatorCall, PersonCommand, VehicleReport
+from stucksolver_passenger.socket_frames import SocketMessage, Topic
 
 OUTCOME_S = 3.0
 """Time for a vehicle to report the result of a command."""
@@ -35,10 +35,10 @@ class Vehicle:
     """Id of the open question to the operator, and since when."""
 
     @property
-    def now(self) -> Now | None:
+    def now(self) -> VehicleReport | None:
         """Its present state; None before its first report."""
         told = self.shown.get(Topic.NOW)
-        return None if told is None else Now.model_validate_json(told[1])
+        return None if told is None else VehicleReport.model_validate_json(told[1])
 
 
 class Board:
@@ -48,14 +48,14 @@ class Board:
         self._clock = clock
         self._vehicles: OrderedDict[str, Vehicle] = OrderedDict()
         self._numbers = 0
-        self._outcomes: dict[int, asyncio.Future[Outcome]] = {}
+        self._outcomes: dict[int, asyncio.Future[CommandResult]] = {}
         self._help: OrderedDict[str, tuple[str, str, float]] = OrderedDict()
         """By the call's id: vehicle, words, since when."""
         self._changed = asyncio.Event()
 
     # ---- called by vehicles
 
-    def take(self, frame: Frame, write: Callable[[bytes], None]) -> None:
+    def take(self, frame: SocketMessage, write: Callable[[bytes], None]) -> None:
         """Take a frame from a vehicle's process; `write` sends to it."""
         if frame.topic is Topic.HELLO:
             self._join(frame, write)
@@ -64,7 +64,7 @@ class Board:
         if vehicle is None:
             return
         if frame.topic is Topic.OUTCOME:
-            outcome = Outcome.model_validate_json(frame.payload)
+            outcome = CommandResult.model_validate_json(frame.payload)
             waiting = self._outcomes.pop(outcome.number, None)
             if waiting is not None and not waiting.done():
                 waiting.set_result(outcome)
@@ -80,7 +80,7 @@ class Board:
             if vehicle.write is write:
                 vehicle.write = None
 
-    def _join(self, frame: Frame, write: Callable[[bytes], None]) -> None:
+    def _join(self, frame: SocketMessage, write: Callable[[bytes], None]) -> None:
         self._vehicles.pop(frame.vehicle, None)
         self._vehicles[frame.vehicle] = Vehicle(frame.vehicle, frame.payload.decode("utf-8", "replace")[:80], write)
         gone = [one.id for one in self._vehicles.values() if one.write is None]
@@ -120,17 +120,17 @@ class Board:
         self._numbers += 1
         return self._numbers
 
-    async def command(self, vehicle: Vehicle, command: Command) -> Outcome:
+    async def command(self, vehicle: Vehicle, command: PersonCommand) -> CommandResult:
         """Pass a command to its vehicle, and wait briefly for its result."""
         if vehicle.write is None:
-            return Outcome(number=command.number, taken=False, told="This ride is over.")
-        waiting: asyncio.Future[Outcome] = asyncio.get_running_loop().create_future()
+            return CommandResult(number=command.number, taken=False, told="This ride is over.")
+        waiting: asyncio.Future[CommandResult] = asyncio.get_running_loop().create_future()
         self._outcomes[command.number] = waiting
-        vehicle.write(Frame(Topic.COMMAND, vehicle.id, command.model_dump_json().encode()).packed())
+        vehicle.write(SocketMessage(Topic.COMMAND, vehicle.id, command.model_dump_json().encode()).packed())
         try:
             return await asyncio.wait_for(waiting, OUTCOME_S)
         except asyncio.TimeoutError:
-            return Outcome(number=command.number, taken=False, told=UNREACHABLE)
+            return CommandResult(number=command.number, taken=False, told=UNREACHABLE)
         finally:
             self._outcomes.pop(command.number, None)
 
@@ -147,11 +147,13 @@ class Board:
         """Close a call for help. Returns False if there is none with this id."""
         return self._help.pop(call_id, None) is not None
 
-    def queue(self) -> tuple[Call, ...]:
+    def queue(self) -> tuple[OperatorCall, ...]:
         """Return what waits for an operator, the longest waiting first."""
         now_s = self._clock()
         calls = [
-            Call(id=key, vehicle=who, name=self._name(who), kind="help", text=text, waiting_s=round(now_s - since_s, 1))
+            OperatorCall(
+                id=key, vehicle=who, name=self._name(who), kind="help", text=text, waiting_s=round(now_s - since_s, 1)
+            )
             for key, (who, text, since_s) in self._help.items()
         ]
         for one in self._vehicles.values():
@@ -159,7 +161,7 @@ class Board:
             if now is None or now.question is None or one.asked is None:
                 continue
             calls.append(
-                Call(
+                OperatorCall(
                     id=f"{one.id}:{now.question.id}",
                     vehicle=one.id,
                     name=one.name,

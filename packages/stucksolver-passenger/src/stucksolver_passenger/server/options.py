@@ -13,7 +13,7 @@ from stucksolver_passenger.speech_recognizer import Recognizer
 LOOPBACK = "127.0.0.1"
 
 
-class PageError(ValueError):
+class ServerOptionsError(ValueError):
     """The page cannot be served with these options. The message says why and what to do."""
 
 
@@ -58,14 +58,18 @@ class PageOptions:
         try:
             ipaddress.ip_address(self.listen)
         except ValueError:
-            raise PageError(f"{self.listen!r} is not an address to listen at; give one of this machine's") from None
+            raise ServerOptionsError(
+                f"{self.listen!r} is not an address to listen at; give one of this machine's"
+            ) from None
         if (self.cert is None) != (self.key is None):
-            raise PageError("a certificate and its key go together: give both --cert and --key")
+            raise ServerOptionsError("a certificate and its key go together: give both --cert and --key")
         if self.cert is not None and self.key is not None:
             try:
                 ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(self.cert, self.key)
             except (OSError, ssl.SSLError) as error:
-                raise PageError(f"{self.cert} and {self.key} are not a certificate with its key: {error}") from error
+                raise ServerOptionsError(
+                    f"{self.cert} and {self.key} are not a certificate with its key: {error}"
+                ) from error
 
     def bound(self) -> socket.socket:
         """Return a listening socket.
@@ -81,7 +85,9 @@ class PageOptions:
             found.listen(128)
         except OSError as error:
             found.close()
-            raise PageError(f"cannot listen at {self.listen}:{self.port}: {error.strerror or error}") from error
+            raise ServerOptionsError(
+                f"cannot listen at {self.listen}:{self.port}: {error.strerror or error}"
+            ) from error
         return found
 
     def addresses(self, port: int) -> tuple[str, ...]:

@@ -27,12 +27,12 @@ HUB = "desk"
 """Name of the socket in its folder."""
 
 
-class ServerDied(RuntimeError):
+class ServerExitedError(RuntimeError):
     """The server's process ended unexpectedly. The message says when."""
 
 
 @dataclass(frozen=True)
-class _Told:
+class _ServerArguments:
     """The arguments of the server's process."""
 
     options: PageOptions
@@ -68,7 +68,7 @@ class PassengerServer:
         self.port = int(listening.getsockname()[1])
         context = multiprocessing.get_context("spawn")
         self._ours, theirs = context.Pipe()
-        told = _Told(self.options, self.address, self.tokens.secret)
+        told = _ServerArguments(self.options, self.address, self.tokens.secret)
         self._process = context.Process(target=_serve, args=(told, listening, theirs), daemon=True)
         # Ctrl-C is handled by us: we end the server.
         resource_tracker.ensure_running()
@@ -82,7 +82,7 @@ class PassengerServer:
             ready = False
         if not ready:
             self.close()
-            raise ServerDied("the passenger server ended at its start; what it printed says why")
+            raise ServerExitedError("the passenger server ended at its start; what it printed says why")
         return self
 
     def __exit__(
@@ -104,25 +104,25 @@ class PassengerServer:
         self._folder.cleanup()
 
 
-def _serve(told: _Told, listening: socket.socket, theirs: Connection) -> None:
+def _serve(told: _ServerArguments, listening: socket.socket, theirs: Connection) -> None:
     """The body of the server's process."""
     os.nice(NICE)
     threading.Thread(target=_end_with_parent, args=(theirs,), daemon=True).start()
     asyncio.run(_serving(told, listening, theirs))
 
 
-async def _serving(told: _Told, listening: socket.socket, theirs: Connection) -> None:
+async def _serving(told: _ServerArguments, listening: socket.socket, theirs: Connection) -> None:
     from stucksolver_passenger.server.access import Sharing
     from stucksolver_passenger.server.app import make_app
     from stucksolver_passenger.server.fleet_state import Board
     from stucksolver_passenger.server.http_server import limits_here, make_server, serve, tls_of
-    from stucksolver_passenger.server.request_filter import Doors
-    from stucksolver_passenger.server.vehicle_socket import Hub
+    from stucksolver_passenger.server.request_filter import RequestFilter
+    from stucksolver_passenger.server.vehicle_socket import VehicleSocket
 
     options, board, tokens = told.options, Board(), Tokens(told.secret)
-    app = make_app(board, tokens, Hub(board, told.address), options.drawing, options.recognizer)
+    app = make_app(board, tokens, VehicleSocket(board, told.address), options.drawing, options.recognizer)
     hosts = frozenset(options.addresses(int(listening.getsockname()[1])))
-    doors = Doors(
+    doors = RequestFilter(
         app, hosts, options.scheme, compiles=options.recognizer is not None, shares=Sharing(tokens).of_request
     )
     tls = None if options.cert is None or options.key is None else tls_of(str(options.cert), str(options.key))

@@ -32,26 +32,26 @@ KNOWN = 2000
 
 
 @dataclass(frozen=True)
-class Rate:
+class RateLimit:
     """`per_s` per second in the long run, and `burst` at once."""
 
     per_s: float
     burst: float
 
 
-COMMANDS = Rate(per_s=1.0, burst=6.0)
+COMMANDS = RateLimit(per_s=1.0, burst=6.0)
 """For one page."""
-ALL_COMMANDS = Rate(per_s=5.0, burst=30.0)
+ALL_COMMANDS = RateLimit(per_s=5.0, burst=30.0)
 """For all pages of one vehicle and role, except calls to stop and noes."""
-STOPS = Rate(per_s=5.0, burst=20.0)
+STOPS = RateLimit(per_s=5.0, burst=20.0)
 """Calls to stop, for one vehicle and role. Nothing else is counted here, and nothing else limits them."""
-NOES = Rate(per_s=5.0, burst=20.0)
+NOES = RateLimit(per_s=5.0, burst=20.0)
 """Noes to questions, for one vehicle and role: words cannot crowd them out."""
-SPOKEN_STOPS = Rate(per_s=5.0, burst=20.0)
+SPOKEN_STOPS = RateLimit(per_s=5.0, burst=20.0)
 """Short sentences with a word such as "stop", for one vehicle and role: other words cannot crowd them out."""
-REQUESTS = Rate(per_s=30.0, burst=120.0)
+REQUESTS = RateLimit(per_s=30.0, burst=120.0)
 """For one token at one address, for everything but calls to stop."""
-FAILURES = Rate(per_s=0.2, burst=10.0)
+FAILURES = RateLimit(per_s=0.2, burst=10.0)
 """Wrong tokens from one address. They limit only further wrong tokens."""
 
 
@@ -62,7 +62,7 @@ class Limiter:
         self._clock = clock
         self._left: OrderedDict[tuple[str, ...], tuple[float, float]] = OrderedDict()
 
-    def allows(self, rate: Rate, *name: str, cost: float = 1.0) -> bool:
+    def allows(self, rate: RateLimit, *name: str, cost: float = 1.0) -> bool:
         """Take `cost` from a bucket. Returns False, and takes nothing, if there is not enough in it."""
         now = self._clock()
         left, since_s = self._left.pop(name, (rate.burst, now))

@@ -44,7 +44,7 @@ SAME = frozenset({"same-origin", "none"})
 """What a browser sends for the page's own requests, or for an address that a person typed."""
 
 
-class Refused(Exception):
+class RequestRejectedError(Exception):
     """A request is refused with a status and a sentence."""
 
     def __init__(self, status: int, why: str) -> None:
@@ -53,12 +53,12 @@ class Refused(Exception):
         self.why = why
 
 
-def in_words(refused: Refused) -> tuple[bytes, bytes]:
+def in_words(refused: RequestRejectedError) -> tuple[bytes, bytes]:
     """Return the content type and the body of a refusal in plain text."""
     return b"text/plain; charset=utf-8", refused.why.encode()
 
 
-class Doors:
+class RequestFilter:
     """Accepts requests that name one of our hosts and come from our own page.
 
     A page of another site whose name points at this machine (DNS rebinding) still sends its own name as host. A page
@@ -83,7 +83,7 @@ class Doors:
         own: str = "/api/",
         body_bytes: int = BODY_BYTES,
         shares: Shares | None = None,
-        told: Callable[[Refused], tuple[bytes, bytes]] = in_words,
+        told: Callable[[RequestRejectedError], tuple[bytes, bytes]] = in_words,
     ) -> None:
         self._app = app
         self._headers = HEADERS if not compiles else HEADERS | {"content-security-policy": COMPILING_POLICY}
@@ -112,7 +112,7 @@ class Doors:
             if place is not None:
                 place.request_read()
             await self._app(scope, _replay(body, receive), send)
-        except Refused as refused:
+        except RequestRejectedError as refused:
             await _answer(send, refused.status, *self._told(refused))
         finally:
             if place is not None:
@@ -135,9 +135,9 @@ class Doors:
         if scope["method"] in ("GET", "HEAD"):
             return b""
         if scope["method"] != "POST":
-            raise Refused(405, "Only GET and POST are served.")
+            raise RequestRejectedError(405, "Only GET and POST are served.")
         if headers.get("content-type", "").partition(";")[0].strip().lower() != "application/json":
-            raise Refused(415, "Send JSON: content-type application/json.")
+            raise RequestRejectedError(415, "Send JSON: content-type application/json.")
         return await _body(headers.get("content-length", ""), receive, self._body_bytes)
 
     def _check_sender(self, scope: Scope, headers: dict[str, str]) -> None:
@@ -147,14 +147,16 @@ class Doors:
             Refused: The request is for another host, or from a page of another site, or its address is too long.
         """
         if headers.get("host", "").lower() not in self._hosts:
-            raise Refused(421, "This address is not one of this server's. Use the one that it printed at start.")
+            raise RequestRejectedError(
+                421, "This address is not one of this server's. Use the one that it printed at start."
+            )
         origin = headers.get("origin")
         if origin is not None and origin not in self._origins:
-            raise Refused(403, "Pages of other sites may not talk to this server.")
+            raise RequestRejectedError(403, "Pages of other sites may not talk to this server.")
         if headers.get("sec-fetch-site", "none") not in SAME and scope["path"].startswith(self._own):
-            raise Refused(403, "Pages of other sites may not talk to this server.")
+            raise RequestRejectedError(403, "Pages of other sites may not talk to this server.")
         if len(scope.get("raw_path") or b"") + len(scope.get("query_string", b"")) > TARGET_BYTES:
-            raise Refused(414, "The address is too long.")
+            raise RequestRejectedError(414, "The address is too long.")
 
 
 def _single(scope: Scope) -> dict[str, str]:
@@ -167,7 +169,7 @@ def _single(scope: Scope) -> dict[str, str]:
     for raw_name, raw_value in scope["headers"]:
         name = raw_name.decode("latin-1").lower()
         if name in found and name in ("host", "origin", "content-length", "authorization"):
-            raise Refused(400, f"The header {name} occurs twice.")
+            raise RequestRejectedError(400, f"The header {name} occurs twice.")
         found[name] = raw_value.decode("latin-1")
     return found
 
@@ -179,15 +181,15 @@ async def _body(told: str, receive: Receive, most: int) -> bytes:
         Refused: It is longer. The rest is not read.
     """
     if told.isdecimal() and (len(told) > LENGTH_DIGITS or int(told) > most):
-        raise Refused(413, f"At most {most} bytes are read.")
+        raise RequestRejectedError(413, f"At most {most} bytes are read.")
     body = bytearray()
     while True:
         message = await receive()
         if message["type"] != "http.request":
-            raise Refused(400, "The request ended early.")
+            raise RequestRejectedError(400, "The request ended early.")
         body += message.get("body", b"")
         if len(body) > most:
-            raise Refused(413, f"At most {most} bytes are read.")
+            raise RequestRejectedError(413, f"At most {most} bytes are read.")
         if not message.get("more_body", False):
             return bytes(body)
 

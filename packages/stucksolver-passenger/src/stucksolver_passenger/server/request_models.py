@@ -6,34 +6,34 @@ from pydantic import Field
 
 from stucksolver.ladder.rung_actions import Person
 from stucksolver.scene import MAX_WORDS
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver_passenger.api_types import CLIENT_ID
 
 
-class Presser(Model):
+class ClientRequest(FrozenModel):
     """Whoever presses a button. `client` is chosen by each page, to tell apart holders of the same token."""
 
     client: str = Field(default="somebody", pattern=CLIENT_ID)
 
 
-class Words(Presser):
+class UtteranceRequest(ClientRequest):
     """Something said."""
 
     text: str = Field(min_length=1, max_length=MAX_WORDS)
 
 
-class Reply(Words):
+class OperatorMessageRequest(UtteranceRequest):
     """An operator's words to a passenger."""
 
 
-class Answer(Presser):
+class YesNoRequest(ClientRequest):
     """Yes or no. `question_id` names the question; one that is no longer open is not answered."""
 
     yes: bool
     question_id: str = Field(min_length=1, max_length=40)
 
 
-class Me(Model):
+class TokenInfo(FrozenModel):
     """The holder of a token. `vehicle` is the one to show first; `vehicles` has names by id."""
 
     role: Person

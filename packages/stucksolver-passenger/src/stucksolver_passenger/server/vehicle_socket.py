@@ -9,10 +9,10 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from stucksolver_passenger.server.fleet_state import Board
-from stucksolver_passenger.socket_frames import LENGTH_BYTES, FrameError, body_length, unpacked
+from stucksolver_passenger.socket_frames import LENGTH_BYTES, SocketMessageError, body_length, unpacked
 
 
-class Hub:
+class VehicleSocket:
     """Listens on a Unix socket in a folder that only its owner may enter, so every client is one of our processes."""
 
     def __init__(self, board: Board, address: Path) -> None:
@@ -36,7 +36,7 @@ class Hub:
 
         try:
             # An invalid frame ends the connection: nothing after it can be trusted either.
-            with contextlib.suppress(asyncio.IncompleteReadError, OSError, FrameError, ValidationError):
+            with contextlib.suppress(asyncio.IncompleteReadError, OSError, SocketMessageError, ValidationError):
                 while True:
                     length = body_length(await reader.readexactly(LENGTH_BYTES))
                     self._board.take(unpacked(await reader.readexactly(length)), write)

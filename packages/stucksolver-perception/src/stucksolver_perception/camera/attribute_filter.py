@@ -38,7 +38,7 @@ _NOTHING = KINDS.index(NOTHING)
 
 
 @dataclass
-class _Known:
+class _AttributeHistory:
     votes: Floats = field(default_factory=lambda: np.zeros(_NOTHING))
     said: Counter[ObjectKind] = field(default_factory=Counter)
     looks: deque[tuple[float, Attributes]] = field(default_factory=deque)
@@ -47,17 +47,17 @@ class _Known:
     """The last three answers for what changes slowly, by name."""
 
 
-class AttributeMemory:
+class AttributeFilter:
     """Combines the looks at each track over time."""
 
     def __init__(self) -> None:
-        self._known: dict[int, _Known] = {}
+        self._known: dict[int, _AttributeHistory] = {}
 
     def add(self, track_id: int, look: Attributes, time_s: float) -> None:
         """Add a look at a track. Looks must come in order of time."""
         if look.kind_shares is None:
             return
-        known = self._known.setdefault(track_id, _Known())
+        known = self._known.setdefault(track_id, _AttributeHistory())
         _vote(known, look)
         if not known.looks or time_s - known.looks[-1][0] > BLINK_S:
             known.slow.clear()
@@ -67,7 +67,7 @@ class AttributeMemory:
             if answer is not None:
                 known.slow.setdefault(name, deque(maxlen=3)).append(answer)
 
-    def of(self, track_id: int, time_s: float) -> Attributes | None:
+    def get(self, track_id: int, time_s: float) -> Attributes | None:
         """Return what is known of a track at a time; None if the camera never saw it."""
         known = self._known.get(track_id)
         if known is None:
@@ -95,7 +95,7 @@ class AttributeMemory:
         self._known = {name: one for name, one in self._known.items() if name in wanted}
 
 
-def _kind(known: _Known) -> tuple[ObjectKind | None, float, Floats | None]:
+def _kind(known: _AttributeHistory) -> tuple[ObjectKind | None, float, Floats | None]:
     if not known.votes.any():
         return None, 0.0, None
     shares = softmax(known.votes)
@@ -107,7 +107,7 @@ def _kind(known: _Known) -> tuple[ObjectKind | None, float, Floats | None]:
     return kind if enough else None, sure, np.append(shares, 0.0)
 
 
-def _vote(known: _Known, look: Attributes) -> None:
+def _vote(known: _AttributeHistory, look: Attributes) -> None:
     """A look at a hidden object says nothing about its kind."""
     shares = look.kind_shares
     if shares is None or int(shares.argmax()) == _NOTHING:

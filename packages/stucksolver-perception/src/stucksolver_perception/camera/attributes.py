@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stucksolver.scene import ObjectKind
 from stucksolver.scene.objects import Gesture
-from stucksolver_perception.camera.attribute_filter import AttributeMemory
+from stucksolver_perception.camera.attribute_filter import AttributeFilter
 from stucksolver_perception.camera.attribute_types import Attributes
 from stucksolver_perception.camera.crop_network import (
     GESTURES,
@@ -25,13 +25,13 @@ from stucksolver_perception.measurements import CameraFrame, Floats
 from stucksolver_perception.network_files import DATA
 from stucksolver_perception.rig import CameraRig
 
-__all__ = ["AttributeMemory", "AttributeReader", "Attributes", "attributes_of"]
+__all__ = ["AttributeFilter", "AttributeReader", "Attributes", "attributes_of"]
 
 OFF, ON = LAMP_ANSWERS.index("off"), LAMP_ANSWERS.index("on")
 
 
 class AttributeReader:
-    """Reads objects in an image, one look at a time; see `AttributeMemory` for the combination over time."""
+    """Reads objects in an image, one look at a time; see `AttributeFilter` for the combination over time."""
 
     def __init__(self, folder: Path = DATA, threads: int = 1, network: CropNetwork | None = None) -> None:
         """Load the weights, or use a network that is already loaded.

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from stucksolver_perception.angle_consensus import Agreement
+from stucksolver_perception.angle_consensus import AngleConsensus
 from stucksolver_perception.lidar.sweeps import RECENT_S
 from stucksolver_perception.measurements import CameraFrame, Floats, LidarSweep, PoseEstimate, Singles
 from stucksolver_perception.rig import CameraRig, LidarRig, Rig
@@ -49,7 +49,7 @@ FAINT = 2.0
 MOVES_MPS = 1.0
 """A slower vehicle would look at the same scene again and again."""
 MEASUREMENTS, AGREEING = 8, 7
-"""See `Agreement`: one more than for the LiDAR, since the same scene may mislead two measurements."""
+"""See `AngleConsensus`: one more than for the LiDAR, since the same scene may mislead two measurements."""
 
 
 class CameraAlignment:
@@ -58,7 +58,7 @@ class CameraAlignment:
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
         self._strength, self._count = np.zeros(len(ANGLES_RAD)), 0
-        self._agreement = Agreement(MEASUREMENTS, AGREEING)
+        self._agreement = AngleConsensus(MEASUREMENTS, AGREEING)
 
     @property
     def turned_rad(self) -> float | None:

@@ -105,7 +105,7 @@ class SightModel:
 
 
 @dataclass(frozen=True, eq=False)
-class LaneLook:
+class LaneCoverage:
     """How much of a lane one image shows; the caller keeps it to combine it with later ones."""
 
     time_s: float
@@ -116,7 +116,7 @@ class LaneLook:
     whole_m: float = math.inf
     """Distance up to which a whole vehicle would be seen; beyond, something nearer may cover its lower part."""
 
-    def moved(self, metres: float) -> LaneLook:
+    def moved(self, metres: float) -> LaneCoverage:
         """The same after the line's start has moved on by some metres."""
         visible_m, whole_m = max(self.visible_m - metres, 0.0), max(self.whole_m - metres, 0.0)
         return replace(self, visible_m=visible_m, whole_m=whole_m)
@@ -128,7 +128,7 @@ class CameraSight:
     def __init__(self, rig: CameraRig, model: SightModel) -> None:
         self._rig, self._model = rig, model
 
-    def look(self, time_s: float, look: Floats, line: Floats, blockers: Floats) -> LaneLook:
+    def look(self, time_s: float, look: Floats, line: Floats, blockers: Floats) -> LaneCoverage:
         """Return how much of a lane an image shows.
 
         Args:
@@ -139,7 +139,7 @@ class CameraSight:
         """
         points, along = resampled(line, STEP_M)
         if not len(along):
-            return LaneLook(time_s, 0.0, look)
+            return LaneCoverage(time_s, 0.0, look)
         low, *upper = self._covered(points, blockers, (LOW_M, *UPPER_M))
         fine = self._in_picture(points) & ~np.any(upper, axis=0) & self._over_road(points)
         # The camera does not see beside or behind the lens; sight begins at the first place ahead.
@@ -147,9 +147,9 @@ class CameraSight:
         ends = np.flatnonzero(~fine & ahead)
         visible = float(along[ends[0]] if len(ends) else along[-1]) if ahead.any() else 0.0
         part = np.flatnonzero(low & ahead)
-        return LaneLook(time_s, visible, look, float(along[part[0]]) if len(part) else math.inf)
+        return LaneCoverage(time_s, visible, look, float(along[part[0]]) if len(part) else math.inf)
 
-    def seen_m(self, line: Floats, now: LaneLook, earlier: Sequence[LaneLook] = ()) -> float:
+    def visible_length_m(self, line: Floats, now: LaneCoverage, earlier: Sequence[LaneCoverage] = ()) -> float:
         """Return the metres of the lane, from its start, in which a vehicle would have been detected by now.
 
         Misses of two looks often have a common cause. So a further look counts with the measured share of repeated
@@ -176,7 +176,7 @@ class CameraSight:
         fails = (missed > 1.0 - REQUIRED) | (along > now.visible_m)
         return float(along[fails][0]) if fails.any() else float(along[-1]) if len(along) else 0.0
 
-    def _as_sharp(self, one: LaneLook, now: LaneLook) -> bool:
+    def _as_sharp(self, one: LaneCoverage, now: LaneCoverage) -> bool:
         return self._model.reach_m(one.look) >= self._model.reach_m(now.look)
 
     def _in_picture(self, points: Floats) -> NDArray[np.bool_]:

@@ -11,7 +11,7 @@ import numpy as np
 from stucksolver.scene import ObjectKind
 from stucksolver.scene.objects import Gesture
 from stucksolver_perception.measurements import Floats, Pixels, Singles
-from stucksolver_perception.network_files import DATA, WeightsError, load_session
+from stucksolver_perception.network_files import DATA, NetworkFileError, load_session
 from stucksolver_perception.recording import PARTS
 
 VERSION = 2
@@ -57,7 +57,9 @@ class CropNetwork:
         names = {"kinds": KINDS, "lamps": LAMPS, "lights": LIGHTS, "gestures": GESTURES}
         for key, expected in names.items():
             if self.card.get(key) != list(expected):
-                raise WeightsError(f"{card_file}: `{key}` are not those that this code reads; train the network again")
+                raise NetworkFileError(
+                    f"{card_file}: `{key}` are not those that this code reads; train the network again"
+                )
         try:
             self._temperature = {head: float(self.card["temperatures"][head]) for head in HEADS}
             least: dict[str, Any] = self.card["least"]
@@ -66,7 +68,7 @@ class CropNetwork:
             self.least_light = np.array([float(least["light"][name]) for name in LIGHTS])
             self.least_gesture = np.array([float(least["gesture"][name]) for name in GESTURES])
         except (KeyError, TypeError, ValueError) as error:
-            raise WeightsError(
+            raise NetworkFileError(
                 f"{card_file}: a temperature or threshold is missing: {error}; train it again"
             ) from error
 

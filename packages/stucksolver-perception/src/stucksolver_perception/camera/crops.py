@@ -30,7 +30,7 @@ _SIGNS = np.array([[x, y, z] for x in (0.5, -0.5) for y in (0.5, -0.5) for z in 
 
 
 @dataclass(frozen=True, eq=False)
-class Windows:
+class CropWindows:
     """Where boxes are in the image; equal lengths n."""
 
     rectangle: Floats
@@ -62,10 +62,10 @@ def corners_of(boxes: Floats) -> Floats:
     return np.asarray(turned + boxes[:, None, :3])
 
 
-def windows_of(rig: CameraRig, boxes: Floats) -> Windows:
+def windows_of(rig: CameraRig, boxes: Floats) -> CropWindows:
     """Return where boxes (n, 7; see `corners_of`, vehicle frame) are in the camera's image."""
     if not len(boxes):
-        return Windows(np.zeros((0, 4)), np.zeros(0), np.zeros(0, bool))
+        return CropWindows(np.zeros((0, 4)), np.zeros(0), np.zeros(0, bool))
     column, row, ahead = (one.reshape(-1, 8) for one in rig.project(corners_of(boxes).reshape(-1, 3)))
     whole = np.stack([column.min(1), row.min(1), column.max(1), row.max(1)], axis=1)
     limit = np.array([rig.width_px, rig.height_px, rig.width_px, rig.height_px], float)
@@ -74,10 +74,10 @@ def windows_of(rig: CameraRig, boxes: Floats) -> Windows:
     area = np.maximum(np.prod(whole[:, 2:] - whole[:, :2], axis=1), 1e-6)
     in_view = np.prod(sides, axis=1) / area
     fits = (sides.max(1) >= LEAST_PX) & (in_view >= LEAST_IN_VIEW)
-    return Windows(cut, in_view, fits & (ahead.min(1) > NEAREST_M))
+    return CropWindows(cut, in_view, fits & (ahead.min(1) > NEAREST_M))
 
 
-def behind_dirt(windows: Windows, frame: CameraFrame) -> NDArray[np.bool_]:
+def behind_dirt(windows: CropWindows, frame: CameraFrame) -> NDArray[np.bool_]:
     """(n,): True where known dirt on the lens touches the window."""
     if frame.covered is None:
         return np.zeros(len(windows.rectangle), bool)
@@ -124,7 +124,7 @@ def cut_crops(rgb: Pixels, center: Floats, side: Floats, pixels: int = CROP_PX) 
     return crops
 
 
-def features_of(rig: CameraRig, boxes: Floats, windows: Windows) -> Singles:
+def features_of(rig: CameraRig, boxes: Floats, windows: CropWindows) -> Singles:
     """Return the geometric features of each box: (n, 10), about -1 to 1.
 
     They are the logarithms of length, width, height, distance and of the crop's side in pixels; the share in view; the

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stucksolver_perception.camera.static_edges import STILL, Mask, StayingEdges, covered_by, without_lines
+from stucksolver_perception.camera.static_edges import STILL, Mask, StaticEdges, covered_by, without_lines
 from stucksolver_perception.measurements import CameraFrame, Pixels, PoseEstimate, Singles
 from stucksolver_perception.rig import CameraRig
 
@@ -86,9 +86,9 @@ class LensMonitor:
         self._first = min(_near_row(rig) // self._side, self._shape[0] - 3)
         self._horizon = max(round(_vanishing_px(rig)[1]) // (COARSE * self._side), 3)
         """First coarse row below the horizon."""
-        self._near = StayingEdges(*_away(rig, self._side, self._shape, self._first))
+        self._near = StaticEdges(*_away(rig, self._side, self._shape, self._first))
         flat = np.ones([cells // COARSE - 2 for cells in self._shape], np.float32)
-        self._turns = tuple(StayingEdges(flat, np.zeros_like(flat)) for _ in ("to the right", "to the left"))
+        self._turns = tuple(StaticEdges(flat, np.zeros_like(flat)) for _ in ("to the right", "to the left"))
         self._driven_from: PoseEstimate | None = None
         self._turned_from: PoseEstimate | None = None
         self._spread: LensDirt | None = None

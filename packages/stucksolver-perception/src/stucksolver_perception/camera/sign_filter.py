@@ -7,7 +7,7 @@ from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from stucksolver.scene.signs import SeenSign, SignWord
+from stucksolver.scene.signs import ObservedSign, SignWord
 from stucksolver_perception.camera.sign_targets import SignTarget
 
 AGREE = 2
@@ -23,7 +23,7 @@ SAME_RAD = math.radians(4.0)
 
 
 @dataclass(frozen=True)
-class WordPlace:
+class WordLocation:
     """Where a word was read."""
 
     bearing_rad: float
@@ -33,23 +33,23 @@ class WordPlace:
 
 
 @dataclass(frozen=True)
-class SignLook:
+class SignReadout:
     """What one look at a target found: each word once."""
 
     time_s: float
     target: SignTarget
-    found: dict[SignWord, WordPlace]
+    found: dict[SignWord, WordLocation]
 
 
 @dataclass
-class SignMemory:
+class SignFilter:
     """The looks at each target since the vehicle has been standing. Call `clear` when it moves."""
 
-    _looks: dict[str, deque[SignLook]] = field(default_factory=dict)
+    _looks: dict[str, deque[SignReadout]] = field(default_factory=dict)
     _counts: Counter[str] = field(default_factory=Counter)
     _turn: int = 0
 
-    def add(self, look: SignLook) -> None:
+    def add(self, look: SignReadout) -> None:
         """Add a look. Looks must come in order of time."""
         self._looks.setdefault(look.target.key, deque(maxlen=OF_LAST)).append(look)
         self._counts[look.target.key] += 1
@@ -74,11 +74,11 @@ class SignMemory:
         due = [one for one in targets if self._is_due(one, time_s)] if self._turn % 2 == 0 else []
         return min(due or targets, key=lambda one: self._read_s(one))
 
-    def signs(self, time_s: float) -> tuple[SeenSign, ...]:
+    def signs(self, time_s: float) -> tuple[ObservedSign, ...]:
         """Return the words that count, each once in one direction, with its object if one carries it."""
         told = [one for looks in self._looks.values() for one in _counted(looks, time_s)]
         told.sort(key=lambda one: (one[1].object_id is None, one[1].distance_m is None, one[0]))
-        kept: list[tuple[float, SeenSign]] = []
+        kept: list[tuple[float, ObservedSign]] = []
         for bearing, sign in told:
             if all(sign.word != other.word or abs(bearing - near) > SAME_RAD for near, other in kept):
                 kept.append((bearing, sign))
@@ -96,7 +96,7 @@ class SignMemory:
         return (bool(looks[-1].found) and not confirmed) or time_s - looks[-1].time_s >= AGAIN_S
 
 
-def _counted(looks: Sequence[SignLook], time_s: float) -> list[tuple[float, SeenSign]]:
+def _counted(looks: Sequence[SignReadout], time_s: float) -> list[tuple[float, ObservedSign]]:
     """Return the words at one place, each with its direction (rad)."""
     last = next((look for look in reversed(looks) if look.found), None)
     if last is None or time_s - last.time_s > FORGET_S:
@@ -105,8 +105,8 @@ def _counted(looks: Sequence[SignLook], time_s: float) -> list[tuple[float, Seen
     return [(last.found[word].bearing_rad, _sign(last.target, word, last.found[word])) for word in agreed]
 
 
-def _sign(target: SignTarget, word: SignWord, place: WordPlace) -> SeenSign:
+def _sign(target: SignTarget, word: SignWord, place: WordLocation) -> ObservedSign:
     if place.track_id is not None:
-        return SeenSign(word=word, object_id=str(place.track_id))
+        return ObservedSign(word=word, object_id=str(place.track_id))
     away = None if target.track_id is not None or target.distance_m is None else round(target.distance_m, 1)
-    return SeenSign(word=word, distance_m=away, bearing_rad=round(place.bearing_rad, 3))
+    return ObservedSign(word=word, distance_m=away, bearing_rad=round(place.bearing_rad, 3))

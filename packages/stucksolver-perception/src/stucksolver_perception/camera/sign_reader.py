@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from stucksolver_perception.camera.sign_words import FoundWord, TextLine, words_of
+from stucksolver_perception.camera.sign_words import DetectedWord, TextLine, words_of
 from stucksolver_perception.measurements import Pixels
 
 PACKAGE = "rapidocr_onnxruntime"
@@ -23,10 +23,10 @@ MOST_SIDE_PX = 736
 """Largest longer side of what is read; larger crops are downscaled (px)."""
 
 
-class ReadsWords(Protocol):
+class TextRecognizer(Protocol):
     """Reads words of the list in crops."""
 
-    def read(self, crop: Pixels, enlarge: bool) -> tuple[FoundWord, ...]:
+    def read(self, crop: Pixels, enlarge: bool) -> tuple[DetectedWord, ...]:
         """Return the words with their places in the crop (px).
 
         Args:
@@ -35,7 +35,7 @@ class ReadsWords(Protocol):
         """
 
 
-def why_not_read() -> str | None:
+def unavailable_reason() -> str | None:
     """Return why words on signs are not read here, with the remedy; None if they are."""
     return f"{PACKAGE} not installed; add the extra [signs] (README, Install)" if find_spec(PACKAGE) is None else None
 
@@ -51,8 +51,8 @@ class SignReader:
         self._threads = threads
         self._engine: Any | None = None
 
-    def read(self, crop: Pixels, enlarge: bool) -> tuple[FoundWord, ...]:
-        """See `ReadsWords`.
+    def read(self, crop: Pixels, enlarge: bool) -> tuple[DetectedWord, ...]:
+        """See `TextRecognizer`.
 
         Raises:
             SignReaderError: The package or a library that it needs cannot be loaded.

@@ -59,7 +59,7 @@ class TextLine:
 
 
 @dataclass(frozen=True)
-class FoundWord:
+class DetectedWord:
     """A word of the list, and the middle of its plate in the image (px)."""
 
     word: SignWord
@@ -67,7 +67,7 @@ class FoundWord:
     row: float
 
 
-def words_of(lines: Sequence[TextLine]) -> tuple[FoundWord, ...]:
+def words_of(lines: Sequence[TextLine]) -> tuple[DetectedWord, ...]:
     """Return the words of the list that whole plates show."""
     found = []
     for plate in plates_of([line for line in lines if _plain(line.text)]):
@@ -75,7 +75,7 @@ def words_of(lines: Sequence[TextLine]) -> tuple[FoundWord, ...]:
         if word is not None and min(line.confidence for line in plate) >= SURE:
             column = (min(line.left for line in plate) + max(line.right for line in plate)) / 2.0
             row = (min(line.top for line in plate) + max(line.bottom for line in plate)) / 2.0
-            found.append(FoundWord(word, column, row))
+            found.append(DetectedWord(word, column, row))
     return tuple(found)
 
 

@@ -27,7 +27,7 @@ LEVEL = 0.25
 
 
 @dataclass
-class StayingEdges:
+class StaticEdges:
     """The mean direction of the edge at each sample: its length is near 1 only if the same edge is there each time."""
 
     motion_x: Singles

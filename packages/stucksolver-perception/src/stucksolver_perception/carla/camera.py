@@ -9,13 +9,13 @@ from stucksolver_carla.stack.front_camera import HEIGHT, WIDTH, as_jpeg
 from stucksolver_perception.measurements import CameraFrame
 
 if TYPE_CHECKING:
-    from stucksolver_perception.carla.ego_perception import Eyes
+    from stucksolver_perception.carla.ego_perception import EgoPerception
 
 
-class SensedCamera:
+class RigFrontCamera:
     """See `GivesPicture`. The sensor belongs to the eyes."""
 
-    def __init__(self, eyes: Eyes) -> None:
+    def __init__(self, eyes: EgoPerception) -> None:
         self._eyes = eyes
         self._made: tuple[CameraFrame, CameraImage] | None = None
 

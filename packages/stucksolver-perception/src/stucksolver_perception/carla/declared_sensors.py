@@ -7,7 +7,7 @@ from typing import Any
 
 from stucksolver_bridge.sensor_data import CAMERA, GNSS, IMU, LIDAR, REAR, SPEED, name_of
 from stucksolver_carla.perception_interface import SensorError
-from stucksolver_perception.rig import CameraRig, Mount, Rig
+from stucksolver_perception.rig import CameraRig, Rig, SensorMount
 
 NEEDED = {
     CAMERA: ("sensor.camera.rgb", "front camera"),
@@ -64,7 +64,7 @@ def _declared_camera(name: str, declared: Mapping[str, Any], rig: CameraRig) -> 
     return rig.model_copy(update={"mount": _mount(declared)})
 
 
-def _mount(declared: Mapping[str, Any]) -> Mount:
+def _mount(declared: Mapping[str, Any]) -> SensorMount:
     """From CARLA's frame: y, yaw and pitch have other signs there, see `mounting.placed`."""
     x, y, z, roll, pitch, yaw = (float(declared.get(part, 0.0)) for part in ("x", "y", "z", "roll", "pitch", "yaw"))
-    return Mount(x_m=x, y_m=-y, z_m=z, yaw_deg=-yaw, pitch_deg=-pitch, roll_deg=roll)
+    return SensorMount(x_m=x, y_m=-y, z_m=z, yaw_deg=-yaw, pitch_deg=-pitch, roll_deg=roll)

@@ -17,23 +17,23 @@ from typing import TYPE_CHECKING, Any
 import carla
 import numpy as np
 
-from stucksolver.scene import SeenSign
+from stucksolver.scene import ObservedSign
 from stucksolver.scene.surroundings import LightState
 from stucksolver_carla.perception_interface import SensorError
 from stucksolver_perception.camera.lens_dirt import LensMonitor
-from stucksolver_perception.carla.camera import SensedCamera
+from stucksolver_perception.carla.camera import RigFrontCamera
 from stucksolver_perception.carla.known_posts import sign_places
-from stucksolver_perception.carla.lane_sight import SensedSight
-from stucksolver_perception.carla.perceived_ego import SensedVehicle
-from stucksolver_perception.carla.perceived_objects import SensedBodies, SensedTracker, lamps_of, stand_ins
-from stucksolver_perception.carla.perceived_world import SensedWorld
+from stucksolver_perception.carla.lane_sight import SensorLaneSight
+from stucksolver_perception.carla.perceived_ego import PerceivedEgo
+from stucksolver_perception.carla.perceived_objects import PerceivedBoxes, PerceivedTracker, actor_proxies, lamps_of
+from stucksolver_perception.carla.perceived_world import PerceivedWorld
 from stucksolver_perception.carla.sensor_faults import SensorFault
-from stucksolver_perception.carla.sensor_suite import GivesMeasurements, Measured, SensorSuite
-from stucksolver_perception.carla.sign_worker import SignWatch, reader_here
-from stucksolver_perception.cycle_data import Look, Percept
-from stucksolver_perception.localization import Localiser
+from stucksolver_perception.carla.sensor_suite import MeasurementSource, SensorSuite, TickMeasurements
+from stucksolver_perception.carla.sign_worker import SignWorker, make_sign_reader
+from stucksolver_perception.cycle_data import PerceptionInput, PerceptionResult
+from stucksolver_perception.localization import EkfLocalizer
 from stucksolver_perception.measurements import CameraFrame, Floats, LidarSweep, PoseEstimate
-from stucksolver_perception.pipeline import LIGHT_REACH_M, Perceiver
+from stucksolver_perception.pipeline import LIGHT_REACH_M, PerceptionPipeline
 from stucksolver_perception.rig import Rig, load_rig
 from stucksolver_perception.sensor_health import SensorHealth
 
@@ -57,7 +57,7 @@ TICK_S = 1e-6
 REAR = "rear camera"
 
 
-class Eyes:
+class EgoPerception:
     """Perceives the world for one ego. Call `tick` once after each tick of the world; give `vehicle` to drivers and
     stacks.
 
@@ -85,11 +85,11 @@ class Eyes:
         threads: int = 1,
         seed: int = 0,
         fault: SensorFault | None = None,
-        source: GivesMeasurements | None = None,
+        source: MeasurementSource | None = None,
     ) -> None:
         self._rig = rig or load_rig()
-        self._perceiver = Perceiver(self._rig, threads)
-        self._localiser = Localiser(self._rig)
+        self._perceiver = PerceptionPipeline(self._rig, threads)
+        self._localiser = EkfLocalizer(self._rig)
         self._suite = source or SensorSuite(vehicle, carla_map, self._rig, waits=paced, seed=seed)
         self._paced = paced
         self._map = carla_map
@@ -98,17 +98,17 @@ class Eyes:
         self._hero = vehicle
         self._heads = _heads(vehicle.get_world())
         self._worker = ThreadPoolExecutor(1, "perception")
-        self._signs = SignWatch(self._rig.camera, reader_here(), sign_places(carla_map), paced=paced)
+        self._signs = SignWorker(self._rig.camera, make_sign_reader(), sign_places(carla_map), paced=paced)
         self._sweeps: list[tuple[LidarSweep, PoseEstimate]] = []
         self._picture: tuple[CameraFrame, PoseEstimate] | None = None
         self._rear: tuple[CameraFrame, PoseEstimate] | None = None
-        self._under_way: deque[tuple[float, Future[Percept]]] = deque()
+        self._under_way: deque[tuple[float, Future[PerceptionResult]]] = deque()
         self._begun_s = -np.inf
         self._why_blind: tuple[str, ...] = ()
         self._lags = False
         self.picture: CameraFrame | None = None
         """The camera's latest image; None before the first."""
-        self.percept: Percept | None = None
+        self.percept: PerceptionResult | None = None
         """The newest result; None before the first."""
         self.now_s = 0.0
         cameras = {"camera": self._rig.camera, REAR: self._rig.rear_camera}
@@ -116,7 +116,7 @@ class Eyes:
         self.health = SensorHealth(self._rig.lidar, lenses=lenses)
         self._fault = fault
         self._began_s = float(vehicle.get_world().get_snapshot().timestamp.elapsed_seconds)
-        self.vehicle = SensedVehicle(vehicle, self, SensedWorld(vehicle.get_world(), carla_map, self))
+        self.vehicle = PerceivedEgo(vehicle, self, PerceivedWorld(vehicle.get_world(), carla_map, self))
 
     # ---- each tick
 
@@ -145,7 +145,7 @@ class Eyes:
         self._worker.shutdown(wait=True, cancel_futures=True)
         self._signs.close()
 
-    def _locate(self, measured: Measured) -> None:
+    def _locate(self, measured: TickMeasurements) -> None:
         if measured.imu is not None:
             self._localiser.imu(measured.imu)
         self._localiser.wheel(measured.wheels)
@@ -163,7 +163,7 @@ class Eyes:
         waypoint = self._map.get_waypoint(carla.Location(x_m, -y_m, self._height_m + SEARCH_ABOVE_M))
         return self._height_m if waypoint is None else float(waypoint.transform.location.z)
 
-    def _take_in(self, measured: Measured) -> None:
+    def _take_in(self, measured: TickMeasurements) -> None:
         sweep = self.health.sweep(measured.sweep)
         if sweep is not None:
             self._sweeps.append((sweep, self.pose))
@@ -178,7 +178,7 @@ class Eyes:
     def _begin(self) -> None:
         picture, self._picture = self._picture, None
         rear, self._rear = self._rear, None
-        look = Look(
+        look = PerceptionInput(
             pose=self.pose,
             sweeps=tuple(self._sweeps),
             picture=None if picture is None else picture[0],
@@ -256,8 +256,8 @@ class Eyes:
         return self._lags
 
     @property
-    def signs(self) -> tuple[SeenSign, ...]:
-        """Words that were read on signs while the ego has been standing; see `SignWatch`."""
+    def signs(self) -> tuple[ObservedSign, ...]:
+        """Words that were read on signs while the ego has been standing; see `SignWorker`."""
         return self._signs.signs
 
     def light(self, light_id: int) -> LightState:
@@ -266,25 +266,25 @@ class Eyes:
             return LightState.UNKNOWN
         return self.percept.lights.get(light_id, LightState.UNKNOWN)
 
-    def within(self, range_m: float) -> SensedBodies:
+    def within(self, range_m: float) -> PerceivedBoxes:
         """Return the bodies for a driver; their range is that of the sensors."""
-        return SensedBodies(self, range_m)
+        return PerceivedBoxes(self, range_m)
 
-    def tracker(self) -> SensedTracker:
+    def tracker(self) -> PerceivedTracker:
         """Return the objects for the solver."""
-        return SensedTracker(self)
+        return PerceivedTracker(self)
 
-    def camera(self) -> SensedCamera:
+    def camera(self) -> RigFrontCamera:
         """Return the front camera's image for scenes."""
-        return SensedCamera(self)
+        return RigFrontCamera(self)
 
-    def sight_lines(self, frame: RoadFrame) -> SensedSight:
+    def sight_lines(self, frame: RoadFrame) -> SensorLaneSight:
         """Return how far lanes are seen on one road geometry."""
-        return SensedSight(self, frame)
+        return SensorLaneSight(self, frame)
 
     def actors(self, ids: Sequence[int]) -> list[Any]:
         """Return stand-ins for `carla.Actor`s: the kinds of the tracks with these ids."""
-        return [] if self.percept is None else stand_ins(self.percept, ids)
+        return [] if self.percept is None else actor_proxies(self.percept, ids)
 
     def lamps(self) -> dict[int, int]:
         """Return the lamps of tracked vehicles, as bits of `carla.VehicleLightState`."""

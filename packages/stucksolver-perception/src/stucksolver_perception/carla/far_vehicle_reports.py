@@ -23,7 +23,7 @@ import numpy as np
 
 from stucksolver_carla.stack.carla_frames import to_local, to_world, yaw_to_local
 from stucksolver_perception.carla.lane_sight import FASTEST_SHARE
-from stucksolver_perception.cycle_data import Percept
+from stucksolver_perception.cycle_data import PerceptionResult
 from stucksolver_perception.far_tracking import FarTrack
 from stucksolver_perception.tracking import Track
 
@@ -51,26 +51,26 @@ TRACK_LABELS = (0, 2)
 """The same in `stucksolver_perception.lidar_labels.LABELS`: a car, a two-wheeler."""
 
 
-class FarOnLanes:
+class FarVehicleReports:
     """The far vehicles of one map. `told` caches its last answer, since it is called several times per percept."""
 
     def __init__(self, carla_map: carla.Map, vehicle: Any = None) -> None:
         """`vehicle` has the speed limit of the road (`get_speed_limit`, km/h); without it, `FASTEST_MPS` is assumed."""
         self._map, self._vehicle = carla_map, vehicle
-        self._last: tuple[Percept | None, tuple[Track, ...]] = (None, ())
+        self._last: tuple[PerceptionResult | None, tuple[Track, ...]] = (None, ())
 
-    def told(self, percept: Percept | None) -> tuple[Track, ...]:
+    def reported_tracks(self, percept: PerceptionResult | None) -> tuple[Track, ...]:
         """Return them as tracks like those of the LiDAR, at the time of the percept."""
         if percept is not self._last[0]:
             found = () if percept is None else percept.far_tracks
             limit = 0.0 if self._vehicle is None else FASTEST_SHARE * self._vehicle.get_speed_limit() / 3.6
             height_m = percept.pose.z_m if percept else 0.0
-            tracks = (as_told(one, self._map, height_m, limit or FASTEST_MPS) for one in found)
+            tracks = (to_reported_track(one, self._map, height_m, limit or FASTEST_MPS) for one in found)
             self._last = (percept, tuple(track for track in tracks if track is not None))
         return self._last[1]
 
 
-def as_told(far: FarTrack, carla_map: Any, height_m: float, fastest_mps: float = FASTEST_MPS) -> Track | None:
+def to_reported_track(far: FarTrack, carla_map: Any, height_m: float, fastest_mps: float = FASTEST_MPS) -> Track | None:
     """Return one of them on its lane; None if nothing is claimed.
 
     Args:
@@ -89,7 +89,7 @@ def as_told(far: FarTrack, carla_map: Any, height_m: float, fastest_mps: float =
     along = math.cos(yaw - far.bearing_rad)
     if beside > waypoint.lane_width / 2.0 + BESIDE_M or abs(along) < ALONG_COS:
         return None
-    rate = _rate_told(far, far.towards > 0.5 if waypoint.is_junction else along < 0.0, fastest_mps)
+    rate = _reported_rate_mps(far, far.towards > 0.5 if waypoint.is_junction else along < 0.0, fastest_mps)
     if rate is None:
         return None
     nearer_m = min(SURE_SDS * far.range_sd_m, far.range_m - NEAREST_M)
@@ -99,7 +99,7 @@ def as_told(far: FarTrack, carla_map: Any, height_m: float, fastest_mps: float =
     return _track(far, x, y, height_m, away, rate)
 
 
-def _rate_told(far: FarTrack, comes: bool, fastest_mps: float) -> float | None:
+def _reported_rate_mps(far: FarTrack, comes: bool, fastest_mps: float) -> float | None:
     """Return the reported velocity over ground away from the ego; None if nothing is claimed."""
     least, most = far.rate_mps - SURE_SDS * far.rate_sd_mps, far.rate_mps + SURE_SDS * far.rate_sd_mps
     goes_away = least > SURELY_MPS and far.hits >= MEASURED_HITS

@@ -16,7 +16,7 @@ import carla
 import numpy as np
 
 from stucksolver_carla.stack.carla_frames import to_local, to_world, yaw_to_local
-from stucksolver_perception.cycle_data import Percept
+from stucksolver_perception.cycle_data import PerceptionResult
 from stucksolver_perception.measurements import Floats
 from stucksolver_perception.tracking import Track
 from stucksolver_perception.tracking.motion_groups import WHEELED
@@ -43,9 +43,9 @@ class OnLanes:
 
     def __init__(self, carla_map: carla.Map) -> None:
         self._map = carla_map
-        self._last: tuple[Percept | None, tuple[Track, ...]] = (None, ())
+        self._last: tuple[PerceptionResult | None, tuple[Track, ...]] = (None, ())
 
-    def told(self, percept: Percept | None) -> tuple[Track, ...]:
+    def told(self, percept: PerceptionResult | None) -> tuple[Track, ...]:
         """Return a percept's tracks with the courses of their lanes."""
         if percept is not self._last[0]:
             tracks = () if percept is None else percept.tracks

@@ -24,14 +24,14 @@ from stucksolver.scene.frenet import Lane, RoadFrame
 from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.surroundings import EgoState
 from stucksolver_carla.stack.line_of_sight import may_stand_in
-from stucksolver_perception.cycle_data import Percept
-from stucksolver_perception.free_space import AZIMUTHS, SeenSpace, footprints
+from stucksolver_perception.cycle_data import PerceptionResult
+from stucksolver_perception.free_space import AZIMUTHS, FreeSpace, footprints
 from stucksolver_perception.measurements import Floats
 from stucksolver_perception.tracking import boxes_of
 from stucksolver_perception.vehicle_frame import points_into_vehicle
 
 if TYPE_CHECKING:
-    from stucksolver_perception.carla.ego_perception import Eyes
+    from stucksolver_perception.carla.ego_perception import EgoPerception
 
 STEP_M = 1.0
 RANGE_M = 200.0
@@ -43,7 +43,7 @@ REMEMBERED_S = 1.0
 """A lane that was not seen for longer is unknown."""
 
 
-class _Seen(NamedTuple):
+class _FreeInterval(NamedTuple):
     """One lane as seen at one moment: the arc lengths between which it was free (m)."""
 
     time_s: float
@@ -51,12 +51,12 @@ class _Seen(NamedTuple):
     start_s: float
 
 
-class SensedSight:
+class SensorLaneSight:
     """See `carla_stack.sight.SightLines`: the same question, answered from the sensors."""
 
-    def __init__(self, eyes: Eyes, frame: RoadFrame) -> None:
+    def __init__(self, eyes: EgoPerception, frame: RoadFrame) -> None:
         self._eyes, self._frame = eyes, frame
-        self._known: dict[str, deque[_Seen]] = {}
+        self._known: dict[str, deque[_FreeInterval]] = {}
         """What was seen of each lane recently, oldest first."""
 
     def of_lanes(self, ego: EgoState, ego_s: float, objects: tuple[TrackedObject, ...]) -> tuple[LaneSight, ...]:
@@ -72,15 +72,15 @@ class SensedSight:
             ahead = self._line(lane, np.arange(ego_s, min(lane.end_m, ego_s + RANGE_M), STEP_M))
             behind = self._line(lane, np.arange(ego_s, max(lane.start_m, ego_s - RANGE_M), -STEP_M))
             fastest_mps = FASTEST_SHARE * (lane.strip.speed_limit_mps or UNKNOWN_LIMIT_MPS)
-            seen_m = seen_ahead_m(percept, ahead, fastest_mps)
-            back_m = percept.seen.seen_along(points_into_vehicle(behind, percept.pose), known=known)
-            now = _Seen(percept.pose.time_s, ego_s + seen_m, ego_s - back_m)
+            seen_m = visible_ahead_m(percept, ahead, fastest_mps)
+            back_m = percept.seen.free_length_along_m(points_into_vehicle(behind, percept.pose), known=known)
+            now = _FreeInterval(percept.pose.time_s, ego_s + seen_m, ego_s - back_m)
             end_s, start_s = self._remembered(lane.strip.id, now, fastest_mps)
             told = (round(max(end_s - ego_s, 0.0), 1), round(max(ego_s - start_s, 0.0), 1))
             found.append(LaneSight(lane_id=lane.strip.id, ahead_m=told[0], behind_m=told[1]))
         return tuple(found)
 
-    def _remembered(self, lane_id: str, now: _Seen, fastest_mps: float) -> tuple[float, float]:
+    def _remembered(self, lane_id: str, now: _FreeInterval, fastest_mps: float) -> tuple[float, float]:
         """Return the arc lengths up to which the lane is known to be free, ahead and behind."""
         known = self._known.setdefault(lane_id, deque())
         known.append(now)
@@ -97,13 +97,13 @@ class SensedSight:
         return np.stack([x, y], axis=1)
 
 
-def _moving(percept: Percept) -> Floats:
-    """(n, 5): moving vehicles as `SeenSpace.seen_along` takes them: the guard looks at each of them by itself."""
+def _moving(percept: PerceptionResult) -> Floats:
+    """(n, 5): moving vehicles as `FreeSpace.seen_along` takes them: the guard looks at each of them by itself."""
     moving = (one for one in percept.tracks if one.standing_since_s is None and not one.hidden)
     return footprints(boxes_of(moving, percept.pose))
 
 
-def seen_ahead_m(percept: Percept, line: Floats, fastest_mps: float) -> float:
+def visible_ahead_m(percept: PerceptionResult, line: Floats, fastest_mps: float) -> float:
     """Return the metres of a lane in which nobody is, as seen now.
 
     The line is the lane's centre (k, 2) in the local frame, from beside the ego on. `fastest_mps` is the highest speed
@@ -112,15 +112,15 @@ def seen_ahead_m(percept: Percept, line: Floats, fastest_mps: float) -> float:
     if len(line) < 2:
         return 0.0
     course = points_into_vehicle(line, percept.pose)
-    by_lidar_m = percept.seen.seen_along(course)
+    by_lidar_m = percept.seen.free_length_along_m(course)
     if percept.far_view is None:
         return by_lidar_m
-    by_both_m = percept.far_view.seen_m(line, by_lidar_m, fastest_mps, percept.pose.time_s)
+    by_both_m = percept.far_view.clear_length_m(line, by_lidar_m, fastest_mps, percept.pose.time_s)
     blocked_m = percept.seen.blocked_m if percept.unknown_m is None else percept.unknown_m
-    return max(by_lidar_m, min(by_both_m, unblocked_m(percept.seen, blocked_m, course, by_lidar_m)))
+    return max(by_lidar_m, min(by_both_m, free_length_m(percept.seen, blocked_m, course, by_lidar_m)))
 
 
-def unblocked_m(seen: SeenSpace, blocked_m: Floats, course: Floats, from_m: float) -> float:
+def free_length_m(seen: FreeSpace, blocked_m: Floats, course: Floats, from_m: float) -> float:
     """Return the metres of a line (k, 2; vehicle frame) up to where the LiDAR found something tall that is nearer.
 
     `blocked_m` (AZIMUTHS,) says how near, by direction. Only beyond `from_m`. What lies in one bin of directions with

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 import carla
 
 if TYPE_CHECKING:
-    from stucksolver_perception.carla.ego_perception import Eyes
-    from stucksolver_perception.carla.perceived_world import SensedWorld
+    from stucksolver_perception.carla.ego_perception import EgoPerception
+    from stucksolver_perception.carla.perceived_world import PerceivedWorld
 
 
-class SensedVehicle:
+class PerceivedEgo:
     """Pose and motion are estimates; size, wheels and lamps are known exactly."""
 
-    def __init__(self, vehicle: carla.Vehicle, eyes: Eyes, world: SensedWorld) -> None:
+    def __init__(self, vehicle: carla.Vehicle, eyes: EgoPerception, world: PerceivedWorld) -> None:
         self._vehicle, self._eyes, self._world = vehicle, eyes, world
         self.id = int(vehicle.id)
         self.bounding_box = vehicle.bounding_box

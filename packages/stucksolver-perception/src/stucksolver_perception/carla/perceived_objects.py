@@ -10,19 +10,19 @@ import numpy as np
 
 from stucksolver.scene import ObjectKind, TrackedObject
 from stucksolver.scene.objects import ON_FOOT
-from stucksolver_carla.drivers.behavior.nearby_objects import HAZARD_LAMPS, NearbyBodies
+from stucksolver_carla.drivers.behavior.nearby_objects import HAZARD_LAMPS, NearbyObjects
 from stucksolver_carla.stack.carla_frames import to_local
-from stucksolver_carla.stack.contact import Footprint, Pushing
+from stucksolver_carla.stack.contact import EgoFootprint, PushDetector
 from stucksolver_perception.camera.attributes import Attributes
-from stucksolver_perception.carla.far_vehicle_reports import TRACK_LABELS, FarOnLanes
+from stucksolver_perception.carla.far_vehicle_reports import TRACK_LABELS, FarVehicleReports
 from stucksolver_perception.carla.known_posts import KnownPosts
 from stucksolver_perception.carla.lane_motion_prior import OnLanes
-from stucksolver_perception.cycle_data import Percept
+from stucksolver_perception.cycle_data import PerceptionResult
 from stucksolver_perception.lidar_labels import KIND_OF_LABEL, LABEL_OF_KIND, LABELS
 from stucksolver_perception.tracking import Track
 
 if TYPE_CHECKING:
-    from stucksolver_perception.carla.ego_perception import Eyes
+    from stucksolver_perception.carla.ego_perception import EgoPerception
 
 LEFT_BLINKER = 32
 RIGHT_BLINKER = 16
@@ -52,19 +52,19 @@ _TYPE_IDS = {
 """Blueprints from which `kinds.kind_of` gets the kind again, for drivers that ask the world what an object is."""
 
 
-class SensedBodies:
+class PerceivedBoxes:
     """See `SeesBodies`."""
 
     doubt_m: ClassVar[float] = 0.3
     """Of the detector's boxes and the localiser's pose together, within seconds (m)."""
 
-    def __init__(self, eyes: Eyes, range_m: float) -> None:
+    def __init__(self, eyes: EgoPerception, range_m: float) -> None:
         self._eyes, self._range_m = eyes, range_m
         carla_map = eyes.vehicle.get_world().get_map()
-        self._near, self._far = OnLanes(carla_map), FarOnLanes(carla_map, eyes.vehicle)
+        self._near, self._far = OnLanes(carla_map), FarVehicleReports(carla_map, eyes.vehicle)
         self._posts = KnownPosts([to_local(one.transform.location) for one in carla_map.get_all_landmarks()])
 
-    def read(self, ego_x: float, ego_y: float) -> NearbyBodies:
+    def read(self, ego_x: float, ego_y: float) -> NearbyObjects:
         """Return all tracks within range of a point of CARLA's world, predicted to this tick.
 
         Flat ones are left out: every car drives over loose dirt, as the driver with ground truth does
@@ -72,18 +72,18 @@ class SensedBodies:
         """
         percept = self._eyes.percept
         near = [self._posts.told(track) for track in self._near.told(percept) if not is_flat(track)]
-        found = bodies((*near, *self._far.told(percept)), self._eyes.now_s)
+        found = bodies((*near, *self._far.reported_tracks(percept)), self._eyes.now_s)
         return found.part((np.abs(found.x - ego_x) < self._range_m) & (np.abs(found.y - ego_y) < self._range_m))
 
 
-class SensedTracker:
+class PerceivedTracker:
     """The counterpart of `carla_stack.tracker.Tracker` that uses the sensors."""
 
-    def __init__(self, eyes: Eyes) -> None:
+    def __init__(self, eyes: EgoPerception) -> None:
         self._eyes = eyes
         carla_map = eyes.vehicle.get_world().get_map()
-        self._near, self._far = OnLanes(carla_map), FarOnLanes(carla_map, eyes.vehicle)
-        self._pushing = Pushing()
+        self._near, self._far = OnLanes(carla_map), FarVehicleReports(carla_map, eyes.vehicle)
+        self._pushing = PushDetector()
         self._pushed: frozenset[int] = frozenset()
 
     @property
@@ -91,20 +91,20 @@ class SensedTracker:
         """True if the ego pushed something at the last look."""
         return bool(self._pushing.now)
 
-    def watch(self, ego: Footprint, now_s: float) -> NearbyBodies:
+    def watch(self, ego: EgoFootprint, now_s: float) -> NearbyObjects:
         """Look around and note what the ego pushes."""
         seen = bodies(self._near.told(self._eyes.percept), now_s)
         self._pushed = self._pushing.look(ego, seen)
         return seen
 
-    def update(self, ego: Footprint, now_s: float) -> tuple[TrackedObject, ...]:
+    def update(self, ego: EgoFootprint, now_s: float) -> tuple[TrackedObject, ...]:
         """Return everything tracked, in the local frame."""
         self.watch(ego, now_s)
         percept = self._eyes.percept
         if percept is None:
             return ()
         told = percept.attributes
-        tracks = (*self._near.told(percept), *self._far.told(percept))
+        tracks = (*self._near.told(percept), *self._far.reported_tracks(percept))
         return tuple(_object(one, told.get(one.id), now_s, one.id in self._pushed) for one in tracks)
 
     def read_lights(self, now_s: float) -> None:
@@ -117,9 +117,9 @@ def is_flat(track: Track) -> bool:
     return low and min(track.length_m, track.width_m) >= FLAT_SHARE * track.height_m
 
 
-def bodies(tracks: Sequence[Track], now_s: float) -> NearbyBodies:
+def bodies(tracks: Sequence[Track], now_s: float) -> NearbyObjects:
     """Tracks at one moment as boxes in CARLA's world."""
-    moved = [track.at(now_s) for track in tracks]
+    moved = [track.predict_to(now_s) for track in tracks]
     rows = [
         (
             one.x_m,
@@ -136,7 +136,7 @@ def bodies(tracks: Sequence[Track], now_s: float) -> NearbyBodies:
     ]
     columns = np.array(rows, dtype=np.float64).reshape(len(rows), 9).T
     x, y, yaw, half_length, half_width, bottom, top, vx, vy = columns
-    return NearbyBodies(
+    return NearbyObjects(
         actor_id=tuple(one.id for one in moved),
         is_walker=np.array([KIND_OF_LABEL[one.label] in ON_FOOT for one in moved], dtype=np.bool_),
         x=x,
@@ -178,7 +178,7 @@ def kind_of_track(track: Track, told: Attributes | None) -> tuple[ObjectKind, fl
 
 def _object(track: Track, told: Attributes | None, now_s: float, pushed: bool) -> TrackedObject:
     kind, sure = kind_of_track(track, told)
-    here = track.at(now_s)
+    here = track.predict_to(now_s)
     return TrackedObject(
         id=str(track.id),
         kind=kind,
@@ -192,7 +192,7 @@ def _object(track: Track, told: Attributes | None, now_s: float, pushed: bool) -
         height_m=here.height_m,
         stationary_s=here.stationary_s,
         moved_s_ago=here.moved_s_ago,
-        seen_for_s=here.seen_for_s,
+        seen_for_s=here.tracked_for_s,
         pushed=pushed,
         kind_confidence=sure,
         position_sd_m=_position_sd_m(here),
@@ -205,7 +205,7 @@ def _object(track: Track, told: Attributes | None, now_s: float, pushed: bool) -
     )
 
 
-def stand_ins(percept: Percept, ids: Sequence[int]) -> list[Any]:
+def actor_proxies(percept: PerceptionResult, ids: Sequence[int]) -> list[Any]:
     """Return the kind of each of these tracks in terms of CARLA's blueprints."""
     found = []
     for track in percept.tracks:
@@ -222,7 +222,7 @@ def stand_ins(percept: Percept, ids: Sequence[int]) -> list[Any]:
     return found
 
 
-def lamps_of(percept: Percept) -> dict[int, int]:
+def lamps_of(percept: PerceptionResult) -> dict[int, int]:
     """Return the lamps by track, as bits of `carla.VehicleLightState`; unknown ones count as off."""
     return {track: _bits(told) for track, told in percept.attributes.items()}
 

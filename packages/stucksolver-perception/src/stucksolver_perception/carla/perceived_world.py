@@ -15,7 +15,7 @@ import carla
 from stucksolver.scene.surroundings import LightState
 
 if TYPE_CHECKING:
-    from stucksolver_perception.carla.ego_perception import Eyes
+    from stucksolver_perception.carla.ego_perception import EgoPerception
 
 _SHOWS = {
     LightState.RED: carla.TrafficLightState.Red,
@@ -26,13 +26,13 @@ _SHOWS = {
 }
 
 
-class SensedWorld:
+class PerceivedWorld:
     """The world of one ego. With `heeds_unknown`, a light of unknown state is reported to the driver as red."""
 
-    def __init__(self, world: carla.World, carla_map: carla.Map, eyes: Eyes) -> None:
+    def __init__(self, world: carla.World, carla_map: carla.Map, eyes: EgoPerception) -> None:
         self._world, self._map, self._eyes = world, carla_map, eyes
         actors = world.get_actors()
-        self._lights = [SensedLight(light, eyes) for light in actors.filter("*traffic_light*")]
+        self._lights = [PerceivedLight(light, eyes) for light in actors.filter("*traffic_light*")]
         self._signs = list(actors.filter("*traffic.stop*"))
 
     def get_map(self) -> carla.Map:
@@ -58,10 +58,10 @@ class SensedWorld:
         return kinds.get(pattern.strip("*"), [])
 
 
-class SensedLight:
+class PerceivedLight:
     """A `carla.TrafficLight` whose position is known from the map and whose state comes from the camera."""
 
-    def __init__(self, light: carla.TrafficLight, eyes: Eyes) -> None:
+    def __init__(self, light: carla.TrafficLight, eyes: EgoPerception) -> None:
         self._light, self._eyes = light, eyes
         self.id = int(light.id)
 

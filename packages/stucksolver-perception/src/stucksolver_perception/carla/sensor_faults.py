@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stucksolver_perception.carla.sensor_suite import Measured
+from stucksolver_perception.carla.sensor_suite import TickMeasurements
 from stucksolver_perception.measurements import CameraFrame, LidarSweep
 from stucksolver_perception.rig import CameraRig, load_rig
 
@@ -44,10 +44,10 @@ class SensorFault:
         self._since_s = since_s
         self.focal_px = (camera or load_rig().camera).focal_px
         self.random = np.random.default_rng(seed)
-        self.kept: Measured | None = None
+        self.kept: TickMeasurements | None = None
         """The last measurements before the fault began."""
 
-    def after(self, measured: Measured, time_s: float) -> Measured:
+    def after(self, measured: TickMeasurements, time_s: float) -> TickMeasurements:
         """Return a tick's measurements with the fault; `time_s` counts from the beginning of the drive."""
         if time_s < self._since_s:
             kept = self.kept
@@ -57,18 +57,18 @@ class SensorFault:
         return self._change(self, measured)
 
 
-def _lidar_missing(fault: SensorFault, now: Measured) -> Measured:
+def _lidar_missing(fault: SensorFault, now: TickMeasurements) -> TickMeasurements:
     return replace(now, sweep=None, silent=(*now.silent, "LiDAR"))
 
 
-def _lidar_frozen(fault: SensorFault, now: Measured) -> Measured:
+def _lidar_frozen(fault: SensorFault, now: TickMeasurements) -> TickMeasurements:
     """The same sweep repeatedly, each time as if it were new."""
     if now.sweep is None or fault.kept is None or fault.kept.sweep is None:
         return now
     return replace(now, sweep=LidarSweep(now.sweep.time_s, fault.kept.sweep.points))
 
 
-def _lidar_turned(fault: SensorFault, now: Measured) -> Measured:
+def _lidar_turned(fault: SensorFault, now: TickMeasurements) -> TickMeasurements:
     """Its mount has turned by two degrees."""
     if now.sweep is None:
         return now
@@ -79,7 +79,7 @@ def _lidar_turned(fault: SensorFault, now: Measured) -> Measured:
     return replace(now, sweep=LidarSweep(now.sweep.time_s, points))
 
 
-def _lidar_sparse(fault: SensorFault, now: Measured) -> Measured:
+def _lidar_sparse(fault: SensorFault, now: TickMeasurements) -> TickMeasurements:
     """Three lasers of four have failed."""
     if now.sweep is None:
         return now
@@ -87,7 +87,7 @@ def _lidar_sparse(fault: SensorFault, now: Measured) -> Measured:
     return replace(now, sweep=LidarSweep(now.sweep.time_s, left))
 
 
-def _lidar_spray(fault: SensorFault, now: Measured) -> Measured:
+def _lidar_spray(fault: SensorFault, now: TickMeasurements) -> TickMeasurements:
     if now.sweep is None:
         return now
     way = fault.random.uniform(-math.pi, math.pi, STRAY_POINTS)
@@ -97,23 +97,23 @@ def _lidar_spray(fault: SensorFault, now: Measured) -> Measured:
     return replace(now, sweep=LidarSweep(now.sweep.time_s, np.concatenate([now.sweep.points, rows])))
 
 
-def _camera_missing(fault: SensorFault, now: Measured) -> Measured:
+def _camera_missing(fault: SensorFault, now: TickMeasurements) -> TickMeasurements:
     return replace(now, picture=None, silent=(*now.silent, "camera"))
 
 
-def _camera_black(fault: SensorFault, now: Measured) -> Measured:
+def _camera_black(fault: SensorFault, now: TickMeasurements) -> TickMeasurements:
     if now.picture is None:
         return now
     return replace(now, picture=CameraFrame(now.picture.time_s, np.zeros_like(now.picture.rgb)))
 
 
-def _camera_frozen(fault: SensorFault, now: Measured) -> Measured:
+def _camera_frozen(fault: SensorFault, now: TickMeasurements) -> TickMeasurements:
     if now.picture is None or fault.kept is None or fault.kept.picture is None:
         return now
     return replace(now, picture=CameraFrame(now.picture.time_s, fault.kept.picture.rgb))
 
 
-def _camera_salted(fault: SensorFault, now: Measured) -> Measured:
+def _camera_salted(fault: SensorFault, now: TickMeasurements) -> TickMeasurements:
     """Grey grains, always at the same places."""
     if now.picture is None:
         return now
@@ -125,7 +125,7 @@ def _camera_salted(fault: SensorFault, now: Measured) -> Measured:
     return replace(now, picture=CameraFrame(now.picture.time_s, rgb))
 
 
-def _camera_turned(fault: SensorFault, now: Measured) -> Measured:
+def _camera_turned(fault: SensorFault, now: TickMeasurements) -> TickMeasurements:
     """Its mount has turned by two degrees: everything is seen further to the left. What it newly sees is unknown, so
     the picture's outermost column is repeated there.
     """
@@ -142,7 +142,7 @@ def _camera_turned(fault: SensorFault, now: Measured) -> Measured:
     return replace(now, picture=CameraFrame(now.picture.time_s, now.picture.rgb[row, column]))
 
 
-def _camera_muddy(fault: SensorFault, now: Measured) -> Measured:
+def _camera_muddy(fault: SensorFault, now: TickMeasurements) -> TickMeasurements:
     """One dark smear with a soft rim, always at the same place."""
     if now.picture is None:
         return now
@@ -154,18 +154,18 @@ def _camera_muddy(fault: SensorFault, now: Measured) -> Measured:
     return replace(now, picture=CameraFrame(now.picture.time_s, rgb.astype(np.uint8)))
 
 
-def _gnss_missing(fault: SensorFault, now: Measured) -> Measured:
+def _gnss_missing(fault: SensorFault, now: TickMeasurements) -> TickMeasurements:
     return replace(now, fix=None, silent=(*now.silent, "GNSS"))
 
 
-def _gnss_jumping(fault: SensorFault, now: Measured) -> Measured:
+def _gnss_jumping(fault: SensorFault, now: TickMeasurements) -> TickMeasurements:
     if now.fix is None:
         return now
     dx, dy = fault.random.normal(0.0, JUMP_M, 2)
     return replace(now, fix=replace(now.fix, x_m=now.fix.x_m + dx, y_m=now.fix.y_m + dy))
 
 
-FAULTS: dict[str, Callable[[SensorFault, Measured], Measured]] = {
+FAULTS: dict[str, Callable[[SensorFault, TickMeasurements], TickMeasurements]] = {
     "lidar-missing": _lidar_missing,
     "lidar-frozen": _lidar_frozen,
     "lidar-turned": _lidar_turned,

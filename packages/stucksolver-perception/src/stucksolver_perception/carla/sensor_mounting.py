@@ -11,9 +11,9 @@ import carla
 
 from stucksolver_carla.perception_interface import SensorError
 from stucksolver_perception.carla.georeference import EARTH_RADIUS_M
-from stucksolver_perception.rig import CameraRig, Mount, Rig
+from stucksolver_perception.rig import CameraRig, Rig, SensorMount
 
-REFERENCE_POINT = Mount(x_m=0.0, y_m=0.0, z_m=0.0)
+REFERENCE_POINT = SensorMount(x_m=0.0, y_m=0.0, z_m=0.0)
 """The vehicle's reference point, with GNSS and IMU."""
 SEEDS = 2**31
 """A blueprint's `noise_seed` is a signed 32-bit integer; larger seeds are folded into it."""
@@ -25,7 +25,7 @@ class SensorSetup:
 
     type_id: str
     """Id of the blueprint."""
-    mount: Mount
+    mount: SensorMount
     attributes: Mapping[str, float]
     """Values for the blueprint's attributes, in CARLA's units."""
 
@@ -95,7 +95,7 @@ def mount_sensor(vehicle: carla.Vehicle, setup: SensorSetup) -> carla.Sensor:
     return cast("carla.Sensor", world.spawn_actor(blueprint, placed(setup.mount), attach_to=vehicle))
 
 
-def placed(mount: Mount) -> carla.Transform:
+def placed(mount: SensorMount) -> carla.Transform:
     """Return a mount as a `carla.Transform`, whose yaw is positive to the right and whose pitch is positive up.
 
     A roll has the same sign in both: the right side goes down.

@@ -47,7 +47,7 @@ EARLY_S = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class TickMeasurements:
     """The sensors' data of one tick; None if a sensor was not due, or gave none."""
 
     sweep: LidarSweep | None
@@ -61,10 +61,10 @@ class Measured:
     """The rear camera's image."""
 
 
-class GivesMeasurements(Protocol):
+class MeasurementSource(Protocol):
     """The sensors of a vehicle, wherever they are: `SensorSuite` on a client's vehicle, or another process's."""
 
-    def read(self) -> Measured:
+    def read(self) -> TickMeasurements:
         """Return the measurements of the world's present tick.
 
         Raises:
@@ -102,7 +102,7 @@ class SensorSuite:
         self._random = np.random.default_rng(seed)
         self._geo = GeoReference(carla_map.to_opendrive())
         self._lidar_to_vehicle = rig.lidar.mount.to_vehicle()
-        self._sensors: dict[str, _Sensor] = {}
+        self._sensors: dict[str, _SensorQueue] = {}
         try:
             self._put("LiDAR", lidar_setup(rig, seed))
             self._put("camera", camera_setup(rig.camera, picture_every_s))
@@ -114,7 +114,7 @@ class SensorSuite:
             self.close()
             raise
 
-    def read(self) -> Measured:
+    def read(self) -> TickMeasurements:
         """Return the measurements of the world's present tick.
 
         Raises:
@@ -126,7 +126,7 @@ class SensorSuite:
         until = time.monotonic() + (WAIT_S if self._waits else 0.0)
         raw = {name: sensor.take(frame, time_s, until) for name, sensor in self._sensors.items()}
         silent = tuple(name for name, sensor in self._sensors.items() if raw[name] is None and sensor.is_due(time_s))
-        return Measured(
+        return TickMeasurements(
             sweep=None if raw["LiDAR"] is None else self._sweep(raw["LiDAR"], time_s),
             picture=self._picture("camera", self._rig.camera, raw, time_s),
             imu=None if raw["IMU"] is None else imu_sample(raw["IMU"], time_s),
@@ -144,7 +144,7 @@ class SensorSuite:
 
     def _put(self, name: str, setup: SensorSetup) -> None:
         actor = mount_sensor(self._vehicle, setup)
-        self._sensors[name] = _Sensor(actor, setup.attributes.get("sensor_tick", 0.0))
+        self._sensors[name] = _SensorQueue(actor, setup.attributes.get("sensor_tick", 0.0))
 
     def _sweep(self, raw: carla.LidarMeasurement, time_s: float) -> LidarSweep:
         told: Any = raw  # the client's stub lacks `channels`
@@ -176,7 +176,7 @@ class SensorSuite:
         return WheelSpeed(time_s, wheel_speed_mps(speed_mps, self._rig.wheel_speed_noise_mps, self._random))
 
 
-class _Sensor:
+class _SensorQueue:
     """One sensor's data by frame."""
 
     def __init__(self, actor: Any, period_s: float) -> None:

@@ -21,7 +21,7 @@ from stucksolver_perception.carla.sensor_conversion import (
     lidar_points,
     wheel_speed_mps,
 )
-from stucksolver_perception.carla.sensor_suite import EARLY_S, PICTURE_EVERY_S, Measured
+from stucksolver_perception.carla.sensor_suite import EARLY_S, PICTURE_EVERY_S, TickMeasurements
 from stucksolver_perception.measurements import CameraFrame, GnssFix, ImuSample, LidarSweep, WheelSpeed
 from stucksolver_perception.rig import CameraRig, Rig
 
@@ -36,7 +36,7 @@ GNSS_NUMBERS = 3
 SPEED_NUMBERS = 1
 
 
-class Clock(Protocol):
+class WorldClock(Protocol):
     """The mirrored world's time."""
 
     time_s: float
@@ -52,7 +52,7 @@ class SharedMeasurements:
     """
 
     def __init__(
-        self, opening: Mapping[str, Any], rig: Rig, ask: Callable[[str], Any], clock: Clock, seed: int = 0
+        self, opening: Mapping[str, Any], rig: Rig, ask: Callable[[str], Any], clock: WorldClock, seed: int = 0
     ) -> None:
         self._memory = mmap.mmap(int(opening["frames"]["fd"]), int(opening["frames"]["size"]), prot=mmap.PROT_READ)
         self._rig, self._ask, self._clock = rig, ask, clock
@@ -62,7 +62,7 @@ class SharedMeasurements:
         self._next_picture_s = -math.inf
         self._speed_mps = 0.0
 
-    def read(self) -> Measured:
+    def read(self) -> TickMeasurements:
         """Return the newest measurements, of whichever tick.
 
         Raises:
@@ -78,7 +78,7 @@ class SharedMeasurements:
         picture = self._picture(CAMERA, self._rig.camera, told[CAMERA], time_s)
         if picture is not None:
             self._next_picture_s = time_s + PICTURE_EVERY_S
-        return Measured(
+        return TickMeasurements(
             sweep=self._sweep(told[LIDAR], time_s),
             picture=picture,
             imu=self._imu(told[IMU], time_s),

@@ -14,11 +14,11 @@ from stucksolver_bridge.world_data import waypoint_at, waypoints_at
 from stucksolver_carla.drivers.behavior import BehaviorDriver, RoutePoint
 from stucksolver_carla.drivers.planner import PlannerDriver
 from stucksolver_carla.perception_interface import SensorError
-from stucksolver_carla.remote_stack import Side, UnusableError
-from stucksolver_carla.session_settings import Settings
+from stucksolver_carla.remote_stack import RemoteStack, UnusableError
+from stucksolver_carla.session_settings import SessionSettings
 from stucksolver_carla.sidecar.mirrored_world import MirrorSign
 from stucksolver_carla.stack import CarlaStack
-from stucksolver_perception.carla import Eyes
+from stucksolver_perception.carla import EgoPerception
 from stucksolver_perception.carla.declared_sensors import rig_of
 from stucksolver_perception.carla.shared_measurements import SharedMeasurements
 from stucksolver_perception.rig import SHIPPED, load_rig
@@ -31,14 +31,16 @@ WAITS = [0.0, 0.0, 1.0, False, False]
 Order = tuple[str, Any]
 
 
-class SensedSide(Side):
+class SidecarPerception(RemoteStack):
     """A stack with its own perception. Raises `RigError`, `WeightsError` or `SensorError` when created, and
     `UnusableError` from `begin`.
 
     `looks`: a reasoner uses the camera's image.
     """
 
-    def __init__(self, opening: Mapping[str, Any], settings: Settings, ask: Callable[[str], Any], looks: bool) -> None:
+    def __init__(
+        self, opening: Mapping[str, Any], settings: SessionSettings, ask: Callable[[str], Any], looks: bool
+    ) -> None:
         rig = rig_of(opening["sensors"], load_rig(settings.rig or SHIPPED))
         self._settings, self._looks = settings, looks
         self._orders: list[Order] = []
@@ -46,7 +48,7 @@ class SensedSide(Side):
         self._world = _World(opening)
         ego: Any = _Ego(self._world, opening, self._orders)
         source = SharedMeasurements(opening, rig, ask, self._world, settings.seed)
-        self.eyes = Eyes(ego, self._world.get_map(), rig, paced=settings.clock != "wall", source=source)
+        self.eyes = EgoPerception(ego, self._world.get_map(), rig, paced=settings.clock != "wall", source=source)
         self._route = [RoutePoint(*point) for point in waypoints_at(self._world.get_map(), opening["route"])]
         self._stack: CarlaStack | None = None
         self._ticks = 0
@@ -127,7 +129,7 @@ class SensedSide(Side):
 
 
 class _World:
-    """The part of `carla.World` that `Eyes` and `SensedWorld` use: time, and the map's static objects."""
+    """The part of `carla.World` that `EgoPerception` and `SensedWorld` use: time, and the map's static objects."""
 
     def __init__(self, opening: Mapping[str, Any]) -> None:
         self._map = carla.Map(opening["map"], opening["xodr"])

@@ -14,9 +14,15 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
-from stucksolver.scene import SeenSign, SignWord
-from stucksolver_perception.camera.sign_filter import SignLook, SignMemory, WordPlace
-from stucksolver_perception.camera.sign_reader import UNREAD, ReadsWords, SignReader, SignReaderError, why_not_read
+from stucksolver.scene import ObservedSign, SignWord
+from stucksolver_perception.camera.sign_filter import SignFilter, SignReadout, WordLocation
+from stucksolver_perception.camera.sign_reader import (
+    UNREAD,
+    SignReader,
+    SignReaderError,
+    TextRecognizer,
+    unavailable_reason,
+)
 from stucksolver_perception.camera.sign_targets import SignTarget, bearing_rad, carrier_of, targets
 from stucksolver_perception.measurements import CameraFrame, PoseEstimate
 from stucksolver_perception.rig import CameraRig
@@ -33,7 +39,7 @@ DELAY_S = 0.5
 TICK_S = 1e-6
 
 
-Found = dict[SignWord, WordPlace]
+Found = dict[SignWord, WordLocation]
 """The words in a crop, each with its place."""
 
 
@@ -44,13 +50,13 @@ class _UnderWay:
     future: Future[Found]
 
 
-class SignWatch:
+class SignWorker:
     """Call `tick` on every tick; `signs` are the words that count."""
 
     def __init__(
         self,
         rig: CameraRig,
-        reader: ReadsWords | None,
+        reader: TextRecognizer | None,
         posts: Mapping[int, tuple[float, float]],
         *,
         paced: bool,
@@ -58,11 +64,11 @@ class SignWatch:
         """With `reader` None nothing is read."""
         self._rig, self._reader, self._posts, self._paced = rig, reader, posts, paced
         self._worker = None if reader is None else ThreadPoolExecutor(1, "signs")
-        self._memory = SignMemory()
+        self._memory = SignFilter()
         self._under_way: _UnderWay | None = None
         self._stands_since_s: float | None = None
         self._begun_s = self._pictured_s = -math.inf
-        self.signs: tuple[SeenSign, ...] = ()
+        self.signs: tuple[ObservedSign, ...] = ()
         """Empty as soon as the ego moves."""
 
     def tick(self, now_s: float, pose: PoseEstimate, picture: CameraFrame | None, tracks: Sequence[Track]) -> None:
@@ -106,7 +112,9 @@ class SignWatch:
         for one in self._reader.read(target.crop(picture.rgb), target.single):
             column, row = target.left + one.column, target.top + one.row
             carrier = carrier_of(one.word, column, row, places, target)
-            found[one.word] = WordPlace(bearing_rad(self._rig, column), None if carrier is None else carrier.track_id)
+            found[one.word] = WordLocation(
+                bearing_rad(self._rig, column), None if carrier is None else carrier.track_id
+            )
         return found
 
     def _take_up(self, now_s: float) -> None:
@@ -117,25 +125,25 @@ class SignWatch:
         try:
             found = one.future.result()
         except SignReaderError as error:
-            say_why_not(str(error))
+            log_unavailable(str(error))
             self.close()
             self._worker, self.signs = None, ()
             return
         if self._stands_since_s is not None and one.time_s >= self._stands_since_s:
-            self._memory.add(SignLook(one.time_s, one.target, found))
+            self._memory.add(SignReadout(one.time_s, one.target, found))
             self.signs = self._memory.signs(now_s)
 
 
-def reader_here() -> SignReader | None:
+def make_sign_reader() -> SignReader | None:
     """Return the reader, or None if its package is not installed, which is told once."""
-    why = why_not_read()
+    why = unavailable_reason()
     if why is not None:
-        say_why_not(why)
+        log_unavailable(why)
     return None if why else SignReader()
 
 
 @functools.cache
-def say_why_not(why: str) -> None:
+def log_unavailable(why: str) -> None:
     """Say once that signs are not read, and why. The parent of many drives says so for all of them."""
     if multiprocessing.parent_process() is None:
         print(f"stucksolver: {UNREAD}: {why}", file=sys.stderr, flush=True)

@@ -18,16 +18,16 @@ def _perception() -> Iterator[Finding]:
             what, "absent", f"{', '.join(missing)} not installed", "add the extra [perception] (README, Install)"
         )
         return
-    from stucksolver_perception.pipeline import why_not_here
+    from stucksolver_perception.pipeline import unavailable_reason
 
-    why = why_not_here()
+    why = unavailable_reason()
     yield Finding(what, "broken" if why else "ok", why or "three networks and the rig load")
 
 
 def _signs() -> Iterator[Finding]:
-    from stucksolver_perception.camera.sign_reader import PACKAGE, why_not_read
+    from stucksolver_perception.camera.sign_reader import PACKAGE, unavailable_reason
 
-    found = why_not_read() is None
+    found = unavailable_reason() is None
     remedy = "" if found else "add the extra [signs] (README, Install)"
     yield Finding(
         "words on signs", "ok" if found else "absent", f"{PACKAGE} {'' if found else 'not '}installed", remedy

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver_perception.lidar.grid import GRID, Grid
+from stucksolver_perception.lidar.grid import GRID, BevGrid
 from stucksolver_perception.measurements import Detections, Floats, Singles
 
 REGRESSED = 10
@@ -39,7 +39,7 @@ class Calibration:
                 raise ValueError(f"{name}: {len(getattr(self, name))} values for {len(GROUPS)} labels")
 
 
-def boxes_of(cell: NDArray[np.int64], regressed: Singles, grid: Grid = GRID) -> Floats:
+def boxes_of(cell: NDArray[np.int64], regressed: Singles, grid: BevGrid = GRID) -> Floats:
     """Return boxes (n, 9): centre x, y, z, length, width, height, yaw, velocity x and y (m, rad, m/s), vehicle frame.
 
     Args:
@@ -90,7 +90,7 @@ def decode(
     regressed: Singles,
     time_s: float,
     calibration: Calibration,
-    grid: Grid = GRID,
+    grid: BevGrid = GRID,
 ) -> Detections:
     """Return the detections of one run of the network, the best first.
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from stucksolver_perception.lidar.decode import Calibration, decode
-from stucksolver_perception.lidar.grid import Grid
+from stucksolver_perception.lidar.grid import BevGrid
 from stucksolver_perception.lidar.pillars import occupied, pillars
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections, Singles
-from stucksolver_perception.network_files import WeightsError, load_session
+from stucksolver_perception.network_files import NetworkFileError, load_session
 
 DATA = Path(__file__).with_name("data")
 """Folder of the network that ships with the package."""
@@ -37,15 +37,15 @@ class LidarDetector:
         card_file = folder / CARD
         self._session, card = load_session(folder / WEIGHTS, card_file, VERSION, threads=1)
         try:
-            self.grid = Grid(**card["grid"])
+            self.grid = BevGrid(**card["grid"])
             self.calibration = Calibration(*(tuple(card[key]) for key in ("slope", "shift", "least_score")))
             labels = tuple(card["labels"])
         except (KeyError, TypeError, ValueError) as error:
-            raise WeightsError(
+            raise NetworkFileError(
                 f"{card_file}: the card lacks or garbles a field ({error}); export the network again"
             ) from error
         if labels != LABELS:
-            raise WeightsError(f"{card_file}: trained for {', '.join(labels)}; train again for {', '.join(LABELS)}")
+            raise NetworkFileError(f"{card_file}: trained for {', '.join(labels)}; train again for {', '.join(LABELS)}")
 
     def detect(self, points: Singles, time_s: float) -> Detections:
         """Detect objects.

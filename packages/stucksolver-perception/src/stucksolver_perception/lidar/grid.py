@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Grid:
+class BevGrid:
     """Two nested grids in the vehicle frame; each coarse cell holds 2 x 2 pillars.
 
     A row of coarse cells runs along y, and rows follow each other along x. Pillars are numbered so that the four of a
@@ -49,7 +49,7 @@ class Grid:
         return self.y_min_m + self.columns * self.cell_m
 
 
-GRID = Grid()
+GRID = BevGrid()
 """The grid on which the network was trained: 83 m ahead, 70 m behind, 45 m to the sides."""
 EGO_HALF_LENGTH_M = 2.2
 EGO_HALF_WIDTH_M = 0.9

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stucksolver_perception.angle_consensus import Agreement
+from stucksolver_perception.angle_consensus import AngleConsensus
 from stucksolver_perception.free_space import within
 from stucksolver_perception.lidar.sweeps import RECENT_S
 from stucksolver_perception.localization.ekf_localizer import REAR_AXLE_M
@@ -77,7 +77,7 @@ SURE_RAD = math.radians(0.3)
 """Standard deviation of the angle in a match that counts."""
 
 MATCHES, AGREEING = 6, 5
-"""See `Agreement`."""
+"""See `AngleConsensus`."""
 
 
 class Match(NamedTuple):
@@ -110,7 +110,7 @@ class _Place(NamedTuple):
             self.yaw_rad + rate_rps * dt,
         )
 
-    def seen_from(self, other: _Place) -> tuple[Floats, float]:
+    def relative_to(self, other: _Place) -> tuple[Floats, float]:
         """Return this place (2,) in the vehicle frame at another, and its yaw there."""
         away = np.array([self.x_m - other.x_m, self.y_m - other.y_m])
         return _turning(-other.yaw_rad) @ away, self.yaw_rad - other.yaw_rad
@@ -142,7 +142,7 @@ class LidarAlignment:
         self._spoilt = False
         """True if the motion since the last look cannot be told well enough."""
         self._before: _Turn | None = None
-        self._agreement = Agreement(MATCHES, AGREEING)
+        self._agreement = AngleConsensus(MATCHES, AGREEING)
 
     @property
     def turned_rad(self) -> float | None:
@@ -204,7 +204,7 @@ class LidarAlignment:
         """Return the last turn; None if hardly anything stands upright."""
         parts = []
         for place, points in self._sweeps:
-            shift, yaw = place.seen_from(self._place)
+            shift, yaw = place.relative_to(self._place)
             parts.append(np.column_stack([points[:, :2] @ _turning(yaw).T + shift, points[:, 2]]))
         cells = upright_cells(np.concatenate(parts), moving)
         if len(cells) < FEWEST_CELLS:
@@ -213,7 +213,7 @@ class LidarAlignment:
         return _Turn(self._place, cells, _spreads(cells, tree), tree)
 
     def _matched(self, before: _Turn, now: _Turn) -> Match | None:
-        moved, turn_rad = now.place.seen_from(before.place)
+        moved, turn_rad = now.place.relative_to(before.place)
         if abs(turn_rad) > TURNS_RAD:
             return None
         # Points turn around the LiDAR, not around the reference point.

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver_perception.lidar.grid import EGO_HALF_LENGTH_M, EGO_HALF_WIDTH_M, GRID, Grid
+from stucksolver_perception.lidar.grid import EGO_HALF_LENGTH_M, EGO_HALF_WIDTH_M, GRID, BevGrid
 from stucksolver_perception.measurements import Singles
 
 FEATURES = 8
@@ -19,7 +19,7 @@ TALL_M = 2.0
 OLD_S = 0.5
 
 
-def pillars(points: Singles, grid: Grid = GRID) -> tuple[Singles, NDArray[np.int64]]:
+def pillars(points: Singles, grid: BevGrid = GRID) -> tuple[Singles, NDArray[np.int64]]:
     """Return the network's input.
 
     Args:
@@ -52,7 +52,7 @@ def pillars(points: Singles, grid: Grid = GRID) -> tuple[Singles, NDArray[np.int
     return features, cell
 
 
-def occupied(cell: NDArray[np.int64], grid: Grid = GRID) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def occupied(cell: NDArray[np.int64], grid: BevGrid = GRID) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Leave out the coarse cells without points, which are most.
 
     Args:

@@ -29,7 +29,7 @@ clear air the share was at most 0.002 on our recordings, which have no spray.
 """
 
 
-def stray(points: Singles) -> NDArray[np.bool_]:
+def isolated_points(points: Singles) -> NDArray[np.bool_]:
     """Return which points (n, 4) of a sweep in the vehicle frame are stray; far, low and very high ones never are."""
     found = np.zeros(len(points), bool)
     away = np.maximum(np.abs(points[:, 0]), np.abs(points[:, 1]))

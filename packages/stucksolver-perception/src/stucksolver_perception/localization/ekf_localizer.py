@@ -61,7 +61,7 @@ class NotLocalisedError(RuntimeError):
     """There is no pose yet. The message says which sensor is missing."""
 
 
-class Localiser:
+class EkfLocalizer:
     """Takes every sample in order of time; call `estimate` at any time.
 
     The inertial sensors predict the state, with one offset of the gyro and one of the accelerometer (on slopes it holds

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections, Floats
 from stucksolver_perception.tracking.motion_groups import GROUP_OF_LABEL, WHEELED
-from stucksolver_perception.tracking.noise import Measured
-from stucksolver_perception.tracking.stationarity import Motion
-from stucksolver_perception.tracking.track_state import Body
+from stucksolver_perception.tracking.noise import NoisyDetections
+from stucksolver_perception.tracking.stationarity import MotionState
+from stucksolver_perception.tracking.track_state import TrackState
 
 GATE = 49.0
 """Squared Mahalanobis distance in x, y. Wide (7 standard deviations), since detectors are at times twice as wrong
@@ -37,7 +37,7 @@ DRIVES_MPS = 2.0
 """The tail of a slower vehicle is as short as a thing."""
 
 
-def assign(bodies: list[Body], seen: Measured) -> list[tuple[int, int]]:
+def assign(bodies: list[TrackState], seen: NoisyDetections) -> list[tuple[int, int]]:
     """Return pairs (body, detection) of least total distance, each used once.
 
     Centres are compared after the tracks were predicted with their velocity (Yin, Zhou, Krähenbühl, "Center-based 3D
@@ -55,7 +55,7 @@ def assign(bodies: list[Body], seen: Measured) -> list[tuple[int, int]]:
     return [(int(i), int(j)) for i, j in zip(rows, columns, strict=True) if allowed[i, j]]
 
 
-def inside_another(bodies: list[Body], x: float, y: float) -> bool:
+def inside_another(bodies: list[TrackState], x: float, y: float) -> bool:
     """True if a place lies in the box of one of these bodies. Then there is no second object of any kind."""
     for body in bodies:
         cos, sin = np.cos(body.x[3]), np.sin(body.x[3])
@@ -65,7 +65,7 @@ def inside_another(bodies: list[Body], x: float, y: float) -> bool:
     return False
 
 
-def in_a_wake(bodies: list[Body], x: float, y: float) -> bool:
+def in_track_wake(bodies: list[TrackState], x: float, y: float) -> bool:
     """True if one of these bodies drives past a place, or did in the last sweeps.
 
     The network sees the sweeps of half a second at once: what drives past has a tail of returns. A cone beside it is
@@ -73,7 +73,7 @@ def in_a_wake(bodies: list[Body], x: float, y: float) -> bool:
     """
     for body in bodies:
         speed = float(np.hypot(body.x[4], body.x[5]))
-        if not WHEELED[body.label] or body.motion is not Motion.MOVING or speed < DRIVES_MPS:
+        if not WHEELED[body.label] or body.motion is not MotionState.MOVING or speed < DRIVES_MPS:
             continue
         cos, sin = body.x[4] / speed, body.x[5] / speed
         dx, dy = x - body.x[0], y - body.x[1]
@@ -86,7 +86,7 @@ def in_a_wake(bodies: list[Body], x: float, y: float) -> bool:
     return False
 
 
-def beside_its_like(bodies: list[Body], thing: Body) -> bool:
+def near_same_class(bodies: list[TrackState], thing: TrackState) -> bool:
     """True if a thing is where one of these bodies is a thing of the same label."""
     x, y = thing.x[:2]
     return thing.group.lifeless and any(
@@ -94,7 +94,7 @@ def beside_its_like(bodies: list[Body], thing: Body) -> bool:
     )
 
 
-def one_for_each_place(detections: Detections) -> NDArray[np.int64]:
+def suppress_duplicates(detections: Detections) -> NDArray[np.int64]:
     """Return the indices of the detections whose centre is not in the box of a better one of any label.
 
     The detector compares detections only within one group of labels: a parked bicycle is a `two_wheeler` and a weaker
@@ -116,7 +116,7 @@ def one_for_each_place(detections: Detections) -> NDArray[np.int64]:
     return np.asarray(order[kept], np.int64)
 
 
-def _distances(bodies: list[Body], seen: Measured) -> tuple[Floats, Floats]:
+def _distances(bodies: list[TrackState], seen: NoisyDetections) -> tuple[Floats, Floats]:
     """Return two arrays (bodies, detections): the squared Mahalanobis distances plus the cost of another group (NEVER
     beyond reach), and the logarithm of the determinant of their covariance.
     """

@@ -10,7 +10,7 @@ from stucksolver_perception.lidar_labels import LABELS
 
 
 @dataclass(frozen=True)
-class Group:
+class MotionGroup:
     """How the members of one group move, and how long they are remembered while they cannot be seen."""
 
     labels: tuple[str, ...]
@@ -33,9 +33,9 @@ class Group:
 
 
 GROUPS = (
-    Group(("car", "truck"), 1.5, 0.8, 0.3, 3.0, 4.0, 30.0, 65.0),
-    Group(("two_wheeler", "pedestrian", "animal"), 1.5, 1.5, 1.5, 1.2, 3.0, 10.0, 45.0),
-    Group(("cone", "barrier", "debris"), 0.3, 0.3, 0.2, 0.8, 3.0, 30.0, 35.0, lifeless=True),
+    MotionGroup(("car", "truck"), 1.5, 0.8, 0.3, 3.0, 4.0, 30.0, 65.0),
+    MotionGroup(("two_wheeler", "pedestrian", "animal"), 1.5, 1.5, 1.5, 1.2, 3.0, 10.0, 45.0),
+    MotionGroup(("cone", "barrier", "debris"), 0.3, 0.3, 0.2, 0.8, 3.0, 30.0, 35.0, lifeless=True),
 )
 GROUP_OF_LABEL = np.array([next(i for i, group in enumerate(GROUPS) if name in group.labels) for name in LABELS])
 """(labels,): index into `GROUPS`."""

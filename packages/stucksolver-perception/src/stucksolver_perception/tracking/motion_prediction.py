@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from stucksolver_perception.measurements import Floats
-from stucksolver_perception.tracking.motion_groups import Group
+from stucksolver_perception.tracking.motion_groups import MotionGroup
 
 STATE = 6
 """x, y, z, yaw, vx, vy."""
@@ -25,7 +25,9 @@ HELD_DRIFT_MPS = 0.01
 """... and while the ego stands, since the localiser holds its pose."""
 
 
-def transition(group: Group, stands: bool, dt: float, yaw_rad: float, held: bool = False) -> tuple[Floats, Floats]:
+def transition(
+    group: MotionGroup, stands: bool, dt: float, yaw_rad: float, held: bool = False
+) -> tuple[Floats, Floats]:
     """Transition matrix and process noise, (6, 6) each, for a step of `dt` seconds. `held`: the ego stands as well.
 
     The noise is that of a continuous white-noise acceleration (Bar-Shalom, Li and Kirubarajan 2001, 6.2.2).

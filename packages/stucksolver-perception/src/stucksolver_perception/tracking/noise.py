@@ -41,7 +41,7 @@ TIMING_S = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class NoisyDetections:
     """Detections in the local frame with their noise; equal lengths n."""
 
     time_s: float
@@ -62,7 +62,7 @@ class Measured:
         return len(self.label)
 
 
-def measured(detections: Detections, pose: PoseEstimate) -> Measured:
+def measured(detections: Detections, pose: PoseEstimate) -> NoisyDetections:
     """Return detections converted to the local frame.
 
     The covariance holds the detector's noise and the errors of the ego's pose that differ by look (timing, speed).
@@ -90,7 +90,9 @@ def measured(detections: Detections, pose: PoseEstimate) -> Measured:
     noise[:, 4:, 4:] = _along_and_across(along, across, z[:, 3])
     noise[:, 4:, 4:] += pose.covariance[3, 3] * np.outer(heading, heading)
     known = np.zeros(n, np.bool_) if detections.height_known is None else detections.height_known
-    return Measured(detections.time_s, detections.label, detections.score, z, noise, detections.size, known, distance)
+    return NoisyDetections(
+        detections.time_s, detections.label, detections.score, z, noise, detections.size, known, distance
+    )
 
 
 def _position_noise(detections: Detections, pose: PoseEstimate, distance: Floats, yaw: Floats) -> Floats:

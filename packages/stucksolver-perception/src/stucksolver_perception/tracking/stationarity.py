@@ -49,7 +49,7 @@ USUAL_LOOKS = 10.0
 """The noise counts as normal until more looks than this indicate otherwise."""
 
 
-class Motion(Enum):
+class MotionState(Enum):
     """What is known about whether an object moves."""
 
     UNDECIDED = "undecided"

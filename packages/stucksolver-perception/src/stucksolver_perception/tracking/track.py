@@ -53,7 +53,7 @@ class Track:
     moved_at_s: float | None
     """When it was last seen moving; None if it never was."""
 
-    def at(self, time_s: float) -> Track:
+    def predict_to(self, time_s: float) -> Track:
         """Return the same object predicted to a later time; itself for a time that is not later."""
         passed_s = time_s - self.time_s
         if passed_s <= 0.0:
@@ -81,7 +81,7 @@ class Track:
         return None if self.moved_at_s is None else max(0.0, self.time_s - self.moved_at_s)
 
     @property
-    def seen_for_s(self) -> float:
+    def tracked_for_s(self) -> float:
         """How long it has been tracked (s)."""
         return max(0.0, self.time_s - self.first_seen_s)
 

@@ -7,12 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver_perception.free_space import SeenSpace, footprints, within
+from stucksolver_perception.free_space import FreeSpace, footprints, within
 from stucksolver_perception.measurements import Floats, PoseEstimate
 from stucksolver_perception.rig import LidarRig
 from stucksolver_perception.tracking.motion_groups import WHEELED
-from stucksolver_perception.tracking.stationarity import Motion
-from stucksolver_perception.tracking.track_state import CERTAIN, Body
+from stucksolver_perception.tracking.stationarity import MotionState
+from stucksolver_perception.tracking.track_state import CERTAIN, TrackState
 from stucksolver_perception.vehicle_frame import into_vehicle
 
 FOUND_NEAR = (0.6, 0.6, 0.6, 0.6, 0.4, 0.6, 0.6, 0.4)
@@ -69,7 +69,7 @@ OCCLUSION_MARGIN = 0.8
 """Share of an object's width that must be covered by a nearer one for it to count as hidden."""
 
 
-def hit(body: Body, score: float) -> None:
+def hit(body: TrackState, score: float) -> None:
     """Update a body to which a detection with this score was assigned."""
     share = min(SURE_HIT, max(0.05, score))
     body.strength = score if body.hits <= 1 else body.strength + STRENGTH_GAIN * (score - body.strength)
@@ -78,7 +78,7 @@ def hit(body: Body, score: float) -> None:
     body.odds = min(most, body.odds + math.log(share / (1.0 - share)) + 1.0)
 
 
-def miss(body: Body, distance_m: float, free: bool) -> None:
+def miss(body: TrackState, distance_m: float, free: bool) -> None:
     """Update a body that could have been detected but was not. `free`: its place was seen to be free or is taken."""
     far = min(1.0, distance_m / body.group.range_m)
     near, farthest = FOUND_NEAR[body.label], FOUND_FAR[body.label]
@@ -88,7 +88,7 @@ def miss(body: Body, distance_m: float, free: bool) -> None:
     body.odds += math.log(1.0 - found)
 
 
-def conceal(body: Body, distance_m: float, now_s: float) -> None:
+def keep_occluded(body: TrackState, distance_m: float, now_s: float) -> None:
     """Note that the standing ego's own nose hides a thing: what is surely there is not forgotten, or the ego would set
     off over it.
     """
@@ -96,7 +96,7 @@ def conceal(body: Body, distance_m: float, now_s: float) -> None:
         body.concealed_s += now_s - body.looked_s
 
 
-def that_return(bodies: list[Body], pose: PoseEstimate, standing: Floats) -> dict[int, float]:
+def tracks_explaining_returns(bodies: list[TrackState], pose: PoseEstimate, standing: Floats) -> dict[int, float]:
     """Return the ids of those from which some of the returns come, and their odds.
 
     Close behind a van, or before a box on the road, the network at times misses it for a second. It still returns rays,
@@ -121,25 +121,25 @@ def that_return(bodies: list[Body], pose: PoseEstimate, standing: Floats) -> dic
     return found
 
 
-def explained_by(found: list[Body], pose: PoseEstimate, standing: Floats) -> NDArray[np.bool_]:
-    """(m,): True for the returns (see `that_return`) that come from one of the detected bodies."""
+def explained_by(found: list[TrackState], pose: PoseEstimate, standing: Floats) -> NDArray[np.bool_]:
+    """(m,): True for the returns (see `tracks_explaining_returns`) that come from one of the detected bodies."""
     boxes = into_vehicle(np.array([(*b.x[:3], *b.size, b.x[3]) for b in found]).reshape(-1, 7), pose)
     return within(footprints(boxes), standing[:, 0], standing[:, 1], SHORT_M, BOX_MARGIN_M)
 
 
-def ended(body: Body, now_s: float, confirmed: bool) -> bool:
+def ended(body: TrackState, now_s: float, confirmed: bool) -> bool:
     """Return True if a body is to be dropped."""
     unseen_s = now_s - body.last_seen_s - body.concealed_s
     if body.odds < GONE or (not confirmed and unseen_s > UNCONFIRMED_S):
         return True
     if body.hidden and float(np.linalg.eigvalsh(body.p[:2, :2])[-1]) > NOWHERE_M**2:
         return True
-    standing = body.motion is Motion.STANDING
+    standing = body.motion is MotionState.STANDING
     return unseen_s > (body.group.remembered_standing_s if standing else body.group.remembered_moving_s)
 
 
 def undetectable(
-    bodies: list[Body], others: list[Body], pose: PoseEstimate, lidar: LidarRig, space: SeenSpace | None
+    bodies: list[TrackState], others: list[TrackState], pose: PoseEstimate, lidar: LidarRig, space: FreeSpace | None
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return two masks (bodies,): bodies that could not be detected, and those whose place is known to be free.
 
@@ -158,7 +158,7 @@ def undetectable(
     if space is not None:
         mount, count = lidar.mount, len(space.blocked_m)
         low = np.array([LOW_THING_M if body.group.lifeless else LOW_M for body in bodies])
-        free = space.seen(x + mount.x_m, y + mount.y_m) & (size[:, 2] >= low)
+        free = space.is_proven_free(x + mount.x_m, y + mount.y_m) & (size[:, 2] >= low)
         bins = ((np.arctan2(y, x) + math.pi) / math.tau * count).astype(np.int64) % count
         front = distance - np.hypot(size[:, 0], size[:, 1]) / 2 - NEARER_M
         return hidden | (~free & (space.blocked_m[bins] < front)), free
@@ -167,7 +167,7 @@ def undetectable(
     return hidden, free
 
 
-def _in_sensor(bodies: list[Body], pose: PoseEstimate, lidar: LidarRig) -> tuple[Floats, Floats, Floats]:
+def _in_sensor(bodies: list[TrackState], pose: PoseEstimate, lidar: LidarRig) -> tuple[Floats, Floats, Floats]:
     """Return x, y (n, 2) of each body from the LiDAR's foot, along the vehicle's axes (m), and sizes (n, 3) (m)."""
     state = np.array([body.x[:2] for body in bodies])
     dx, dy = state[:, 0] - pose.x_m, state[:, 1] - pose.y_m

@@ -9,10 +9,10 @@ import numpy as np
 
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Floats
-from stucksolver_perception.tracking.motion_groups import GROUP_OF_LABEL, GROUPS, WHEELED, Group
+from stucksolver_perception.tracking.motion_groups import GROUP_OF_LABEL, GROUPS, WHEELED, MotionGroup
 from stucksolver_perception.tracking.motion_prediction import STATE, transition
-from stucksolver_perception.tracking.noise import VELOCITY_LOOKS, YAW_LOOKS, Measured
-from stucksolver_perception.tracking.stationarity import ALARM, SAMPLES, Motion
+from stucksolver_perception.tracking.noise import VELOCITY_LOOKS, YAW_LOOKS, NoisyDetections
+from stucksolver_perception.tracking.stationarity import ALARM, SAMPLES, MotionState
 from stucksolver_perception.tracking.track import KEPT, Track
 
 STANDING_VELOCITY_MPS = 0.03
@@ -63,7 +63,7 @@ FEW = 3
 
 
 @dataclass(frozen=True)
-class Stand:
+class StandingSpell:
     """A place where an object stood, and what was known of it then."""
 
     x_m: float
@@ -75,7 +75,7 @@ class Stand:
 
 
 @dataclass(eq=False)
-class Body:
+class TrackState:
     """Changed only by the tracker; `track` returns its present values."""
 
     id: int
@@ -101,10 +101,10 @@ class Body:
     """Time of the look before this one."""
     concealed_s: float = 0.0
     """How long the standing ego itself has hidden it since it was last detected (s)."""
-    motion: Motion = Motion.UNDECIDED
+    motion: MotionState = MotionState.UNDECIDED
     standing_since_s: float | None = None
     moved_at_s: float | None = None
-    stood: Stand | None = None
+    stood: StandingSpell | None = None
     """Where it stood before it was taken to move."""
     heading_votes: float = 0.0
     """Above 0: the yaw is right; below: it is the opposite."""
@@ -117,7 +117,7 @@ class Body:
         return int(self.votes.argmax())
 
     @property
-    def group(self) -> Group:
+    def group(self) -> MotionGroup:
         """How objects of its kind move."""
         return GROUPS[GROUP_OF_LABEL[self.label]]
 
@@ -128,7 +128,7 @@ class Body:
 
     def track(self) -> Track:
         """Return the present values."""
-        stands = self.motion is Motion.STANDING
+        stands = self.motion is MotionState.STANDING
         label = self.label
         return Track(
             id=self.id,
@@ -139,7 +139,7 @@ class Body:
             x_m=float(self.x[0]),
             y_m=float(self.x[1]),
             z_m=float(self.x[2]),
-            yaw_rad=wrapped(float(self.x[3])),
+            yaw_rad=wrap_angle(float(self.x[3])),
             vx_mps=0.0 if stands else float(self.x[4]),
             vy_mps=0.0 if stands else float(self.x[5]),
             length_m=float(self.size[0]),
@@ -155,19 +155,19 @@ class Body:
         )
 
 
-def born(number: int, seen: Measured, i: int) -> Body:
+def new_track(number: int, seen: NoisyDetections, i: int) -> TrackState:
     """Return a body from its first detection."""
     p = seen.noise[i].copy()
     p[4:, 4:] += np.eye(2) * NEW_VELOCITY_MPS**2
-    body = Body(number, seen.z[i].copy(), p, seen.size[i].copy(), seen.time_s, seen.time_s, seen.time_s)
+    body = TrackState(number, seen.z[i].copy(), p, seen.size[i].copy(), seen.time_s, seen.time_s, seen.time_s)
     _remember(body, seen, i)
     body.heights = int(seen.height_known[i])
     if body.group.lifeless:
-        body.motion, body.standing_since_s, body.x[4:] = Motion.STANDING, seen.time_s, 0.0
+        body.motion, body.standing_since_s, body.x[4:] = MotionState.STANDING, seen.time_s, 0.0
     return body
 
 
-def may_move(body: Body) -> bool:
+def may_move(body: TrackState) -> bool:
     """Return True unless it is a thing whose place has not shifted steadily."""
     if not body.group.lifeless:
         return True
@@ -180,18 +180,18 @@ def may_move(body: Body) -> bool:
     return way_m > SHIFTED_M and all(float(half @ whole) > STEP_M * way_m for half in (middle - first, last - middle))
 
 
-def set_off(body: Body, now_s: float) -> None:
+def start_moving(body: TrackState, now_s: float) -> None:
     """Note that a body moves; remember where it stood."""
     if body.stood is not None and now_s - body.stood.left_s > STIRRED_S:
         body.stood = None
     if body.stood is None and body.standing_since_s is not None:
-        body.stood = Stand(float(body.x[0]), float(body.x[1]), body.standing_since_s, body.moved_at_s, now_s)
-    body.motion, body.standing_since_s, body.moved_at_s = Motion.MOVING, None, now_s
+        body.stood = StandingSpell(float(body.x[0]), float(body.x[1]), body.standing_since_s, body.moved_at_s, now_s)
+    body.motion, body.standing_since_s, body.moved_at_s = MotionState.MOVING, None, now_s
 
 
-def come_to_rest(body: Body, since_s: float) -> None:
+def stop_moving(body: TrackState, since_s: float) -> None:
     """Note that a body has stood since a time (s); if it has come back to where it stood, it has stood all the time."""
-    body.motion, body.standing_since_s = Motion.STANDING, since_s
+    body.motion, body.standing_since_s = MotionState.STANDING, since_s
     stood = body.stood
     back = stood is not None and math.hypot(body.x[0] - stood.x_m, body.x[1] - stood.y_m) < STIRRED_M
     if stood is not None and back and body.time_s - stood.left_s < STIRRED_S:
@@ -200,11 +200,11 @@ def come_to_rest(body: Body, since_s: float) -> None:
         body.moved_at_s = min(body.moved_at_s, since_s)
 
 
-def predict(body: Body, time_s: float, held: bool = False) -> None:
+def predict(body: TrackState, time_s: float, held: bool = False) -> None:
     """Predict a body to a time. `held`: the ego stands, so that its pose does not drift."""
     from filterpy.kalman import predict as kalman_predict  # type: ignore[import-untyped]
 
-    stands = body.motion is Motion.STANDING
+    stands = body.motion is MotionState.STANDING
     f, q = transition(body.group, stands, time_s - body.time_s, float(body.x[3]), held)
     x = body.x
     if stands:
@@ -214,7 +214,7 @@ def predict(body: Body, time_s: float, held: bool = False) -> None:
     body.time_s = time_s
 
 
-def update(body: Body, seen: Measured, i: int) -> None:
+def update(body: TrackState, seen: NoisyDetections, i: int) -> None:
     """Update a body with its assigned detection."""
     from filterpy.kalman import update as kalman_update
 
@@ -223,12 +223,12 @@ def update(body: Body, seen: Measured, i: int) -> None:
     noise[3, 3] *= YAW_LOOKS
     _regain(body, seen, i)
     z[3] = body.x[3] + _same_heading(body, float(z[3]), float(seen.score[i]))
-    if body.motion is Motion.STANDING:
+    if body.motion is MotionState.STANDING:
         z[4:], noise[4:, 4:] = 0.0, np.eye(2) * STANDING_VELOCITY_MPS**2
     body.x, body.p = kalman_update(body.x, body.p, z, noise, np.eye(STATE))
     if body.heading_votes < 0.0:
-        body.x[3], body.heading_votes = wrapped(body.x[3] + math.pi), -body.heading_votes
-    if body.motion is not Motion.STANDING and WHEELED[body.label]:
+        body.x[3], body.heading_votes = wrap_angle(body.x[3] + math.pi), -body.heading_votes
+    if body.motion is not MotionState.STANDING and WHEELED[body.label]:
         if body.hits < AXIS_LOOKS:
             _along_its_course(body)
         else:
@@ -238,7 +238,7 @@ def update(body: Body, seen: Measured, i: int) -> None:
     _remember(body, seen, i)
 
 
-def _resize(body: Body, seen: Measured, i: int) -> None:
+def _resize(body: TrackState, seen: NoisyDetections, i: int) -> None:
     """Update the mean size. Once its height has been measured, guesses of it no longer count."""
     before_m = body.size[2]
     body.size = body.size + max(1.0 / (body.hits + 1), SIZE_GAIN) * (seen.size[i] - body.size)
@@ -250,12 +250,12 @@ def _resize(body: Body, seen: Measured, i: int) -> None:
         body.size[2] = before_m
 
 
-def wrapped(angle: float) -> float:
+def wrap_angle(angle: float) -> float:
     """Return the same angle between -pi and pi (rad)."""
     return math.remainder(angle, math.tau)
 
 
-def _along_its_axis(body: Body) -> None:
+def _along_its_axis(body: TrackState) -> None:
     """Apply the nonholonomic constraint: what has wheels moves along its axis, forwards or backwards.
 
     Speed across the axis and yaw correct each other this way. Below `COURSE_MPS` the yaw says little about the course.
@@ -274,7 +274,7 @@ def _along_its_axis(body: Body) -> None:
     body.x, body.p = kalman_update(body.x, body.p, expected, noise, h)
 
 
-def _along_its_course(body: Body) -> None:
+def _along_its_course(body: TrackState) -> None:
     """Turn the axis of a new body to its course, as far as that is known: its places say more than its boxes."""
     speed = math.hypot(body.x[4], body.x[5])
     spread_rad = math.sqrt(float(body.p[4, 4] + body.p[5, 5]) / 2.0) / max(speed, COURSE_FROM_MPS)
@@ -285,7 +285,7 @@ def _along_its_course(body: Body) -> None:
         body.heading_votes = max(body.heading_votes, COURSE_VOTE)
 
 
-def _remember(body: Body, seen: Measured, i: int) -> None:
+def _remember(body: TrackState, seen: NoisyDetections, i: int) -> None:
     body.hits += 1
     body.votes = body.votes * VOTES_FORGET
     body.votes[_voted(body, int(seen.label[i]))] += seen.score[i]
@@ -295,35 +295,35 @@ def _remember(body: Body, seen: Measured, i: int) -> None:
     body.samples[-1] = seen.time_s, z[0], z[1], z[4], z[5], place, speed
 
 
-def _voted(body: Body, label: int) -> int:
+def _voted(body: TrackState, label: int) -> int:
     """Return the label that a detection votes for. Who has walked here and stands does not become a bicycle: people who
     stand close together look like one.
     """
-    walked = body.label == PEDESTRIAN and body.motion is Motion.STANDING and body.moved_at_s is not None
+    walked = body.label == PEDESTRIAN and body.motion is MotionState.STANDING and body.moved_at_s is not None
     return PEDESTRIAN if walked and LABELS[label] in body.group.labels else label
 
 
-def _same_heading(body: Body, yaw: float, score: float) -> float:
+def _same_heading(body: TrackState, yaw: float, score: float) -> float:
     """Return the turn of the track's yaw to the measured yaw or its opposite, whichever is nearer, and vote on
     which.
     """
-    off = wrapped(yaw - float(body.x[3]))
+    off = wrap_angle(yaw - float(body.x[3]))
     opposite = abs(off) > math.pi / 2.0
     vote = -score if opposite else score
-    if math.hypot(body.x[4], body.x[5]) > COURSE_MPS and body.motion is not Motion.STANDING:
+    if math.hypot(body.x[4], body.x[5]) > COURSE_MPS and body.motion is not MotionState.STANDING:
         course = math.atan2(body.x[5], body.x[4])
         vote += COURSE_VOTE * (1.0 if math.cos(course - float(body.x[3])) > 0.0 else -1.0)
     body.heading_votes = max(-HEADING_VOTES, min(HEADING_VOTES, body.heading_votes + vote))
-    return wrapped(off + math.pi) if opposite else off
+    return wrap_angle(off + math.pi) if opposite else off
 
 
-def _regain(body: Body, seen: Measured, i: int) -> None:
+def _regain(body: TrackState, seen: NoisyDetections, i: int) -> None:
     """Return True if a stationary object is seen again elsewhere: it has moved unseen."""
-    if body.motion is not Motion.STANDING or seen.time_s - body.last_seen_s < REGAINED_S or body.group.lifeless:
+    if body.motion is not MotionState.STANDING or seen.time_s - body.last_seen_s < REGAINED_S or body.group.lifeless:
         return
     off = seen.z[i, :2] - body.x[:2]
     variance = (seen.noise[i, 0, 0] + seen.noise[i, 1, 1]) / 2.0 + REGAINED_M**2
     if float(off @ off) > ALARM * variance:
-        body.motion, body.standing_since_s, body.moved_at_s, body.stood = Motion.UNDECIDED, None, seen.time_s, None
+        body.motion, body.standing_since_s, body.moved_at_s, body.stood = MotionState.UNDECIDED, None, seen.time_s, None
         body.samples[:] = -np.inf
         body.p[4:, 4:] += np.eye(2) * NEW_VELOCITY_MPS**2

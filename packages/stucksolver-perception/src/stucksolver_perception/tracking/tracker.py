@@ -16,22 +16,22 @@ from stucksolver_perception.measurements import Detections, Floats, PoseEstimate
 from stucksolver_perception.rig import Rig, load_rig
 from stucksolver_perception.tracking import association, stationarity, track_management
 from stucksolver_perception.tracking.motion_groups import GROUP_OF_LABEL, GROUPS, WHEELED
-from stucksolver_perception.tracking.noise import Measured, measured
-from stucksolver_perception.tracking.stationarity import Evidence, Motion
+from stucksolver_perception.tracking.noise import NoisyDetections, measured
+from stucksolver_perception.tracking.stationarity import Evidence, MotionState
 from stucksolver_perception.tracking.track import Track
 from stucksolver_perception.tracking.track_state import (
     NEW_VELOCITY_MPS,
-    Body,
-    born,
-    come_to_rest,
+    TrackState,
     may_move,
+    new_track,
     predict,
-    set_off,
+    start_moving,
+    stop_moving,
     update,
 )
 
 if TYPE_CHECKING:
-    from stucksolver_perception.free_space import SeenSpace
+    from stucksolver_perception.free_space import FreeSpace
 
 CONFIRMING_HITS = 2
 """A track is reported after this many detections ..."""
@@ -57,7 +57,7 @@ class ObjectTracker:
         import scipy.optimize  # type: ignore[import-untyped]  # noqa: F401
 
         self._lidar = (load_rig() if rig is None else rig).lidar
-        self._bodies: list[Body] = []
+        self._bodies: list[TrackState] = []
         self._confirmed: set[int] = set()
         self._next = 1
 
@@ -65,7 +65,7 @@ class ObjectTracker:
         self,
         detections: Detections,
         pose: PoseEstimate,
-        space: SeenSpace | None = None,
+        space: FreeSpace | None = None,
         standing: Floats | None = None,
     ) -> tuple[Track, ...]:
         """Update the tracks with the detections of one look.
@@ -80,12 +80,12 @@ class ObjectTracker:
         Returns:
             All confirmed tracks at `detections.time_s`, in the local frame, hidden ones included.
         """
-        seen = measured(detections.part(association.one_for_each_place(detections)), pose)
+        seen = measured(detections.part(association.suppress_duplicates(detections)), pose)
         for body in self._bodies:
             body.looked_s = body.time_s
             predict(body, seen.time_s, held=abs(pose.speed_mps) < HELD_MPS)
-        kept = [body for body in self._bodies if body.id in self._confirmed and body.motion is Motion.STANDING]
-        before = track_management.that_return(kept, pose, standing) if standing is not None else {}
+        kept = [body for body in self._bodies if body.id in self._confirmed and body.motion is MotionState.STANDING]
+        before = track_management.tracks_explaining_returns(kept, pose, standing) if standing is not None else {}
         pairs = association.assign(self._bodies, seen)
         for i, j in pairs:
             update(self._bodies[i], seen, j)
@@ -99,7 +99,7 @@ class ObjectTracker:
             lost = [body for body in missed if body.id in before and WHEELED[body.label]]
             vehicles = [body for body in found if WHEELED[body.label]]
             others = standing[~track_management.explained_by(vehicles, pose, standing)]
-            gone = {body.id for body in lost} - track_management.that_return(lost, pose, others).keys()
+            gone = {body.id for body in lost} - track_management.tracks_explaining_returns(lost, pose, others).keys()
             before = {name: odds for name, odds in before.items() if name not in gone}
         self._miss(missed, found, pose, space)
         for body in kept:
@@ -121,7 +121,7 @@ class ObjectTracker:
                 told.append(ahead.track())
         return tuple(told)
 
-    def _hit(self, body: Body, seen: Measured, j: int) -> None:
+    def _hit(self, body: TrackState, seen: NoisyDetections, j: int) -> None:
         score = float(seen.score[j])
         track_management.hit(body, score)
         near = seen.range_m[j] < SURE_RANGE_M and score >= SURE_SCORE
@@ -129,31 +129,33 @@ class ObjectTracker:
         if (body.hits >= CONFIRMING_HITS and body.scores >= CONFIRMING_SCORE) or near:
             self._confirmed.add(body.id)
 
-    def _miss(self, missed: list[Body], found: list[Body], pose: PoseEstimate, space: SeenSpace | None) -> None:
+    def _miss(
+        self, missed: list[TrackState], found: list[TrackState], pose: PoseEstimate, space: FreeSpace | None
+    ) -> None:
         if not missed:
             return
         hidden, free = track_management.undetectable(missed, found, pose, self._lidar, space)
         for body, excused, seen_free in zip(missed, hidden.tolist(), free.tolist(), strict=True):
             x, y = float(body.x[0]), float(body.x[1])
-            taken = association.inside_another(found, x, y) or association.beside_its_like(found, body)
+            taken = association.inside_another(found, x, y) or association.near_same_class(found, body)
             away = math.hypot(body.x[0] - pose.x_m, body.x[1] - pose.y_m)
             if excused and not taken:
                 body.hidden = True
                 if abs(pose.speed_mps) < HELD_MPS:
-                    track_management.conceal(body, away, pose.time_s)
+                    track_management.keep_occluded(body, away, pose.time_s)
             else:
                 track_management.miss(body, away, seen_free or taken)
 
-    def _bear(self, seen: Measured, left: list[int], found: list[Body], still: list[Body]) -> None:
+    def _bear(self, seen: NoisyDetections, left: list[int], found: list[TrackState], still: list[TrackState]) -> None:
         """`still` was not detected, but is there: a thing in its box is a part of it. A person may be a person."""
         for j in left:
             lifeless, place = GROUPS[GROUP_OF_LABEL[seen.label[j]]].lifeless, seen.z[j, :2].tolist()
             others = [*found, *still] if lifeless else found
             if seen.score[j] < BIRTH_SCORE or association.inside_another(others, *place):
                 continue
-            if lifeless and association.in_a_wake(found, *place):
+            if lifeless and association.in_track_wake(found, *place):
                 continue
-            body = born(self._next, seen, j)
+            body = new_track(self._next, seen, j)
             self._next += 1
             self._bodies.append(body)
             self._hit(body, seen, j)
@@ -168,18 +170,18 @@ class ObjectTracker:
             _decide(body, evidence, i, now_s)
 
 
-def _decide(body: Body, evidence: Evidence, i: int, now_s: float) -> None:
+def _decide(body: TrackState, evidence: Evidence, i: int, now_s: float) -> None:
     """Advance one body's state of motion: moving until it rests, standing or undecided until it moves."""
-    if body.motion is not Motion.MOVING and evidence.moves[i] and may_move(body):
-        if body.motion is Motion.STANDING:
+    if body.motion is not MotionState.MOVING and evidence.moves[i] and may_move(body):
+        if body.motion is MotionState.STANDING:
             body.x[4:] = evidence.velocity[i]
             body.p[4:, :] = body.p[:, 4:] = 0.0
             body.p[4:, 4:] = np.eye(2) * (evidence.variance[i] + NEW_VELOCITY_MPS**2)
-        set_off(body, now_s)
-    elif body.motion is not Motion.STANDING and (evidence.rests[i] or not may_move(body)):
+        start_moving(body, now_s)
+    elif body.motion is not MotionState.STANDING and (evidence.rests[i] or not may_move(body)):
         since = float(evidence.rests_since_s[i]) if evidence.rests[i] else now_s
         body.samples[body.samples[:, 0] < since - 1e-6] = -np.inf
-        come_to_rest(body, since)
+        stop_moving(body, since)
         body.x[4:] = 0.0
-    elif body.motion is Motion.MOVING:
+    elif body.motion is MotionState.MOVING:
         body.moved_at_s = now_s

@@ -12,7 +12,7 @@ from stucksolver.plugins import plugins
 
 
 @dataclass(frozen=True)
-class Command:
+class CliCommand:
     """One command. `options` and `run` name the functions of `module` that add its options and run it."""
 
     about: str
@@ -33,16 +33,18 @@ class Command:
 
 
 CORE = {
-    "replay": Command(
+    "replay": CliCommand(
         "recompute every decision and verdict of a record offline, and compare", "stucksolver.commands.replay"
     ),
-    "ladder": Command("print a shipped ladder as a starting point, or check your own", "stucksolver.commands.ladder"),
-    "doctor": Command("check what is installed, what is missing, and how to get it", "stucksolver.commands.doctor"),
-    "plugins": Command("list the installed plug-ins with version and health", "stucksolver.commands.plugins"),
-    "config": Command(
+    "ladder": CliCommand(
+        "print a shipped ladder as a starting point, or check your own", "stucksolver.commands.ladder"
+    ),
+    "doctor": CliCommand("check what is installed, what is missing, and how to get it", "stucksolver.commands.doctor"),
+    "plugins": CliCommand("list the installed plug-ins with version and health", "stucksolver.commands.plugins"),
+    "config": CliCommand(
         "show the settings in effect, or write a configuration file to start from", "stucksolver.commands.config"
     ),
-    "completion": Command(
+    "completion": CliCommand(
         "print a script that makes a shell complete commands and options", "stucksolver.commands.shell_completion"
     ),
 }
@@ -65,7 +67,7 @@ FIRST = (
 
 
 @cache
-def commands() -> Mapping[str, Command]:
+def commands() -> Mapping[str, CliCommand]:
     """Return the commands of all installed distributions by name, in the order of the help.
 
     Raises:

@@ -11,7 +11,16 @@ from typing import Any
 
 from stucksolver.commands.arguments import Parser, add_json, print_json
 from stucksolver.commands.errors import UsageError
-from stucksolver.commands.settings import FILE, VARIABLE, Setting, check_file, find_file, given, read_file, settings_of
+from stucksolver.commands.settings import (
+    FILE,
+    VARIABLE,
+    CliSetting,
+    check_file,
+    find_file,
+    lookup,
+    read_file,
+    settings_of,
+)
 
 HEAD = f"""\
 # Settings of StuckSolver. Remove the # before a line to use it.
@@ -47,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
     return int(options.part(options))
 
 
-def all_settings() -> list[Setting]:
+def all_settings() -> list[CliSetting]:
     """Return the settings of all commands."""
     from stucksolver.commands.main import full_parser  # imported here because `main` imports this module
 
@@ -67,7 +76,7 @@ def _show(options: argparse.Namespace) -> int:
     for one in known:
         if options.command not in (None, one.section.split(".")[0]):
             continue
-        value = given(one, content, file)
+        value = lookup(one, content, file)
         if value or options.defaults:
             rows.append(
                 {
@@ -113,7 +122,7 @@ def template() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _explained(one: Setting) -> Iterator[str]:
+def _explained(one: CliSetting) -> Iterator[str]:
     told = (one.action.help or "").replace("%%", "%")
     if one.action.choices is not None:
         told += f" ({', '.join(map(str, one.action.choices))})"
@@ -121,7 +130,7 @@ def _explained(one: Setting) -> Iterator[str]:
     yield f"# {one.key} = {_example(one)}"
 
 
-def _example(one: Setting) -> str:
+def _example(one: CliSetting) -> str:
     """Return the default as TOML, or an empty value of the expected type if there is none."""
     if one.switch:
         return "false"

@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import TypeAlias
 
 from stucksolver.commands.arguments import SUPPORTED, Parser, installed_version
-from stucksolver.commands.command_table import Command, commands
+from stucksolver.commands.command_table import CliCommand, commands
 from stucksolver.commands.errors import UsageError
 from stucksolver.plugins import PluginError
 from stucksolver.privacy.url_redaction import shown, without_logins
@@ -23,7 +23,7 @@ EXIT_CODES = (
     "required package is missing); 2 wrong usage or invalid input; 130 interrupted; 141 the output was closed early"
 )
 PROGRAM = "stucksolver"
-Table: TypeAlias = Mapping[str, Command]
+Table: TypeAlias = Mapping[str, CliCommand]
 WITHOUT_SETTINGS = ("config", "completion")
 """Commands that take no settings because they describe the settings themselves."""
 
@@ -81,7 +81,7 @@ def _parse(parser: argparse.ArgumentParser, told: Sequence[str], command: str, k
     if file:
         settings.check_file(file, content, list(settings.settings_of("", full_parser(table={**commands(), **known}))))
     mine = [one for one in settings.settings_of("", parser) if one.section.split(".")[0] == command]
-    values = [(one, settings.given(one, content, file)) for one in mine]
+    values = [(one, settings.lookup(one, content, file)) for one in mine]
     settings.put_in(parser, [(one, value) for one, value in values if value])
     options = parser.parse_args(told)
     used = settings.taken_out(parser, options)

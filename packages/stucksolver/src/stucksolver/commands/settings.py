@@ -37,7 +37,7 @@ sending a key to a server that a file may name.
 
 
 @dataclass(frozen=True)
-class Setting:
+class CliSetting:
     """One option of one command.
 
     `section` is the command, with its subcommand after a dot: `stucksolver_perception.collect`.
@@ -101,7 +101,7 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Value:
+class SettingValue:
     """A setting's value and its source. It takes the place of the option's default until parsing is done."""
 
     value: Any
@@ -122,14 +122,14 @@ def long_name(action: argparse.Action) -> str:
     return next((name[2:] for name in action.option_strings if name.startswith("--")), "")
 
 
-def settings_of(section: str, parser: argparse.ArgumentParser) -> Iterator[Setting]:
+def settings_of(section: str, parser: argparse.ArgumentParser) -> Iterator[CliSetting]:
     """Yield all settings of a command and its subcommands."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for name, part in action.choices.items():
                 yield from settings_of(f"{section}.{name}".lstrip("."), part)
         elif long_name(action) and long_name(action) not in COMMAND_LINE_ONLY:
-            yield Setting(section, action)
+            yield CliSetting(section, action)
 
 
 def find_file(told: str | None, environment: Mapping[str, str] = os.environ) -> Path | None:
@@ -158,9 +158,9 @@ def read_file(file: Path) -> dict[str, Any]:
         raise UsageError(f"{file} cannot be read: {error}; `stucksolver config init` writes a valid one") from error
 
 
-def check_file(file: Path, content: Mapping[str, Any], known: Sequence[Setting]) -> None:
+def check_file(file: Path, content: Mapping[str, Any], known: Sequence[CliSetting]) -> None:
     """Check that every section, key and value is valid for some command. Raises `UsageError`."""
-    keys: dict[str, dict[str, Setting]] = {ALL: {}}
+    keys: dict[str, dict[str, CliSetting]] = {ALL: {}}
     for one in known:
         keys.setdefault(one.section, {})[one.key] = one
         keys[ALL].setdefault(one.key, one)
@@ -177,14 +177,14 @@ def check_file(file: Path, content: Mapping[str, Any], known: Sequence[Setting])
             keys[section][key].read(value, f"{file}: [{section}] {key}")
 
 
-def given(
-    setting: Setting, content: Mapping[str, Any], file: Path | None, environment: Mapping[str, str] = os.environ
-) -> Value | None:
+def lookup(
+    setting: CliSetting, content: Mapping[str, Any], file: Path | None, environment: Mapping[str, str] = os.environ
+) -> SettingValue | None:
     """Return a setting's value from the environment or the file, or None. Raises `UsageError`."""
     for section in (setting.section, ALL):
         name = setting.variable(section)
         if environment.get(name):
-            return Value(setting.read_text(without_logins(environment[name]), name), name)
+            return SettingValue(setting.read_text(without_logins(environment[name]), name), name)
     if setting.key == "maps" and environment.get("STUCKSOLVER_MAPS"):
         return None  # the simulator reads this variable itself
     for section in (setting.section, ALL):
@@ -193,29 +193,32 @@ def given(
             inside = inside.get(part, {}) if isinstance(inside, dict) else {}
         value = inside.get(setting.key, "") if isinstance(inside, dict) else ""
         if value not in UNSET:
-            return Value(setting.read(value, f"{file}: [{section}] {setting.key}"), str(file))
+            return SettingValue(setting.read(value, f"{file}: [{section}] {setting.key}"), str(file))
     return None
 
 
-def put_in(parser: argparse.ArgumentParser, values: Sequence[tuple[Setting, Value]]) -> None:
+def put_in(parser: argparse.ArgumentParser, values: Sequence[tuple[CliSetting, SettingValue]]) -> None:
     """Make the values the options' defaults; a required option that has one becomes optional."""
     for setting, value in values:
         setting.action.default = replace(value, default=_converted(setting.action))
         setting.action.required = False
     for one in _all_parsers(parser):
         for group in one._mutually_exclusive_groups:
-            if any(isinstance(action.default, Value) for action in group._group_actions):
+            if any(isinstance(action.default, SettingValue) for action in group._group_actions):
                 group.required = False
         for rivals in _rivals(one):
-            if any(isinstance(action.default, Value) for action in rivals):
+            if any(isinstance(action.default, SettingValue) for action in rivals):
                 for action in rivals:
-                    if not isinstance(action.default, Value):
+                    if not isinstance(action.default, SettingValue):
                         # This distinguishes a flag that repeats the default from a missing flag.
-                        action.default = Value(_converted(action), "", _converted(action))
+                        action.default = SettingValue(_converted(action), "", _converted(action))
 
 
-def taken_out(parser: argparse.ArgumentParser, options: argparse.Namespace) -> list[tuple[str, Value]]:
-    """Replace each `Value` by its content; returns those that were used. A flag overrides the settings it excludes."""
+def taken_out(parser: argparse.ArgumentParser, options: argparse.Namespace) -> list[tuple[str, SettingValue]]:
+    """Replace each `SettingValue` by its content; returns those that were used.
+
+    A flag overrides the settings it excludes.
+    """
     beaten = set[str]()
     for one in _all_parsers(parser):
         for rivals in _rivals(one):
@@ -223,11 +226,11 @@ def taken_out(parser: argparse.ArgumentParser, options: argparse.Namespace) -> l
                 hasattr(options, action.dest) and getattr(options, action.dest) is not action.default
                 for action in rivals
             ]
-            if any(told) and any(isinstance(action.default, Value) for action in rivals):
+            if any(told) and any(isinstance(action.default, SettingValue) for action in rivals):
                 beaten.update(action.dest for action in rivals)
     used = []
     for name, value in list(vars(options).items()):
-        if isinstance(value, Value):
+        if isinstance(value, SettingValue):
             setattr(options, name, value.default if name in beaten else value.value)
             used += [] if name in beaten or not value.source else [(name, value)]
     return used

@@ -2,12 +2,12 @@
 
 from stucksolver.guard.guard import Guard
 from stucksolver.guard.lane_entry import GivingWay
-from stucksolver.guard.nose_out import begun_waiting
-from stucksolver.guard.occluded_traffic import Unseen
+from stucksolver.guard.nose_out import begin_nosed_out
+from stucksolver.guard.occluded_traffic import PhantomVehicle
 from stucksolver.guard.policy import NOBODY, RULES, Approvals, GuardPolicy
-from stucksolver.guard.proven_plan import Proven
+from stucksolver.guard.proven_plan import ProvenPlan
 from stucksolver.guard.turn_around import ProvenLeg
-from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
+from stucksolver.guard.verdict import OK, RejectReason, Verdict, no_path
 from stucksolver.scene.failed_attempts import RejectCode
 
 __all__ = [
@@ -18,12 +18,12 @@ __all__ = [
     "GivingWay",
     "Guard",
     "GuardPolicy",
-    "Proven",
+    "PhantomVehicle",
     "ProvenLeg",
-    "Reject",
+    "ProvenPlan",
     "RejectCode",
-    "Unseen",
+    "RejectReason",
     "Verdict",
-    "begun_waiting",
+    "begin_nosed_out",
     "no_path",
 ]

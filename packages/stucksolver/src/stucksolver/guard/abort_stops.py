@@ -7,7 +7,7 @@ import numpy as np
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.prediction import moving_gaps, relevant
 from stucksolver.guard.through_traffic import goes_straight
-from stucksolver.guard.verdict import Reject
+from stucksolver.guard.verdict import RejectReason
 from stucksolver.plan.frenet_path import STEP_M
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet import Array, Mask
@@ -18,7 +18,7 @@ MOST_STOPS = 16
 """At most this many stops are tried along a path, evenly spaced: a bound on the work of one check."""
 
 
-def committed(case: CheckContext) -> Mask:
+def commit_mask(case: CheckContext) -> Mask:
     """(stations,): True where a stop with comfortable braking would end in, or pass through, a place where no vehicle
     should stop.
 
@@ -54,7 +54,7 @@ def no_stopping_place(case: CheckContext) -> Mask:
     return bad
 
 
-def stops_are_safe(case: CheckContext, no_stop: Array) -> list[Reject]:
+def are_stops_safe(case: CheckContext, no_stop: Array) -> list[RejectReason]:
     """Check that a stop begun at any instant before the commit point hits nobody while the ego is still moving.
 
     The path keeps clear of stationary objects everywhere. Once the ego has stopped in its own lane, others must not
@@ -62,7 +62,7 @@ def stops_are_safe(case: CheckContext, no_stop: Array) -> list[Reject]:
 
     Args:
         case: The plan being checked.
-        no_stop: (stations,) True where the ego is committed, as returned by `committed`.
+        no_stop: (stations,) True where the ego is committed, as returned by `commit_mask`.
     """
     view, policy = case.view, case.policy
     which = relevant(case)
@@ -95,11 +95,11 @@ def stops_are_safe(case: CheckContext, no_stop: Array) -> list[Reject]:
             when, who = (int(k[0]) for k in np.nonzero(hit)[1:])
             thing = view.objects[int(which[who])]
             detail = f"an abort would hit {thing.kind.value} {thing.id} after {t[when]:.1f} s"
-            return [Reject(code=RejectCode.NO_ABORT, detail=detail, object_id=thing.id, time_s=float(t[when]))]
+            return [RejectReason(code=RejectCode.NO_ABORT, detail=detail, object_id=thing.id, time_s=float(t[when]))]
     return []
 
 
-def lets_by(case: CheckContext, rejects: list[Reject], giving_way: bool) -> bool:
+def is_junction_stop_clear(case: CheckContext, rejects: list[RejectReason], giving_way: bool) -> bool:
     """True if braking now in a junction stays clear of everyone, including crossing traffic that the ego would
     otherwise hit.
 
@@ -112,7 +112,7 @@ def lets_by(case: CheckContext, rejects: list[Reject], giving_way: bool) -> bool
     met_s = [named[thing.id] for i, thing in enumerate(view.objects) if thing.id in named and goes_straight(case, i)]
     if not met_s or min(met_s) > lasts + (stopping.goes_on_s if giving_way else stopping.gives_way_s):
         return False
-    return _may_wait(case, float(braking_now(case)[0][-1])) and stop_is_clear(case, giving_way)
+    return _may_wait(case, float(braking_profile(case)[0][-1])) and stop_is_clear(case, giving_way)
 
 
 def stop_is_clear(
@@ -132,7 +132,7 @@ def stop_is_clear(
         lag_s: Time until the brakes act (s); the policy's if None.
     """
     view, policy = case.view, case.policy
-    stations, t = braking_now(case, braking_mps2, lag_s)
+    stations, t = braking_profile(case, braking_mps2, lag_s)
     which = relevant(case, float(t[-1]))
     which = which[view.moving[which]]
     gap = moving_gaps(case, stations[None, :], which, t)[0]
@@ -140,13 +140,13 @@ def stop_is_clear(
     return not ((gap < kept) & (gap < gap[:1] - policy.clearance.nearer_m)).any()
 
 
-def stops_beside(case: CheckContext, rejects: list[Reject], giving_way: bool) -> bool:
+def stops_beside(case: CheckContext, rejects: list[RejectReason], giving_way: bool) -> bool:
     """True if braking now, with the nose in a lane, stays clear of the traffic in that lane that does not yield.
 
     That traffic is assumed to keep its speed. False on a level crossing, or if the body reaches into an oncoming lane.
     """
     view, policy = case.view, case.policy
-    stations, t = braking_now(case)
+    stations, t = braking_profile(case)
     named = {reject.object_id for reject in rejects}
     which = np.array([i for i, thing in enumerate(view.objects) if thing.id in named and view.moving[i]], dtype=int)
     if case.on_rails(float(stations[-1])) or case.in_oncoming_lane or not len(which):
@@ -171,7 +171,7 @@ def _kept(case: CheckContext, giving_way: bool, gap_m: float) -> float:
     return 0.0 if abs(case.view.ego.speed_mps) < MOVING_MPS else min(gap_m, case.policy.harm.touch_m)
 
 
-def braking_now(
+def braking_profile(
     case: CheckContext, braking_mps2: float | None = None, lag_s: float | None = None, until_s: float = 0.0
 ) -> tuple[Array, Array]:
     """Return the ego's arc lengths (m) and the instants (s from now), both (instants,), if it brakes now.

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.lane_entry import inside_of, is_due, too_close
-from stucksolver.guard.verdict import Reject
+from stucksolver.guard.lane_entry import check_entry_gap, must_be_proven_now, tail_inside_border_s
+from stucksolver.guard.verdict import RejectReason
 from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.frenet_scene import MOVING_MPS
 from stucksolver.scene.road import LaneDirection
 
 
-def will_be_followed(case: CheckContext, station: Array, which: Array, t: Array) -> Mask:
+def is_followed_lead(case: CheckContext, station: Array, which: Array, t: Array) -> Mask:
     """(profiles, instants, objects): True for traffic ahead in the ego's direction that the stack follows and so does
     not hit.
 
@@ -101,7 +101,7 @@ def _on_own_side(case: CheckContext, station: Array) -> Mask:
     return result
 
 
-def from_behind(case: CheckContext) -> list[Reject]:
+def from_behind(case: CheckContext) -> list[RejectReason]:
     """Check that traffic approaching alongside from behind can stop behind the ego's body when it enters their path.
 
     The gap is the RSS distance at that moment. Traffic directly behind the ego keeps its own distance.
@@ -119,10 +119,10 @@ def from_behind(case: CheckContext) -> list[Reject]:
         if beside[0] <= 0.0 or not meets.any() or path.s[int(meets.argmax())] < view.ego_s:
             continue
         k = int(meets.argmax())
-        if not is_due(case, k):
+        if not must_be_proven_now(case, k):
             continue
-        tail = inside_of(case, k, np.full(len(path.s) - k, border), left_of_us)
-        reject = too_close(case, k, int(i), tail)
+        tail = tail_inside_border_s(case, k, np.full(len(path.s) - k, border), left_of_us)
+        reject = check_entry_gap(case, k, int(i), tail)
         if reject is not None:
             return [reject]
     return []

@@ -7,13 +7,13 @@ import numpy as np
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.prediction import moving_gaps, relevant
 from stucksolver.guard.traffic_rules import no_oncoming_lane, stopping_place
-from stucksolver.guard.verdict import Reject
+from stucksolver.guard.verdict import RejectReason
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet import Mask
 from stucksolver.scene.road import Zone, ZoneKind
 
 
-def backing_place(case: CheckContext) -> list[Reject]:
+def backing_place(case: CheckContext) -> list[RejectReason]:
     """Check that the ego may stop where the path ends or, if it starts in a junction, that the end is no worse.
 
     No worse means: not on rails; not in a junction unless the ego is already in it; not on a crosswalk with people
@@ -29,7 +29,7 @@ def backing_place(case: CheckContext) -> list[Reject]:
             continue
         if zone.kind is not ZoneKind.CROSSWALK or _people_near(case, zone):
             where = zone.kind.value.replace("_", " ")
-            return [Reject(code=RejectCode.STOPPING_PLACE, detail=f"backing up would end in a {where}")]
+            return [RejectReason(code=RejectCode.STOPPING_PLACE, detail=f"backing up would end in a {where}")]
     return no_oncoming_lane(case) or _comes_into_the_way(case)
 
 
@@ -41,7 +41,7 @@ def _people_near(case: CheckContext, zone: Zone) -> bool:
     return bool((view.vulnerable & along & beside).any())
 
 
-def _comes_into_the_way(case: CheckContext) -> list[Reject]:
+def _comes_into_the_way(case: CheckContext) -> list[RejectReason]:
     """Refuse to stop in the path of a moving object that would not hit the ego where it is now."""
     view, policy = case.view, case.policy
     arrives_s = 0.0 if case.running else case.slow.duration_s
@@ -57,7 +57,7 @@ def _comes_into_the_way(case: CheckContext) -> list[Reject]:
     return [_in_the_way_of(case, int(which[k]), float(gap[0, :, k].min())) for k in worse[:1]]
 
 
-def _in_the_way_of(case: CheckContext, index: int, gap_m: float) -> Reject:
+def _in_the_way_of(case: CheckContext, index: int, gap_m: float) -> RejectReason:
     thing = case.view.objects[index]
     detail = f"backing up would end in the path of {thing.kind.value} {thing.id}"
-    return Reject(code=RejectCode.GAP, detail=detail, object_id=thing.id, gap_m=gap_m)
+    return RejectReason(code=RejectCode.GAP, detail=detail, object_id=thing.id, gap_m=gap_m)

@@ -8,10 +8,10 @@ import numpy as np
 
 from stucksolver.guard.abort_stops import no_stopping_place
 from stucksolver.guard.context import CheckContext
-from stucksolver.plan.frenet_path import LEAST_MPS, Manoeuvre
+from stucksolver.plan.frenet_path import LEAST_MPS, FrenetPath
 
 
-def stopping_soon(case: CheckContext) -> Manoeuvre:
+def stopping_soon(case: CheckContext) -> FrenetPath:
     """Return the path up to the first place where the ego can stop and a vehicle may stop, or to its end.
 
     The ego becomes nowhere faster, and ends at rest with comfortable braking. It stays on the path that the last

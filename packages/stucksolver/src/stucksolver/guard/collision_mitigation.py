@@ -10,26 +10,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stucksolver.guard.abort_stops import braking_now
-from stucksolver.guard.adjacent_traffic import will_be_followed
+from stucksolver.guard.abort_stops import braking_profile
+from stucksolver.guard.adjacent_traffic import is_followed_lead
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.numerics import way_to_stop
+from stucksolver.guard.numerics import stopping_distance_m
 from stucksolver.guard.prediction import (
-    drifted_to,
-    gaps_as_it_points,
+    gaps_at_heading,
+    is_on_drift_side,
     moving_gaps,
     profiles,
     relevant,
-    standing_gaps,
+    stationary_gaps,
     times,
 )
-from stucksolver.plan.behaviors import Abort
+from stucksolver.plan.behaviors import AbortAction
 from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.frenet_scene import MOVING_MPS
 
 
 @dataclass(frozen=True)
-class Contact:
+class PredictedContact:
     """A predicted contact: whether it is with a person or two-wheeler, its relative speed (m/s), and when it is (s).
 
     `time_s` is 0 for something stationary.
@@ -41,17 +41,17 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class WayOut:
+class EvasiveOption:
     """A way to end the conflict. `brake_mps2` is how hard to brake (m/s²); None if the ego does not brake."""
 
-    abort: Abort
+    abort: AbortAction
     brake_mps2: float | None = None
 
 
-FINISH = WayOut(Abort.FINISH)
+FINISH = EvasiveOption(AbortAction.FINISH)
 
 
-def least_harm(case: CheckContext, giving_way: bool) -> WayOut:
+def least_harmful_option(case: CheckContext, giving_way: bool) -> EvasiveOption:
     """Return whether to finish the plan or to brake. `giving_way`: the ego is already braking or has stopped."""
     limits = case.view.ego.limits
     on = _finishing(case, giving_way)
@@ -59,10 +59,10 @@ def least_harm(case: CheckContext, giving_way: bool) -> WayOut:
         return FINISH
     speed = abs(case.view.ego.speed_mps)
     # What is left of a stop that has begun is too short to matter.
-    stops = giving_way and way_to_stop(speed, limits.comfort_braking_mps2, 0.0) < case.policy.harm.touch_m
+    stops = giving_way and stopping_distance_m(speed, limits.comfort_braking_mps2, 0.0) < case.policy.harm.touch_m
     if (stops or speed < case.policy.stopping.rests_mps) and not case.on_rails(case.view.ego_s):
         # Whoever runs into a stopped vehicle could have stopped; a stopped ego hits nobody.
-        return WayOut(Abort.GIVE_WAY, limits.comfort_braking_mps2)
+        return EvasiveOption(AbortAction.YIELD, limits.comfort_braking_mps2)
     # Whoever the ego stops for is let by, and meanwhile nobody else should come.
     until_s = on.time_s + case.policy.stopping.stands_s
     found = [(_rank(on, on_rails=False), 0.0, FINISH)]
@@ -73,11 +73,11 @@ def least_harm(case: CheckContext, giving_way: bool) -> WayOut:
         met, end_s = _stopping(case, braking, lag_s, until_s)
         # Of two stops that both end in a contact, the shorter one leaves the other more room.
         harder = 0.0 if met is None else -braking
-        found.append((_rank(met, case.on_rails(end_s), gentler_mps), harder, WayOut(Abort.GIVE_WAY, braking)))
+        found.append((_rank(met, case.on_rails(end_s), gentler_mps), harder, EvasiveOption(AbortAction.YIELD, braking)))
     return min(found, key=lambda way: way[:2])[2]
 
 
-def brakes_hard(case: CheckContext) -> float | None:
+def hard_braking_mps2(case: CheckContext) -> float | None:
     """Return how hard to brake for a stop that is due now (m/s²); None if comfortable braking hits nobody."""
     limits = case.view.ego.limits
     met, _ = _stopping(case, limits.comfort_braking_mps2, case.policy.stopping.lag_s)
@@ -94,8 +94,10 @@ def _drawn_to_who_passes(case: CheckContext) -> bool:
     if case.error_m * case.error_rad <= 0.0:
         return False
     which = relevant(case)
-    which = which[drifted_to(case, which) & (view.speed[which] > MOVING_MPS)]
-    way_m = way_to_stop(abs(view.ego.speed_mps), view.ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
+    which = which[is_on_drift_side(case, which) & (view.speed[which] > MOVING_MPS)]
+    way_m = stopping_distance_m(
+        abs(view.ego.speed_mps), view.ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s
+    )
     half_length, half_width = view.ego.length_m / 2, view.ego.width_m / 2
     still_m = float(np.sin(min(abs(case.error_rad), np.pi / 2))) * way_m
     reach_m = half_length * abs(np.sin(view.ego_yaw)) + half_width * np.cos(view.ego_yaw)
@@ -104,13 +106,13 @@ def _drawn_to_who_passes(case: CheckContext) -> bool:
     return bool((beside & (room_m < case.policy.harm.touch_m)).any())
 
 
-def _rank(met: Contact | None, on_rails: bool, worse_mps: float = 0.0) -> tuple[bool, bool, bool, float]:
+def _rank(met: PredictedContact | None, on_rails: bool, worse_mps: float = 0.0) -> tuple[bool, bool, bool, float]:
     if met is None:
         return False, False, on_rails, 0.0
     return True, met.person, on_rails, met.speed_mps + worse_mps
 
 
-def _finishing(case: CheckContext, giving_way: bool) -> Contact | None:
+def _finishing(case: CheckContext, giving_way: bool) -> PredictedContact | None:
     """Return the contact to which going on would lead, if it is time to act on it.
 
     Distant moving objects may be elsewhere by then, so the ego brakes only for near ones. If it has stopped, or gives
@@ -126,7 +128,7 @@ def _finishing(case: CheckContext, giving_way: bool) -> Contact | None:
     standing = _with_standing(case, np.where(case.slow.t <= until_s, case.quick.v, np.nan))
     # A contact that a stop one check later could not avoid must be acted on now.
     meets_mps = max(speed, case.policy.speeds.creep_mps) if rests else speed
-    way_m = way_to_stop(meets_mps, braking, stopping.lag_s + case.policy.prediction.step_s)
+    way_m = stopping_distance_m(meets_mps, braking, stopping.lag_s + case.policy.prediction.step_s)
     standing = _worse(standing, _drawn_against(case, way_m, 0.0))
     standing = _worse(standing, _beside_the_error(case, meets_mps))
     return _worse(standing, _with_moving(case, profiles(case, t), t))
@@ -134,14 +136,14 @@ def _finishing(case: CheckContext, giving_way: bool) -> Contact | None:
 
 def _stopping(
     case: CheckContext, braking_mps2: float, lag_s: float, until_s: float = 0.0
-) -> tuple[Contact | None, float]:
+) -> tuple[PredictedContact | None, float]:
     """Return the contact to which braking now would lead, and the arc length at which the ego would stop (m).
 
     `lag_s`: the longest time until the brakes act (s). They may act at once, which counts for those who move.
     `until_s`: the ego stands until then at least (s from now).
     """
-    stations, t = braking_now(case, braking_mps2, lag_s, until_s)
-    at_once, soonest = braking_now(case, braking_mps2, 0.0, until_s)
+    stations, t = braking_profile(case, braking_mps2, lag_s, until_s)
+    at_once, soonest = braking_profile(case, braking_mps2, 0.0, until_s)
     speed = np.interp(case.path.s, stations, np.gradient(stations, t), right=np.nan)
     speed[case.path.s > stations[-1]] = np.nan
     standing = _worse(_with_standing(case, speed), _drawn_against(case, float(np.ptp(stations)), braking_mps2, lag_s))
@@ -149,10 +151,12 @@ def _stopping(
     return _worse(standing, _with_moving(case, both, t)), float(stations[-1])
 
 
-def _worse(met: Contact | None, other: Contact | None) -> Contact | None:
+def _worse(met: PredictedContact | None, other: PredictedContact | None) -> PredictedContact | None:
     if met is None or other is None:
         return met or other
-    return Contact(met.person or other.person, max(met.speed_mps, other.speed_mps), max(met.time_s, other.time_s))
+    return PredictedContact(
+        met.person or other.person, max(met.speed_mps, other.speed_mps), max(met.time_s, other.time_s)
+    )
 
 
 def _standing(case: CheckContext) -> Array:
@@ -168,7 +172,7 @@ def _touched(case: CheckContext, gap: Array) -> Mask:
     return result
 
 
-def _with_standing(case: CheckContext, speed_mps: Array) -> Contact | None:
+def _with_standing(case: CheckContext, speed_mps: Array) -> PredictedContact | None:
     """Return the worst of the first contacts with stationary objects.
 
     `speed_mps` (stations,) is the ego's speed at each station (m/s), NaN where the ego does not get to.
@@ -176,14 +180,16 @@ def _with_standing(case: CheckContext, speed_mps: Array) -> Contact | None:
     which = _standing(case)
     if not len(which):
         return None
-    hit = _touched(case, standing_gaps(case, which)) & ~np.isnan(speed_mps)[:, None]
+    hit = _touched(case, stationary_gaps(case, which)) & ~np.isnan(speed_mps)[:, None]
     who = np.flatnonzero(hit.any(axis=0))
     if not len(who):
         return None
-    return Contact(_living(case, which[who]), float(speed_mps[hit[:, who].argmax(axis=0)].max()))
+    return PredictedContact(_living(case, which[who]), float(speed_mps[hit[:, who].argmax(axis=0)].max()))
 
 
-def _drawn_against(case: CheckContext, way_m: float, braking_mps2: float, lag_s: float = 0.0) -> Contact | None:
+def _drawn_against(
+    case: CheckContext, way_m: float, braking_mps2: float, lag_s: float = 0.0
+) -> PredictedContact | None:
     """Return the first contact with a stationary object on the ego's side of the path while its error grows.
 
     The body is assumed to keep its heading for `way_m` (m). It brakes with `braking_mps2` (0: not at all) after
@@ -192,34 +198,34 @@ def _drawn_against(case: CheckContext, way_m: float, braking_mps2: float, lag_s:
     if case.error_m * case.error_rad <= 0.0:
         return None
     which = _standing(case)
-    which = which[drifted_to(case, which)]
+    which = which[is_on_drift_side(case, which)]
     if not len(which):
         return None
-    hit = _touched(case, gaps_as_it_points(case, which, way_m))
+    hit = _touched(case, gaps_at_heading(case, which, way_m))
     who = np.flatnonzero(hit.any(axis=0))
     if not len(who):
         return None
     speed = abs(case.view.ego.speed_mps)
     first_m = way_m * hit[:, who].argmax(axis=0).min() / (len(hit) - 1)
     braked_m = max(first_m - speed * lag_s, 0.0)
-    return Contact(_living(case, which[who]), float(np.sqrt(max(speed**2 - 2 * braking_mps2 * braked_m, 0.0))))
+    return PredictedContact(_living(case, which[who]), float(np.sqrt(max(speed**2 - 2 * braking_mps2 * braked_m, 0.0))))
 
 
-def _beside_the_error(case: CheckContext, speed_mps: float) -> Contact | None:
+def _beside_the_error(case: CheckContext, speed_mps: float) -> PredictedContact | None:
     """Return the contact to which going on or starting may lead beside a stationary object within touching distance.
 
     The path leads past it, but the vehicle has left its path towards it. If its steering fault lasts, the vehicle comes
     nearer, by less than any look ahead along the path shows. `speed_mps`: the speed of that contact (m/s).
     """
     which = _standing(case)
-    which = which[drifted_to(case, which)]
+    which = which[is_on_drift_side(case, which)]
     if not len(which):
         return None
-    who = which[gaps_as_it_points(case, which, 0.0)[0] < case.policy.harm.touch_m]
-    return Contact(_living(case, who), speed_mps) if len(who) else None
+    who = which[gaps_at_heading(case, which, 0.0)[0] < case.policy.harm.touch_m]
+    return PredictedContact(_living(case, who), speed_mps) if len(who) else None
 
 
-def _with_moving(case: CheckContext, stations: Array, t: Array) -> Contact | None:
+def _with_moving(case: CheckContext, stations: Array, t: Array) -> PredictedContact | None:
     """Return the worst of the first contacts with moving objects, for several profiles along the path.
 
     `stations` (profiles, instants) are the ego's arc lengths (m) at the instants `t` (s). A pedestrian does not run
@@ -230,7 +236,7 @@ def _with_moving(case: CheckContext, stations: Array, t: Array) -> Contact | Non
     if not len(which):
         return None
     gap = moving_gaps(case, stations, which, t)
-    gap = np.where(will_be_followed(case, stations, which, t), np.maximum(gap, gap[:, :1]), gap)
+    gap = np.where(is_followed_lead(case, stations, which, t), np.maximum(gap, gap[:, :1]), gap)
     own = np.gradient(stations, t, axis=1)
     hit = (gap < case.policy.harm.touch_m) & (gap < gap[:, :1] - case.policy.clearance.nearer_m)
     hit &= ~(view.on_foot[which] & (own < MOVING_MPS)[..., None])
@@ -241,7 +247,7 @@ def _with_moving(case: CheckContext, stations: Array, t: Array) -> Contact | Non
     heading = np.interp(stations[ways, first], case.path.s, case.heading)
     along, across = own[ways, first] * np.cos(heading), own[ways, first] * np.sin(heading)
     speed = np.hypot(along - view.vs[which[who]], across - view.vd[which[who]])
-    return Contact(_living(case, which[who]), float(speed.max()), float(t[first].max()))
+    return PredictedContact(_living(case, which[who]), float(speed.max()), float(t[first].max()))
 
 
 def _living(case: CheckContext, who: Array) -> bool:

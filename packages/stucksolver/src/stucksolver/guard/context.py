@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
-from stucksolver.plan.frenet_path import Manoeuvre
-from stucksolver.plan.speed_profile import Rollout, rollout, sluggish
+from stucksolver.plan.frenet_path import FrenetPath
+from stucksolver.plan.speed_profile import SpeedProfile, rollout, slow_launch
 from stucksolver.scene.frenet import Array, Lane, Mask
 from stucksolver.scene.frenet_scene import SURE_SDS, FrenetScene
 from stucksolver.scene.road import LaneDirection, LaneKind, ZoneKind
@@ -36,7 +36,7 @@ class CheckContext:
     """
 
     view: FrenetScene
-    path: Manoeuvre
+    path: FrenetPath
     policy: GuardPolicy
     guided: bool = False
     running: bool = False
@@ -48,7 +48,7 @@ class CheckContext:
     sets_off: bool = False
 
     @cached_property
-    def quick(self) -> Rollout:
+    def quick(self) -> SpeedProfile:
         """The path at the vehicle's comfortable acceleration and braking."""
         limits = self.view.ego.limits
         return rollout(
@@ -56,10 +56,10 @@ class CheckContext:
         )
 
     @cached_property
-    def slow(self) -> Rollout:
+    def slow(self) -> SpeedProfile:
         """The path driven by a vehicle that starts slowly, with the policy's parameters."""
         policy, ego = self.policy.prediction, self.view.ego
-        return sluggish(self.path, ego.speed_mps, ego.limits, policy.sluggish_speed, policy.sluggish_acceleration)
+        return slow_launch(self.path, ego.speed_mps, ego.limits, policy.sluggish_speed, policy.sluggish_acceleration)
 
     @cached_property
     def heading(self) -> Array:

@@ -10,14 +10,14 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.prediction import relevant, standing_gaps
-from stucksolver.guard.verdict import Reject
+from stucksolver.guard.prediction import relevant, stationary_gaps
+from stucksolver.guard.verdict import RejectReason
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.frenet_scene import MOVING_MPS
 
 
-def early_return(case: CheckContext, no_stop: Mask) -> list[Reject]:
+def early_return(case: CheckContext, no_stop: Mask) -> list[RejectReason]:
     """Check that no committed part of a path leads towards a standing object that a tracking error would then touch.
 
     Along such a part the gap stays at least the largest tracking error since the commit point, or what it was where the
@@ -31,7 +31,7 @@ def early_return(case: CheckContext, no_stop: Mask) -> list[Reject]:
     which = which[view.speed[which] <= MOVING_MPS]
     if not len(which) or not no_stop.any():
         return []
-    gap = standing_gaps(case, which)
+    gap = stationary_gaps(case, which)
     towards = (
         np.gradient(path.d, path.s)[:, None] * np.sign(view.d[which] - path.d[:, None])
         > case.policy.tracking.parallel_rad
@@ -51,7 +51,7 @@ def early_return(case: CheckContext, no_stop: Mask) -> list[Reject]:
         f"a tracking error needs {least[k, who]:.1f} m"
     )
     time_s, gap_m = float(case.slow.t[k]), float(gap[k, who])
-    return [Reject(code=RejectCode.GAP, detail=detail, object_id=thing.id, time_s=time_s, gap_m=gap_m)]
+    return [RejectReason(code=RejectCode.GAP, detail=detail, object_id=thing.id, time_s=time_s, gap_m=gap_m)]
 
 
 def _grown_error(case: CheckContext, no_stop: Mask) -> Array:

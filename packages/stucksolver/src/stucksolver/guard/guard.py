@@ -8,25 +8,33 @@ from dataclasses import replace
 import numpy as np
 
 from stucksolver.guard import back_up, lane_entry, oncoming_lane, path_checks, speed_caps, traffic_rules
-from stucksolver.guard.abort_stops import committed, lets_by, stops_are_safe, stops_beside
+from stucksolver.guard.abort_stops import are_stops_safe, commit_mask, is_junction_stop_clear, stops_beside
 from stucksolver.guard.adjacent_traffic import from_behind
 from stucksolver.guard.blind_stop import stopping_soon
-from stucksolver.guard.collision_mitigation import FINISH, WayOut, brakes_hard, least_harm
+from stucksolver.guard.collision_mitigation import FINISH, EvasiveOption, hard_braking_mps2, least_harmful_option
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.early_return import early_return
 from stucksolver.guard.hand_back import about_to_touch, clear_to_hand_back
-from stucksolver.guard.path_tracking import swung, tracked
+from stucksolver.guard.path_tracking import swing_out_motion, tracked_path
 from stucksolver.guard.policy import NOBODY, Approvals, GuardPolicy
-from stucksolver.guard.proven_plan import CHECKS, Proven
+from stucksolver.guard.proven_plan import CHECKS, ProvenPlan
 from stucksolver.guard.turn_around import ProvenLeg, prove_turn, recheck_leg
-from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
+from stucksolver.guard.verdict import OK, RejectReason, Verdict, no_path
 from stucksolver.guard.yielding import stop_out_of_paths, waits_outside, yields_now
-from stucksolver.plan.behaviors import Abort, Behavior, CannotPlan, Check, RequestAssistance, Start, TurnRound
-from stucksolver.plan.behaviors.registry import why_foreign
-from stucksolver.plan.frenet_path import Manoeuvre, lateral, shortest_shift
+from stucksolver.plan.behaviors import (
+    AbortAction,
+    Behavior,
+    BehaviorStart,
+    Check,
+    NoPathError,
+    RequestAssistance,
+    TurnAround,
+)
+from stucksolver.plan.behaviors.registry import unknown_behavior_reason
+from stucksolver.plan.frenet_path import FrenetPath, lateral, shortest_shift
 from stucksolver.scene.failed_attempts import PlanFailure, RejectCode
 from stucksolver.scene.frenet_scene import FrenetScene
-from stucksolver.scene.plausibility import why_unsound
+from stucksolver.scene.plausibility import implausibility
 from stucksolver.scene.road import LaneDirection, ZoneKind
 
 MOST = 6
@@ -50,7 +58,7 @@ class Guard:
         guided: bool,
         approvals: Approvals = NOBODY,
         stops: bool = False,
-    ) -> tuple[Verdict, Proven | None]:
+    ) -> tuple[Verdict, ProvenPlan | None]:
         """Judge moving behaviours as one path from the ego's current state.
 
         Args:
@@ -71,14 +79,14 @@ class Guard:
             return Verdict(rejects=tuple(first)), None
         try:
             proven = self.lay_out(behaviors, view, guided, approvals, stops)
-        except CannotPlan as error:
+        except NoPathError as error:
             return no_path(error), None
         view = self._facing(view, proven)
-        way = tracked(proven.path, view, self.policy.tracking, reverse=proven.reverse)
+        way = tracked_path(proven.path, view, self.policy.tracking, reverse=proven.reverse)
         commit_s = proven.commit_s(view.ego_s)
         case = CheckContext(view, way, self.policy, guided, approvals=approvals, commit_s=commit_s)
         rejects = self._run(proven.checks, case) or self._swings(case, proven) or early_return(case, proven.no_stop)
-        rejects = rejects or stops_are_safe(case, proven.no_stop)
+        rejects = rejects or are_stops_safe(case, proven.no_stop)
         if stops:
             rejects = rejects or (back_up.backing_place if proven.reverse else traffic_rules.stopping_place)(case)
         return (
@@ -88,7 +96,7 @@ class Guard:
         )
 
     def accept_turn(
-        self, behavior: TurnRound, view: FrenetScene, approvals: Approvals = NOBODY
+        self, behavior: TurnAround, view: FrenetScene, approvals: Approvals = NOBODY
     ) -> tuple[Verdict, ProvenLeg | None]:
         """Judge the rest of a turn from where the ego is.
 
@@ -104,7 +112,7 @@ class Guard:
         """Judge a running leg of a turn on this tick. A refusal names the abort: stop or give way."""
         old = self._stale(view)
         if old is not None:
-            return Verdict(rejects=(old,), abort=Abort.GIVE_WAY, brake_mps2=view.ego.limits.comfort_braking_mps2)
+            return Verdict(rejects=(old,), abort=AbortAction.YIELD, brake_mps2=view.ego.limits.comfort_braking_mps2)
         return recheck_leg(proven, view, self.policy)
 
     def allows_standing(self, behavior: Behavior, view: FrenetScene, approvals: Approvals = NOBODY) -> Verdict:
@@ -117,10 +125,10 @@ class Guard:
             detail = (
                 "the vehicle may wait for help only where it may stop, not in a junction, crossing or oncoming lane"
             )
-            return Verdict(rejects=(Reject(code=RejectCode.STOPPING_PLACE, detail=detail),))
-        return Verdict(rejects=(Reject(code=RejectCode.PRECONDITION, detail=why),)) if why else OK
+            return Verdict(rejects=(RejectReason(code=RejectCode.STOPPING_PLACE, detail=detail),))
+        return Verdict(rejects=(RejectReason(code=RejectCode.PRECONDITION, detail=why),)) if why else OK
 
-    def recheck(self, proven: Proven, view: FrenetScene, giving_way: lane_entry.GivingWay = False) -> Verdict:
+    def recheck(self, proven: ProvenPlan, view: FrenetScene, giving_way: lane_entry.GivingWay = False) -> Verdict:
         """Judge a running plan on this tick.
 
         Args:
@@ -140,32 +148,32 @@ class Guard:
             rejects = known or self._run(proven.checks_on_tick, case) or self._swings(case, proven)
             return self._given_up(case, rejects) if rejects else OK
         if old is not None:
-            return Verdict(rejects=(old,), abort=Abort.GIVE_WAY if giving_way else Abort.STOP_SOON)
+            return Verdict(rejects=(old,), abort=AbortAction.YIELD if giving_way else AbortAction.STOP_SOON)
         if not case.in_oncoming_lane:
             red = path_checks.stop_line(case)
             if red:
-                return Verdict(rejects=tuple(red), abort=Abort.STOP, brake_mps2=brakes_hard(case))
+                return Verdict(rejects=tuple(red), abort=AbortAction.STOP, brake_mps2=hard_braking_mps2(case))
         case = replace(case, sets_off=bool(giving_way) and waits_outside(case))
         rejects = ([off] if off else []) + path_checks.collision(case)
-        pressing = [] if proven.reverse else lane_entry.unyielding(case, giving_way)
+        pressing = [] if proven.reverse else lane_entry.check_rear_traffic_can_stop(case, giving_way)
         way = self._after_commit(case, proven, rejects, pressing, bool(giving_way))
         if way is None:
             return OK
         return Verdict(rejects=tuple(rejects + pressing), abort=way.abort, brake_mps2=way.brake_mps2)
 
-    def harder_stop(self, proven: Proven, view: FrenetScene) -> float | None:
+    def harder_stop(self, proven: ProvenPlan, view: FrenetScene) -> float | None:
         """Return how hard to brake for the rest of a stop that has begun (m/s²); None if gentle braking hits nobody.
 
         Args:
             proven: The plan that the stop ended.
             view: The surroundings in road coordinates.
         """
-        return None if self._stale(view) else brakes_hard(self._running(proven, self._facing(view, proven)))
+        return None if self._stale(view) else hard_braking_mps2(self._running(proven, self._facing(view, proven)))
 
-    def _running(self, proven: Proven, view: FrenetScene) -> CheckContext:
+    def _running(self, proven: ProvenPlan, view: FrenetScene) -> CheckContext:
         """Return the rest of a running plan, from where the ego is."""
         error_m, error_rad = self._error(proven.path, view)
-        rest = tracked(proven.path.from_station(view.ego_s), view, self.policy.tracking, reverse=proven.reverse)
+        rest = tracked_path(proven.path.from_station(view.ego_s), view, self.policy.tracking, reverse=proven.reverse)
         # The stack's window of the road moves with the ego, so entered lanes are looked up in the present one.
         rest = replace(rest, enters=tuple(view.frame.same_lane(lane) for lane in rest.enters))
         case = CheckContext(view, rest, self.policy, proven.guided, running=True, approvals=proven.approvals)
@@ -173,37 +181,44 @@ class Guard:
         return replace(case, commit_s=proven.commit_s(view.ego_s))
 
     def _after_commit(
-        self, case: CheckContext, proven: Proven, rejects: list[Reject], pressing: list[Reject], giving_way: bool
-    ) -> WayOut | None:
+        self,
+        case: CheckContext,
+        proven: ProvenPlan,
+        rejects: list[RejectReason],
+        pressing: list[RejectReason],
+        giving_way: bool,
+    ) -> EvasiveOption | None:
         """Return the best action if it is doubtful whether to continue; None to continue the plan.
 
         First comes a return into the lane, then a stop that lets others pass, then the action with the least harm.
         """
         off = any(r.code in (RejectCode.DEVIATION, RejectCode.OVERSPEED) for r in rejects)
         wanted = {b.abort_after_commit for b in proven.behaviors}
-        if rejects and Abort.RETURN_TO_LANE in wanted and self.way_back(case.view) is not None:
-            return WayOut(Abort.RETURN_TO_LANE)
-        yields = stop_out_of_paths if not off and lets_by(case, rejects, giving_way) else yields_now
+        if rejects and AbortAction.RETURN_TO_LANE in wanted and self.way_back(case.view) is not None:
+            return EvasiveOption(AbortAction.RETURN_TO_LANE)
+        yields = stop_out_of_paths if not off and is_junction_stop_clear(case, rejects, giving_way) else yields_now
         if (braking := yields(case, rejects, giving_way)) is not None:
             if not braking:
                 return FINISH
             gentle = braking == case.view.ego.limits.comfort_braking_mps2
-            return WayOut(Abort.GIVE_WAY, None if gentle else braking)
+            return EvasiveOption(AbortAction.YIELD, None if gentle else braking)
         if not off and (pressing or giving_way) and stops_beside(case, rejects + pressing, giving_way):
-            return WayOut(Abort.GIVE_WAY)
-        return least_harm(case, giving_way) if rejects else None
+            return EvasiveOption(AbortAction.YIELD)
+        return least_harmful_option(case, giving_way) if rejects else None
 
-    def _given_up(self, case: CheckContext, rejects: list[Reject]) -> Verdict:
+    def _given_up(self, case: CheckContext, rejects: list[RejectReason]) -> Verdict:
         way = self._before_commit(case.view)
-        hard = (speed_caps.brakes_for_door(case, rejects) or brakes_hard(case)) if way is Abort.STOP else None
+        hard = (
+            (speed_caps.brakes_for_door(case, rejects) or hard_braking_mps2(case)) if way is AbortAction.STOP else None
+        )
         return Verdict(rejects=tuple(rejects), abort=way, brake_mps2=hard)
 
-    def _before_commit(self, view: FrenetScene) -> Abort:
+    def _before_commit(self, view: FrenetScene) -> AbortAction:
         """Return how to abort: by a stop, unless the ego has strayed into an oncoming lane and must not stop there."""
         lane = view.ego_lane
         if lane is None or lane.strip.direction is not LaneDirection.OPPOSITE:
-            return Abort.STOP
-        return Abort.FINISH if self.way_back(view) is None else Abort.RETURN_TO_LANE
+            return AbortAction.STOP
+        return AbortAction.FINISH if self.way_back(view) is None else AbortAction.RETURN_TO_LANE
 
     def may_stand(self, view: FrenetScene) -> bool:
         """True if the ego may stop here: in no junction, crosswalk, level crossing or lane of oncoming traffic."""
@@ -213,7 +228,7 @@ class Guard:
         lanes = (view.frame.lane_at(view.ego_s, view.ego_d + side) for side in (-half, 0.0, half))
         return not any(lane is not None and lane.strip.direction is LaneDirection.OPPOSITE for lane in lanes)
 
-    def stopping_soon(self, path: Manoeuvre, view: FrenetScene, reverse: bool = False) -> Manoeuvre | None:
+    def stopping_soon(self, path: FrenetPath, view: FrenetScene, reverse: bool = False) -> FrenetPath | None:
         """Return how a path ends if perception has failed past the commit point; None to brake at once.
 
         From an oncoming lane it leads back into the ego's own lane, if that way was free at the last look.
@@ -230,25 +245,27 @@ class Guard:
             case = case if back is None else replace(case, path=back)
         slowly = stopping_soon(case)
         rejects = path_checks.collision(
-            replace(case, path=tracked(slowly, view, self.policy.tracking, reverse=reverse))
+            replace(case, path=tracked_path(slowly, view, self.policy.tracking, reverse=reverse))
         )
         if not rejects:
             return slowly
         ends = replace(case, path=slowly)
-        brakes = stop_out_of_paths(ends, rejects) is not None or least_harm(ends, False).abort is Abort.GIVE_WAY
+        brakes = (
+            stop_out_of_paths(ends, rejects) is not None or least_harmful_option(ends, False).abort is AbortAction.YIELD
+        )
         return None if brakes else slowly
 
     def is_stale(self, view: FrenetScene) -> bool:
         """True if the surroundings are too old to judge anything by."""
         return self._stale(view) is not None
 
-    def way_back(self, view: FrenetScene) -> Manoeuvre | None:
+    def way_back(self, view: FrenetScene) -> FrenetPath | None:
         """Return a collision-free path from here into the route's own lane that ends on no level crossing, or None."""
         policy = self.policy.stopping
         speed, tightest = max(view.ego.speed_mps, policy.return_least_mps), view.ego.limits.min_turn_radius_m
         length = max(policy.return_s * speed, shortest_shift(view.ego_d, tightest), policy.return_least_m)
         path = lateral(view.ego_s, view.ego_d, 0.0, length, speed, view)
-        strict = CheckContext(view, tracked(path, view, self.policy.tracking), self.policy)
+        strict = CheckContext(view, tracked_path(path, view, self.policy.tracking), self.policy)
         if path_checks.drivable_area(strict) or view.zone_at(path.end_s, ZoneKind.LEVEL_CROSSING) is not None:
             return None
         if not path_checks.collision(strict):
@@ -257,57 +274,59 @@ class Guard:
         loose = replace(strict, running=True)
         return path if strict.in_oncoming_lane and not path_checks.collision(loose) else None
 
-    def recheck_way_back(self, path: Manoeuvre, view: FrenetScene, giving_way: bool = False) -> Verdict:
+    def recheck_way_back(self, path: FrenetPath, view: FrenetScene, giving_way: bool = False) -> Verdict:
         """Judge a path back into the lane on this tick. A refusal says whether to brake or to finish."""
-        rest = tracked(path.from_station(view.ego_s), view, self.policy.tracking)
+        rest = tracked_path(path.from_station(view.ego_s), view, self.policy.tracking)
         error_m, error_rad = self._error(path, view)
         case = CheckContext(view, rest, self.policy, running=True, error_m=error_m, error_rad=error_rad)
         rejects = path_checks.collision(case)
         if not rejects:
             return OK
-        way = least_harm(case, giving_way)
+        way = least_harmful_option(case, giving_way)
         return Verdict(rejects=tuple(rejects), abort=way.abort, brake_mps2=way.brake_mps2)
 
     def clear_to_hand_back(self, view: FrenetScene) -> bool:
         """True if the stack may drive on by itself from here, or must because no vehicle may stop here."""
         return not self.may_stand(view) or clear_to_hand_back(view, self.policy)
 
-    def about_to_touch(self, view: FrenetScene, curvature_per_m: float) -> Reject | None:
+    def about_to_touch(self, view: FrenetScene, curvature_per_m: float) -> RejectReason | None:
         """Return what the driver touches unless it is made to brake hard now; None if nothing, or nothing is known."""
         return None if self._stale(view) else about_to_touch(view, self.policy, curvature_per_m)
 
     def lay_out(
         self, behaviors: Sequence[Behavior], view: FrenetScene, guided: bool, approvals: Approvals, stops: bool = False
-    ) -> Proven:
+    ) -> ProvenPlan:
         """Plan behaviours as one path from here, without judging it. The arguments are those of `accept`.
 
         Raises:
             CannotPlan: The behaviours have no path here.
         """
         if len({b.reverse for b in behaviors}) > 1:
-            raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stop between driving forward and backing up")
+            raise NoPathError(
+                PlanFailure.MUST_BE_STOPPED, "the vehicle must stop between driving forward and backing up"
+            )
         view = view.backwards if behaviors and behaviors[0].reverse else view
-        start = Start(view.ego_s, view.ego_d, view.ego.speed_mps, view.ego_yaw)
-        path: Manoeuvre | None = None
+        start = BehaviorStart(view.ego_s, view.ego_d, view.ego.speed_mps, view.ego_yaw)
+        path: FrenetPath | None = None
         ends: list[float] = []
         for k, behavior in enumerate(behaviors):
             why = behavior.precondition(view) if k == 0 else None
             part = None if why else behavior.manoeuvre(view, start)
             if part is None:
-                raise CannotPlan(PlanFailure.PRECONDITION, why or f"{behavior.name} has no path")
+                raise NoPathError(PlanFailure.PRECONDITION, why or f"{behavior.name} has no path")
             path = part if path is None else path.then(part)
             ends.append(part.end_s)
-            start = Start(part.end_s, part.end_d, float(part.speed[-1]))
+            start = BehaviorStart(part.end_s, part.end_d, float(part.speed[-1]))
         if path is None:
-            raise CannotPlan(PlanFailure.EMPTY, "the plan is empty")
+            raise NoPathError(PlanFailure.EMPTY, "the plan is empty")
         path = path.stopping() if stops else path
         path = speed_caps.within_limits(path, view, self.policy, reverse=behaviors[0].reverse)
         case = CheckContext(view, path, self.policy, guided)
-        return Proven(
+        return ProvenPlan(
             tuple(behaviors),
             path,
             tuple(ends),
-            committed(case),
+            commit_mask(case),
             case.slow.duration_s,
             guided,
             approvals,
@@ -316,57 +335,59 @@ class Guard:
         )
 
     @staticmethod
-    def _facing(view: FrenetScene, proven: Proven) -> FrenetScene:
+    def _facing(view: FrenetScene, proven: ProvenPlan) -> FrenetScene:
         return view.backwards if proven.reverse else view
 
-    def _run(self, names: tuple[Check, ...], case: CheckContext) -> list[Reject]:
+    def _run(self, names: tuple[Check, ...], case: CheckContext) -> list[RejectReason]:
         return [reject for name in names for reject in CHECKS[name](case)]
 
-    def _swings(self, case: CheckContext, proven: Proven) -> list[Reject]:
+    def _swings(self, case: CheckContext, proven: ProvenPlan) -> list[RejectReason]:
         """Return the reasons against backing up at an angle if the body is not straightened on the way."""
         if not proven.reverse:
             return []
         path = proven.path.from_station(case.view.ego_s) if case.running else proven.path
-        way = swung(path, case.view, self.policy.tracking, self.policy.stopping.lag_s)
+        way = swing_out_motion(path, case.view, self.policy.tracking, self.policy.stopping.lag_s)
         if way is None:
             return []
         # For a vehicle that backs up, oncoming traffic comes from behind.
         askew = replace(case, path=way)
         return path_checks.collision(askew) + from_behind(askew)
 
-    def _unreleased(self, behavior: Behavior, approvals: Approvals) -> Reject | None:
+    def _unreleased(self, behavior: Behavior, approvals: Approvals) -> RejectReason | None:
         needed = self.policy.release(behavior.name)
         if approvals.cover(behavior.name, needed):
             return None
-        return Reject(code=RejectCode.APPROVAL, detail=f"{behavior.name} needs approval from the {needed.value}")
+        return RejectReason(code=RejectCode.APPROVAL, detail=f"{behavior.name} needs approval from the {needed.value}")
 
-    def _stale(self, view: FrenetScene) -> Reject | None:
-        old = Reject(code=RejectCode.STALE, detail=f"the surroundings are {view.surroundings.age_s:.1f} s old")
+    def _stale(self, view: FrenetScene) -> RejectReason | None:
+        old = RejectReason(code=RejectCode.STALE, detail=f"the surroundings are {view.surroundings.age_s:.1f} s old")
         return old if view.surroundings.age_s > self.policy.max_age_s else None
 
-    def _too_fast(self, proven: Proven, view: FrenetScene) -> Reject | None:
+    def _too_fast(self, proven: ProvenPlan, view: FrenetScene) -> RejectReason | None:
         """Check that the vehicle keeps to the plan's speed. It may be faster only if it was when the plan began."""
         cap = float(proven.path.speed.max()) + self.policy.speeds.tolerance_mps
         now = abs(view.ego.speed_mps)
         if now <= max(cap, proven.start_mps):
             return None
-        return Reject(code=RejectCode.OVERSPEED, detail=f"drives at {now:.1f} m/s; the plan allows {cap:.1f} m/s")
+        return RejectReason(code=RejectCode.OVERSPEED, detail=f"drives at {now:.1f} m/s; the plan allows {cap:.1f} m/s")
 
-    def _off_path(self, error_m: float) -> Reject | None:
+    def _off_path(self, error_m: float) -> RejectReason | None:
         off_m = abs(error_m)
-        off = Reject(code=RejectCode.DEVIATION, detail=f"{off_m:.1f} m off the proven path", gap_m=off_m)
+        off = RejectReason(code=RejectCode.DEVIATION, detail=f"{off_m:.1f} m off the proven path", gap_m=off_m)
         return off if off_m > self.policy.tracking.error_m else None
 
     @staticmethod
-    def _error(path: Manoeuvre, view: FrenetScene) -> tuple[float, float]:
+    def _error(path: FrenetPath, view: FrenetScene) -> tuple[float, float]:
         """Return the lateral distance from the proven path (m) and the heading error (rad), left positive."""
         beside = view.ego_d - float(np.interp(view.ego_s, path.s, path.d))
         return beside, view.ego_yaw - float(np.interp(view.ego_s, path.s, path.heading()))
 
 
-def _unsound(behaviors: Sequence[Behavior], view: FrenetScene) -> Reject | None:
+def _unsound(behaviors: Sequence[Behavior], view: FrenetScene) -> RejectReason | None:
     """Check the inputs: the surroundings are plausible, and the behaviours are known and within their bounds."""
-    wrong = why_unsound(view.surroundings) or next((why for b in behaviors[:MOST] if (why := why_foreign(b))), None)
+    wrong = implausibility(view.surroundings) or next(
+        (why for b in behaviors[:MOST] if (why := unknown_behavior_reason(b))), None
+    )
     if wrong is None and len(behaviors) > MOST:
         wrong = f"{len(behaviors)} behaviours; at most {MOST} are checked"
-    return None if wrong is None else Reject(code=RejectCode.UNSOUND, detail=wrong)
+    return None if wrong is None else RejectReason(code=RejectCode.IMPLAUSIBLE, detail=wrong)

@@ -8,9 +8,9 @@ import numpy as np
 
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.policy import GuardPolicy, HandBackPolicy
-from stucksolver.guard.prediction import standing_gaps
-from stucksolver.guard.verdict import Reject
-from stucksolver.plan.frenet_path import STEP_M, Manoeuvre, lateral, shortest_shift
+from stucksolver.guard.prediction import stationary_gaps
+from stucksolver.guard.verdict import RejectReason
+from stucksolver.plan.frenet_path import STEP_M, FrenetPath, lateral, shortest_shift
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet import Array, Mask
@@ -36,11 +36,11 @@ def clear_to_hand_back(view: FrenetScene, policy: GuardPolicy, curvature_per_m: 
     standing = np.flatnonzero(view.speed <= MOVING_MPS)
     if not len(standing):
         return True
-    gap = standing_gaps(case, standing)
+    gap = stationary_gaps(case, standing)
     return not ((gap < back.kept_m) & (gap < gap[0] - policy.clearance.nearer_m)).any()
 
 
-def next_second(view: FrenetScene, policy: GuardPolicy, curvature_per_m: float = 0.0) -> Reject | None:
+def next_second(view: FrenetScene, policy: GuardPolicy, curvature_per_m: float = 0.0) -> RejectReason | None:
     """Return what the driver would touch next if it drove on from here, or None.
 
     A stopped ego sets off with comfortable acceleration, and what it would touch within `HandBackPolicy.own_s` counts.
@@ -53,7 +53,7 @@ def next_second(view: FrenetScene, policy: GuardPolicy, curvature_per_m: float =
     return _first(view, t, _touches(view, policy, driven, t, curvature_per_m), _touches(view, policy, 0 * t, t, 0.0))
 
 
-def about_to_touch(view: FrenetScene, policy: GuardPolicy, curvature_per_m: float = 0.0) -> Reject | None:
+def about_to_touch(view: FrenetScene, policy: GuardPolicy, curvature_per_m: float = 0.0) -> RejectReason | None:
     """Return what the ego touches unless it brakes hard now, or None: the last moment at which a stop still helps.
 
     The ego keeps its speed and its curve for `HandBackPolicy.check_s` and the time until the brakes act; then it brakes
@@ -126,7 +126,7 @@ def _is_soft(view: FrenetScene, i: int, policy: GuardPolicy) -> bool:
     return thing.kind in PASSABLE_KINDS and thing.height_m <= policy.passable.height_m
 
 
-def _first(view: FrenetScene, t: Array, going_on: Mask, stopping: Mask) -> Reject | None:
+def _first(view: FrenetScene, t: Array, going_on: Mask, stopping: Mask) -> RejectReason | None:
     """Return the first contact of driving on that stopping helps with: with what stands, or what stopping avoids."""
     helps = going_on & ~(stopping.any(axis=0) & view.moving)
     if not helps.any():
@@ -134,10 +134,10 @@ def _first(view: FrenetScene, t: Array, going_on: Mask, stopping: Mask) -> Rejec
     when, who = (int(k[0]) for k in np.nonzero(helps))
     thing = view.objects[who]
     detail = f"the driver would touch {thing.kind.value} {thing.id} after {t[when]:.1f} s"
-    return Reject(code=RejectCode.COLLISION, detail=detail, object_id=thing.id, time_s=float(t[when]))
+    return RejectReason(code=RejectCode.COLLISION, detail=detail, object_id=thing.id, time_s=float(t[when]))
 
 
-def _turning_back(view: FrenetScene, policy: HandBackPolicy) -> Manoeuvre:
+def _turning_back(view: FrenetScene, policy: HandBackPolicy) -> FrenetPath:
     """Return an arc at the smallest radius to the road's direction, followed by a shift to the centre of the
     route's lane.
     """
@@ -147,6 +147,6 @@ def _turning_back(view: FrenetScene, policy: HandBackPolicy) -> Manoeuvre:
     along = radius * (np.sin(first) - np.sin(turn))
     aside = side * radius * (np.cos(turn) - np.cos(first))
     s = np.append(np.arange(0.0, float(along[-1]), STEP_M), along[-1])
-    arc = Manoeuvre(view.ego_s + s, view.ego_d + np.interp(s, along, aside), np.full(len(s), policy.speed_mps))
+    arc = FrenetPath(view.ego_s + s, view.ego_d + np.interp(s, along, aside), np.full(len(s), policy.speed_mps))
     length = max(shortest_shift(arc.end_d, radius), STEP_M)
     return arc.then(lateral(arc.end_s, arc.end_d, 0.0, length, policy.speed_mps, view))

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.numerics import EPSILON, way_to_stop
+from stucksolver.guard.numerics import EPSILON, stopping_distance_m
 from stucksolver.guard.rss import rss_distance
-from stucksolver.guard.verdict import Reject
-from stucksolver.plan.speed_profile import Rollout
+from stucksolver.guard.verdict import RejectReason
+from stucksolver.plan.speed_profile import SpeedProfile
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet import Array, Lane, Mask
 from stucksolver.scene.frenet_scene import MOVING_MPS
@@ -18,27 +18,27 @@ GivingWay = bool | frozenset[str]
 """To whom the last abort of a running plan gave way: the ids of the vehicles; True for everybody, False for nobody."""
 
 
-def lane_entry(case: CheckContext) -> list[Reject]:
+def lane_entry(case: CheckContext) -> list[RejectReason]:
     """Check the RSS distances to traffic ahead and behind in the ego's direction when the body enters each lane.
 
     This includes an oncoming lane, where someone behind may already be passing the ego. While a plan runs, an entry
     that is further ahead than a stop needs is decided later, because by then the gap in traffic will have changed.
     """
-    found: list[Reject] = []
+    found: list[RejectReason] = []
     home = case.start_lane
     for lane in case.path.enters:
         inside = case.first_entries(lane)
-        if len(inside) and is_due(case, int(inside[0])):
+        if len(inside) and must_be_proven_now(case, int(inside[0])):
             found += _entry(case, lane, int(inside[0]))
     if case.path.returns and home is not None and home not in case.path.enters:
         # The return is where the body re-enters its own lane for the last time.
         back = case.entries(home)
-        if len(back) and is_due(case, int(back[-1])):
+        if len(back) and must_be_proven_now(case, int(back[-1])):
             found += _entry(case, home, int(back[-1]))
     return found
 
 
-def is_due(case: CheckContext, k: int) -> bool:
+def must_be_proven_now(case: CheckContext, k: int) -> bool:
     """True if the entry at station `k` must be safe now: before the start, and whenever an oncoming lane is used."""
     if not case.running or any(lane.strip.direction is LaneDirection.OPPOSITE for lane in case.path.enters):
         return True
@@ -48,10 +48,10 @@ def is_due(case: CheckContext, k: int) -> bool:
 
 def _stop_m(case: CheckContext, later_s: float) -> float:
     """Return the ego's stopping distance if it brakes after a delay `later_s` (m)."""
-    return way_to_stop(case.view.ego.speed_mps, case.view.ego.limits.comfort_braking_mps2, later_s)
+    return stopping_distance_m(case.view.ego.speed_mps, case.view.ego.limits.comfort_braking_mps2, later_s)
 
 
-def _entry(case: CheckContext, lane: Lane, k: int) -> list[Reject]:
+def _entry(case: CheckContext, lane: Lane, k: int) -> list[RejectReason]:
     view, tolerance_m = case.view, case.policy.lanes.tolerance_m
     right, _, left = lane.at(float(case.path.s[k]))
     borrowed = lane.strip.direction is LaneDirection.OPPOSITE
@@ -61,13 +61,13 @@ def _entry(case: CheckContext, lane: Lane, k: int) -> list[Reject]:
             continue
         if view.d[i] + view.across[i] <= right + tolerance_m or view.d[i] - view.across[i] >= left - tolerance_m:
             continue
-        reject = too_close(case, k, i, tail)
+        reject = check_entry_gap(case, k, i, tail)
         if reject is not None:
             return [reject]
     return []
 
 
-def unyielding(case: CheckContext, giving_way: GivingWay) -> list[Reject]:
+def check_rear_traffic_can_stop(case: CheckContext, giving_way: GivingWay) -> list[RejectReason]:
     """Check traffic from behind that could no longer stop if it reacted only when the ego enters its path.
 
     A driver who enters a lane with the RSS distances expects to be seen as soon as the lane's border is crossed. Some
@@ -115,24 +115,26 @@ def _due_m(case: CheckContext) -> float:
     """
     policy, limits = case.policy.entry, case.view.ego.limits
     soon_mps = case.view.ego.speed_mps + limits.comfort_acceleration_mps2 * policy.next_look_s
-    stop_m = way_to_stop(soon_mps, limits.comfort_braking_mps2, policy.stops_s)
+    stop_m = stopping_distance_m(soon_mps, limits.comfort_braking_mps2, policy.stops_s)
     return soon_mps * policy.next_look_s + stop_m + policy.stops_m
 
 
-def _presses(case: CheckContext, i: int, reaches: Mask, border: float, giving_way: bool) -> Reject | None:
+def _presses(case: CheckContext, i: int, reaches: Mask, border: float, giving_way: bool) -> RejectReason | None:
     """Check one vehicle from behind against the ego's body beyond a border of the vehicle's path.
 
     `reaches` (stations,): True where the body is beyond it. `border`: its lateral offset (m).
     """
     k = int(reaches.argmax())
-    tail = inside_of(case, k, np.full(len(case.path.s) - k, border), bool(case.view.d[i] > case.path.d[0]))
+    tail = tail_inside_border_s(case, k, np.full(len(case.path.s) - k, border), bool(case.view.d[i] > case.path.d[0]))
     # The slower the ego, the nearer they are by then; the faster the ego, the less likely that they have passed it.
     reaction_s = case.policy.rss.reaction_s if giving_way else case.policy.entry.watching_reaction_s
     found = (_could_not_stop(case, run, k, i, tail, reaction_s) for run in (case.slow, case.quick))
     return next((reject for reject in found if reject is not None), None)
 
 
-def _could_not_stop(case: CheckContext, run: Rollout, k: int, i: int, tail: Array, reaction_s: float) -> Reject | None:
+def _could_not_stop(
+    case: CheckContext, run: SpeedProfile, k: int, i: int, tail: Array, reaction_s: float
+) -> RejectReason | None:
     """Check an object from behind if the ego enters its path at station `k`."""
     view, policy, thing = case.view, case.policy, case.view.objects[i]
     now, when, lane = float(view.vs[i]), float(run.t[k]), view.lane_of[i]
@@ -150,7 +152,7 @@ def _could_not_stop(case: CheckContext, run: Rollout, k: int, i: int, tail: Arra
         return None
     gap = float(tail.min()) - front
     detail = f"{thing.kind.value} {thing.id} does not yield: {gap:.1f} m behind"
-    return Reject(code=RejectCode.LANE_ENTRY, detail=detail, object_id=thing.id, time_s=when, gap_m=gap)
+    return RejectReason(code=RejectCode.LANE_ENTRY, detail=detail, object_id=thing.id, time_s=when, gap_m=gap)
 
 
 def _tail(case: CheckContext, lane: Lane, k: int) -> Array:
@@ -161,10 +163,10 @@ def _tail(case: CheckContext, lane: Lane, k: int) -> Array:
     """
     s = case.path.s[k:]
     from_right = bool(case.path.d[k] <= np.interp(s[0], lane.s, lane.centre))
-    return inside_of(case, k, np.interp(s, lane.s, lane.right if from_right else lane.left), from_right)
+    return tail_inside_border_s(case, k, np.interp(s, lane.s, lane.right if from_right else lane.left), from_right)
 
 
-def inside_of(case: CheckContext, k: int, border: Array, from_right: bool) -> Array:
+def tail_inside_border_s(case: CheckContext, k: int, border: Array, from_right: bool) -> Array:
     """The same for a border, given by its offsets (m) at the stations from `k` on, crossed from the right or left."""
     path, half_length, half_width = case.path, case.view.ego.length_m / 2, case.view.ego.width_m / 2
     s, d, turn = path.s[k:], path.d[k:], case.heading[k:]
@@ -179,11 +181,11 @@ def inside_of(case: CheckContext, k: int, border: Array, from_right: bool) -> Ar
 def _behind_whom(case: CheckContext, own_mps: float, front_mps: float) -> float:
     """Return the distance to keep behind a vehicle that the ego joins (m): Lemma 2 with the ego's own reaction time."""
     policy = case.policy
-    own = way_to_stop(own_mps, case.view.ego.limits.comfort_braking_mps2, policy.entry.own_reaction_s)
+    own = stopping_distance_m(own_mps, case.view.ego.limits.comfort_braking_mps2, policy.entry.own_reaction_s)
     return max(own - front_mps**2 / (2 * policy.rss.max_braking_mps2), 0.0)
 
 
-def too_close(case: CheckContext, k: int, i: int, tail: Array) -> Reject | None:
+def check_entry_gap(case: CheckContext, k: int, i: int, tail: Array) -> RejectReason | None:
     """Check the distance to an object if the ego enters at station `k`, for the fast and the slow ego and all between.
 
     Traffic from behind responds from the entry on, by Lemma 2. The point where it can stop does not depend on when it
@@ -209,5 +211,5 @@ def too_close(case: CheckContext, k: int, i: int, tail: Array) -> Reject | None:
         sides.add(where)
         if gap < needed or len(sides) > 1:
             detail = f"{thing.kind.value} {thing.id} {where}: {gap:.1f} m, needs {needed:.1f} m"
-            return Reject(code=RejectCode.LANE_ENTRY, detail=detail, object_id=thing.id, time_s=when, gap_m=gap)
+            return RejectReason(code=RejectCode.LANE_ENTRY, detail=detail, object_id=thing.id, time_s=when, gap_m=gap)
     return None

@@ -6,15 +6,15 @@ import numpy as np
 
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import KMH_PER_MPS
-from stucksolver.guard.passable_obstacles import in_queue, may_be_vehicle
-from stucksolver.guard.verdict import Reject
-from stucksolver.plan.behaviors import Release
+from stucksolver.guard.passable_obstacles import is_queued, may_be_vehicle
+from stucksolver.guard.verdict import RejectReason
+from stucksolver.plan.behaviors import ApprovalLevel
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 
 
-def marking(case: CheckContext) -> list[Reject]:
+def marking(case: CheckContext) -> list[RejectReason]:
     """Check that kerbs are never crossed, and solid lines only slowly, past a stationary obstruction, as the policy
     allows.
     """
@@ -26,11 +26,11 @@ def marking(case: CheckContext) -> list[Reject]:
         for k in edges:
             lines = outer.lines(float(case.path.s[k]) - near_m, float(case.path.s[k]) + near_m)
             if LineKind.KERB in lines:
-                return [Reject(code=RejectCode.OFF_ROAD, detail="the path crosses a kerb")]
+                return [RejectReason(code=RejectCode.OFF_ROAD, detail="the path crosses a kerb")]
             if LineKind.SOLID in lines:
                 why = _against_solid(case, lane, int(k))
                 if why:
-                    return [Reject(code=RejectCode.SOLID_LINE, detail=f"solid line: {why}")]
+                    return [RejectReason(code=RejectCode.SOLID_LINE, detail=f"solid line: {why}")]
     return []
 
 
@@ -46,7 +46,7 @@ def _against_solid(case: CheckContext, lane: Lane, k: int) -> str | None:
     policy, here = case.policy, float(case.path.s[k])
     if policy.solid_line == "forbid":
         return "crossing is forbidden here"
-    if not case.approvals.cover("solid_line", Release(policy.solid_line)):
+    if not case.approvals.cover("solid_line", ApprovalLevel(policy.solid_line)):
         return f"crossing needs approval from the {policy.solid_line}"
     if case.path.speed.max() > policy.speeds.recovery_mps:
         return f"only at {KMH_PER_MPS * policy.speeds.recovery_mps:.0f} km/h or less"
@@ -86,7 +86,7 @@ def _no_obstruction(case: CheckContext) -> str | None:
         thing = view.objects[int(i)]
         if thing.stationary_s is None or thing.stationary_s < policy.solid_line_standing_s:
             return "what is ahead is not a stationary obstruction"
-        if not thing.hazard_lights and may_be_vehicle(case, int(i)) and in_queue(case, int(i)):
+        if not thing.hazard_lights and may_be_vehicle(case, int(i)) and is_queued(case, int(i)):
             return "what is ahead may be in a queue"
     return None
 

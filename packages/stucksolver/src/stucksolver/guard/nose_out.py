@@ -14,16 +14,16 @@ import numpy as np
 
 from stucksolver.guard.guard import Guard
 from stucksolver.guard.policy import Approvals
-from stucksolver.guard.proven_plan import Proven
+from stucksolver.guard.proven_plan import ProvenPlan
 from stucksolver.guard.verdict import Verdict
-from stucksolver.plan.behaviors import Abort, Behavior, CannotPlan
+from stucksolver.plan.behaviors import AbortAction, Behavior, NoPathError
 from stucksolver.scene.frenet_scene import MOVING_MPS, FrenetScene
 from stucksolver.scene.road import LaneDirection
 
 
-def begun_waiting(
+def begin_nosed_out(
     guard: Guard, behaviors: Sequence[Behavior], view: FrenetScene, guided: bool, approvals: Approvals, stops: bool
-) -> tuple[Verdict, Proven] | None:
+) -> tuple[Verdict, ProvenPlan] | None:
     """Begin a lane change that was refused only for traffic, with the nose out, by giving way to that traffic.
 
     The plan is committed from its start: it ends when it is finished, or when `Guard.recheck` ends it.
@@ -41,16 +41,16 @@ def begun_waiting(
     """
     try:
         proven = guard.lay_out(behaviors, view, guided, approvals, stops)
-    except CannotPlan:
+    except NoPathError:
         return None
-    if proven.reverse or not nose_is_out(guard, proven, view):
+    if proven.reverse or not is_nosed_out(guard, proven, view):
         return None
     proven = replace(proven, no_stop=np.ones_like(proven.no_stop))
     verdict = guard.recheck(proven, view, giving_way=True)
-    return (verdict, proven) if verdict.accepted or verdict.abort is Abort.GIVE_WAY else None
+    return (verdict, proven) if verdict.accepted or verdict.abort is AbortAction.YIELD else None
 
 
-def nose_is_out(guard: Guard, proven: Proven, view: FrenetScene) -> bool:
+def is_nosed_out(guard: Guard, proven: ProvenPlan, view: FrenetScene) -> bool:
     """True if the ego stands with its nose at the border of a lane that the plan enters, turned towards it.
 
     The lane's traffic then sees where the ego wants to go. Only for lanes of the ego's own direction: nobody waits in

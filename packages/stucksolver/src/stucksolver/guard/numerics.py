@@ -8,6 +8,6 @@ KMH_PER_MPS = 3.6
 """Conversion for numbers that people read."""
 
 
-def way_to_stop(speed_mps: float, braking_mps2: float, later_s: float) -> float:
+def stopping_distance_m(speed_mps: float, braking_mps2: float, later_s: float) -> float:
     """Return the stopping distance if braking begins after a delay (m): v t + v^2 / (2 b)."""
     return speed_mps**2 / (2 * braking_mps2) + speed_mps * later_s

@@ -26,7 +26,7 @@ from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 
 
 @dataclass(frozen=True)
-class Unseen:
+class PhantomVehicle:
     """A vehicle that may appear.
 
     Attributes:
@@ -50,11 +50,11 @@ class Unseen:
         return gained_m + self.limit_mps * (duration_s - gaining_s)
 
 
-def who_may_come(case: CheckContext, lane: Lane) -> tuple[Unseen, ...]:
+def phantom_vehicles(case: CheckContext, lane: Lane) -> tuple[PhantomVehicle, ...]:
     """Return the vehicles that may appear in an oncoming lane after the last check."""
     policy, sight = case.policy.oncoming, case.view.sight_ahead_m(lane)
     limit = lane.strip.speed_limit_mps or policy.unknown_limit_mps
-    worst = Unseen(sight, limit, limit)
+    worst = PhantomVehicle(sight, limit, limit)
     zone = _begins_at(case, lane, sight)
     beyond = None if zone is None else _straight_on(case, lane, zone)
     if zone is None or beyond is None:
@@ -62,7 +62,7 @@ def who_may_come(case: CheckContext, lane: Lane) -> tuple[Unseen, ...]:
     quickest = max(turning_mps(zone.end_m - zone.start_m, policy), _quickest_in(case, zone))
     if quickest >= limit:
         return (worst,)
-    return Unseen(sight, quickest, limit, policy.turned_accelerates_mps2), beyond
+    return PhantomVehicle(sight, quickest, limit, policy.turned_accelerates_mps2), beyond
 
 
 def turning_mps(length_m: float, policy: OncomingPolicy) -> float:
@@ -83,7 +83,7 @@ def _begins_at(case: CheckContext, lane: Lane, sight_m: float) -> Zone | None:
     return next((zone for zone in zones if abs(zone.start_m - lane.end_m) <= near_m), None)
 
 
-def _straight_on(case: CheckContext, lane: Lane, zone: Zone) -> Unseen | None:
+def _straight_on(case: CheckContext, lane: Lane, zone: Zone) -> PhantomVehicle | None:
     """Return the vehicle that may come straight on; None if the route turns there, or the lane beyond is not seen."""
     view, policy = case.view, case.policy
     turns = abs(float(np.diff(np.interp([zone.start_m, zone.end_m], view.frame.s, view.frame.headings))[0]))
@@ -103,7 +103,7 @@ def _straight_on(case: CheckContext, lane: Lane, zone: Zone) -> Unseen | None:
     if view.ego_s + min(sights) <= zone.end_m:
         return None
     limit = max(one.strip.speed_limit_mps or policy.oncoming.unknown_limit_mps for one in (lane, *beyond))
-    return Unseen(min(sights), limit, limit)
+    return PhantomVehicle(min(sights), limit, limit)
 
 
 def _quickest_in(case: CheckContext, zone: Zone) -> float:

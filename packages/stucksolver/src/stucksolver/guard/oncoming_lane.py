@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.occluded_traffic import who_may_come
-from stucksolver.guard.verdict import Reject, SightProof
+from stucksolver.guard.occluded_traffic import phantom_vehicles
+from stucksolver.guard.verdict import RejectReason, SightDistanceProof
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection
@@ -21,7 +21,7 @@ from stucksolver.scene.wording import whereabouts
 
 
 @dataclass(frozen=True)
-class Borrowed:
+class LaneBorrow:
     """A plan's use of an oncoming lane.
 
     Attributes:
@@ -44,7 +44,7 @@ class Borrowed:
         return self.back_s - self.decided_s
 
 
-def oncoming(case: CheckContext) -> list[Reject]:
+def oncoming(case: CheckContext) -> list[RejectReason]:
     """Check that an oncoming lane is used only away from junctions and crossings, and if it is seen to be free for the
     whole manoeuvre.
     """
@@ -55,7 +55,7 @@ def oncoming(case: CheckContext) -> list[Reject]:
     return []
 
 
-def borrowed_lanes(case: CheckContext) -> tuple[Borrowed, ...]:
+def borrowed_lanes(case: CheckContext) -> tuple[LaneBorrow, ...]:
     """Return the oncoming lanes that a plan uses, in order."""
     found = []
     for lane in case.path.enters:
@@ -63,7 +63,7 @@ def borrowed_lanes(case: CheckContext) -> tuple[Borrowed, ...]:
         if lane.strip.direction is not LaneDirection.OPPOSITE or not len(stations):
             continue
         first, last = int(stations[0]), min(int(stations[-1]) + 1, len(case.path.s) - 1)
-        found.append(Borrowed(lane, first, last, _decided_s(case, first), float(case.slow.t[last])))
+        found.append(LaneBorrow(lane, first, last, _decided_s(case, first), float(case.slow.t[last])))
     return tuple(found)
 
 
@@ -76,20 +76,20 @@ def _decided_s(case: CheckContext, first: int) -> float:
     return max(reached_s - case.policy.oncoming.seen_ago_s, 0.0)
 
 
-def _zone(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
+def _zone(case: CheckContext, borrowed: LaneBorrow) -> list[RejectReason]:
     half = case.view.ego.length_m / 2
     start, end = float(case.path.s[borrowed.first]) - half, float(case.path.s[borrowed.last]) + half
     margin = case.policy.lanes.zone_margin_m
     for zone in case.view.surroundings.road.zones:
         if zone.start_m - margin < end and start < zone.end_m + margin:
             detail = f"the plan would use the oncoming lane in a {zone.kind.value.replace('_', ' ')}"
-            return [Reject(code=RejectCode.ZONE, detail=detail)]
+            return [RejectReason(code=RejectCode.ZONE, detail=detail)]
     if not borrowed.lane.covers(start, end):
-        return [Reject(code=RejectCode.OFF_ROAD, detail="the oncoming lane ends beside the manoeuvre")]
+        return [RejectReason(code=RejectCode.OFF_ROAD, detail="the oncoming lane ends beside the manoeuvre")]
     return []
 
 
-def _sight(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
+def _sight(case: CheckContext, borrowed: LaneBorrow) -> list[RejectReason]:
     """Check the sight: at least the ego's path, plus the distance unseen traffic may drive, plus a margin."""
     proof = sight_proof(case, borrowed)
     needed, seen = proof.needed_m, proof.seen_m
@@ -97,7 +97,7 @@ def _sight(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
         return []
     detail = f"sees {seen:.0f} m of the oncoming lane, needs {needed:.0f} m for {borrowed.unseen_s:.1f} s"
     return [
-        Reject(
+        RejectReason(
             code=RejectCode.ONCOMING_SIGHT,
             detail=detail,
             time_s=borrowed.unseen_s,
@@ -108,18 +108,18 @@ def _sight(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
     ]
 
 
-def proof_of(case: CheckContext) -> SightProof | None:
+def proof_of(case: CheckContext) -> SightDistanceProof | None:
     """Return the proof with the least margin among a plan's oncoming lanes; None if the plan uses none."""
     proofs = [sight_proof(case, borrowed) for borrowed in borrowed_lanes(case)]
     return min(proofs, key=lambda proof: proof.seen_m - proof.needed_m, default=None)
 
 
-def sight_proof(case: CheckContext, borrowed: Borrowed) -> SightProof:
+def sight_proof(case: CheckContext, borrowed: LaneBorrow) -> SightDistanceProof:
     """Return the sight needed and the sight available, for the unseen vehicle that leaves the smallest margin."""
     own = float(case.path.s[borrowed.last]) - case.view.ego_s + margin_m(case)
     proofs = [
-        SightProof(needed_m=own + one.way_m(borrowed.unseen_s), seen_m=one.at_m, unseen_s=borrowed.unseen_s)
-        for one in who_may_come(case, borrowed.lane)
+        SightDistanceProof(needed_m=own + one.way_m(borrowed.unseen_s), seen_m=one.at_m, unseen_s=borrowed.unseen_s)
+        for one in phantom_vehicles(case, borrowed.lane)
     ]
     return min(proofs, key=lambda proof: proof.seen_m - proof.needed_m)
 
@@ -131,7 +131,7 @@ def margin_m(case: CheckContext) -> float:
     return policy.sight_margin_m + policy.sight_margin_s * quicker
 
 
-def _gap(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
+def _gap(case: CheckContext, borrowed: LaneBorrow) -> list[RejectReason]:
     """Check that no oncoming vehicle arrives before the ego is back, plus a time gap.
 
     The vehicle may be slightly faster than seen, but only after the last check: until then its speed is measured again.
@@ -153,7 +153,7 @@ def _gap(case: CheckContext, borrowed: Borrowed) -> list[Reject]:
                 f"{thing.kind.value} {thing.id} comes at {coming:.1f} m/s, {whereabouts(float(view.s[i] - view.ego_s))}"
             )
             return [
-                Reject(
+                RejectReason(
                     code=RejectCode.ONCOMING_GAP,
                     detail=detail,
                     object_id=thing.id,

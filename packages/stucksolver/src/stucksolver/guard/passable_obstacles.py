@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.verdict import Reject
+from stucksolver.guard.verdict import RejectReason
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet_scene import MOVING_MPS
@@ -15,7 +15,7 @@ from stucksolver.scene.surroundings import ControlKind, LightState
 from stucksolver.scene.wording import stood_too_briefly
 
 
-def patience(case: CheckContext) -> list[Reject]:
+def check_wait_elapsed(case: CheckContext) -> list[RejectReason]:
     """Check that no queue is passed, and a vehicle that may only be waiting not before it has stood long enough.
 
     A passenger may ask to pass a moving vehicle, or not to wait. But nothing a passenger says allows passing a queue,
@@ -30,7 +30,7 @@ def patience(case: CheckContext) -> list[Reject]:
         why = _moving(case, i) if view.speed[i] > MOVING_MPS else _standing(case, i)
         if why is not None:
             detail = f"{view.objects[i].kind.value} {name} {why}"
-            found.append(Reject(code=RejectCode.WAIT_FIRST, detail=detail, object_id=name))
+            found.append(RejectReason(code=RejectCode.WAIT_FIRST, detail=detail, object_id=name))
     return found
 
 
@@ -50,7 +50,7 @@ def _moving(case: CheckContext, i: int) -> str | None:
 
 def _standing(case: CheckContext, i: int) -> str | None:
     waits, thing = case.policy.waits, case.view.objects[i]
-    if not thing.hazard_lights and in_queue(case, i):
+    if not thing.hazard_lights and is_queued(case, i):
         return "may be in a queue"
     stood = thing.stationary_s or 0.0
     if case.running or thing.kind is ObjectKind.UNKNOWN:
@@ -73,7 +73,7 @@ def _parked(case: CheckContext, i: int) -> bool:
     return abs(float(case.view.d[i])) > case.policy.queues.parked_offset_m
 
 
-def in_queue(case: CheckContext, i: int) -> bool:
+def is_queued(case: CheckContext, i: int) -> bool:
     """True if the vehicle seems to be waiting for something ahead of it, judged by what is there now.
 
     It is if it has moved recently, or if a light, a stop sign or another vehicle, of any kind or unknown, is close
@@ -111,7 +111,7 @@ def _may_wait(case: CheckContext, i: int) -> bool:
     return not warns and not _parked(case, i) and may_be_vehicle(case, i)
 
 
-def passable(case: CheckContext) -> list[Reject]:
+def passable(case: CheckContext) -> list[RejectReason]:
     """Check that what is driven over is surely of a soft class, small, low, seen long enough, and away from anything
     living.
     """
@@ -120,7 +120,7 @@ def passable(case: CheckContext) -> list[Reject]:
         i = case.view.index_of(name)
         why = "is no longer seen" if i is None else _not_passable(case, i)
         if why is not None:
-            found.append(Reject(code=RejectCode.NOT_PASSABLE, detail=f"{name} {why}", object_id=name))
+            found.append(RejectReason(code=RejectCode.NOT_PASSABLE, detail=f"{name} {why}", object_id=name))
     return found
 
 

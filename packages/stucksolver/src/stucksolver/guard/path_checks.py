@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from stucksolver.guard.adjacent_traffic import will_be_followed
+from stucksolver.guard.adjacent_traffic import is_followed_lead
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.numerics import EPSILON, way_to_stop
+from stucksolver.guard.numerics import EPSILON, stopping_distance_m
 from stucksolver.guard.policy import GuardPolicy
 from stucksolver.guard.prediction import (
-    drifted_to,
-    gaps_as_it_points,
+    gaps_at_heading,
+    is_on_drift_side,
     moving_gaps,
     profiles,
     relevant,
-    standing_gaps,
+    stationary_gaps,
     times,
 )
 from stucksolver.guard.rss import rss_lateral, step_off
-from stucksolver.guard.speed_caps import drawn_to_doors, may_open, too_quick
-from stucksolver.guard.verdict import Reject
-from stucksolver.plan.behaviors import Release
+from stucksolver.guard.speed_caps import check_speed_cap, drawn_to_doors, may_open
+from stucksolver.guard.verdict import RejectReason
+from stucksolver.plan.behaviors import ApprovalLevel
 from stucksolver.plan.speed_profile import MIN_SPEED_MPS
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet import Array, Mask
@@ -31,7 +31,7 @@ NAMED = 3
 """A verdict names at most this many objects, the nearest ones."""
 
 
-def collision(case: CheckContext) -> list[Reject]:
+def collision(case: CheckContext) -> list[RejectReason]:
     """Check that no object is predicted to overlap the ego or to come nearer than its minimum gap.
 
     This includes doors that open and pedestrians who step off the kerb.
@@ -42,9 +42,9 @@ def collision(case: CheckContext) -> list[Reject]:
     view = case.view
     stands = view.speed[which] <= MOVING_MPS
     standing, moving = which[stands], which[~stands]
-    found: list[Reject] = []
+    found: list[RejectReason] = []
     if len(standing):
-        gap = standing_gaps(case, standing)
+        gap = stationary_gaps(case, standing)
         found += _too_near(case, standing, gap, _margins(case, standing, case.quick.v), case.slow.t)
         found += _doors(case, standing, gap)
         if not case.running:
@@ -53,7 +53,7 @@ def collision(case: CheckContext) -> list[Reject]:
         t = times(case)
         stations = profiles(case, t)
         gap = moving_gaps(case, stations, moving, t)
-        gap = np.where(will_be_followed(case, stations, moving, t), np.maximum(gap, gap[:, :1]), gap)
+        gap = np.where(is_followed_lead(case, stations, moving, t), np.maximum(gap, gap[:, :1]), gap)
         speed = np.maximum(np.interp(t, case.quick.t, case.quick.v), np.interp(t, case.slow.t, case.slow.v))
         found += _too_near(case, moving, gap.min(axis=0), _margins(case, moving, speed), t)
     return found
@@ -89,12 +89,12 @@ def _drawn_aside(case: CheckContext, speed: Array) -> Array:
     return result
 
 
-def _too_near(case: CheckContext, which: Array, gap: Array, margin: Array, t: Array) -> list[Reject]:
+def _too_near(case: CheckContext, which: Array, gap: Array, margin: Array, t: Array) -> list[RejectReason]:
     """Return a reason for each of the nearest objects whose gap (instants, objects) falls below its margin (m)."""
     # An object already nearer than its margin counts only if the plan brings it nearer still.
     gaps = case.policy.clearance
     bad = (gap < margin - (gaps.tracked_gap_m if case.running else 0.0)) & (gap < gap[0] - gaps.nearer_m)
-    drifted = drifted_to(case, which)
+    drifted = is_on_drift_side(case, which)
     if drifted.any():
         bad[0] |= drifted & (
             (gap[0] < gaps.drifted_gap_m + _still_to_drift(case)) | _stops_against(case, which, gap[0])
@@ -106,7 +106,7 @@ def _too_near(case: CheckContext, which: Array, gap: Array, margin: Array, t: Ar
     return [_reject(case, int(which[k]), float(t[bad[:, k].argmax()]), float(worst[k])) for k in nearest]
 
 
-def _still_touched(case: CheckContext, which: Array, gap: Array) -> list[Reject]:
+def _still_touched(case: CheckContext, which: Array, gap: Array) -> list[RejectReason]:
     """Return a reason for each object that the ego stands against and that its path would scrape along.
 
     `gap` (stations, objects) (m). The gap must open within `ClearancePolicy.parting_m` and stay open, at the latest
@@ -121,7 +121,7 @@ def _still_touched(case: CheckContext, which: Array, gap: Array) -> list[Reject]
         thing = case.view.objects[int(which[k])]
         detail = f"{thing.kind.value} {thing.id}: the ego stands against it and would scrape along it"
         gap_m = float(gap[:, k].min())
-        found.append(Reject(code=RejectCode.COLLISION, detail=detail, object_id=thing.id, gap_m=gap_m))
+        found.append(RejectReason(code=RejectCode.COLLISION, detail=detail, object_id=thing.id, gap_m=gap_m))
     return found
 
 
@@ -130,21 +130,21 @@ def _still_to_drift(case: CheckContext) -> float:
     if case.error_m * case.error_rad <= 0.0:
         return 0.0
     ego = case.view.ego
-    way_m = way_to_stop(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
+    way_m = stopping_distance_m(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
     return float(np.sin(min(abs(case.error_rad), np.pi / 2)) * way_m)
 
 
 def _stops_against(case: CheckContext, which: Array, gap: Array) -> Mask:
     """(objects,): True if a stop straight ahead at the present heading comes too near, and nearer than `gap` (m)."""
     ego = case.view.ego
-    way_m = way_to_stop(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
-    left = gaps_as_it_points(case, which, way_m).min(axis=0)
+    way_m = stopping_distance_m(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
+    left = gaps_at_heading(case, which, way_m).min(axis=0)
     gaps = case.policy.clearance
     result: Mask = ~case.view.moving[which] & (left < np.minimum(gaps.drifted_gap_m, gap - gaps.nearer_m))
     return result
 
 
-def _doors(case: CheckContext, standing: Array, gap: Array) -> list[Reject]:
+def _doors(case: CheckContext, standing: Array, gap: Array) -> list[RejectReason]:
     """Check that the ego drives faster than walking pace only out of reach of the doors of parked vehicles.
 
     Out of reach is also where a tracking fault cannot draw it into their reach before it has slowed to walking pace.
@@ -156,38 +156,40 @@ def _doors(case: CheckContext, standing: Array, gap: Array) -> list[Reject]:
     which = np.array([i for i in near if may_open(view.objects[int(i)], doors.parked_s)], dtype=int)
     if not len(which) or not fast.any():
         return []
-    reach = standing_gaps(case, which, aside_m=doors.reach_m, part=doors.part_of_length)
+    reach = stationary_gaps(case, which, aside_m=doors.reach_m, part=doors.part_of_length)
     bad = (reach < drawn[:, None] - EPSILON) & (reach < reach[0] - case.policy.clearance.nearer_m) & fast[:, None]
     # Beside the door a fault that has begun goes on, though the path keeps its distance.
-    bad[0] |= drifted_to(case, which) & (reach[0] < drawn[0]) & fast[0]
+    bad[0] |= is_on_drift_side(case, which) & (reach[0] < drawn[0]) & fast[0]
     found = []
     for k in np.flatnonzero(bad.any(axis=0)):
         thing, first = view.objects[int(which[k])], int(bad[:, k].argmax())
         detail = f"a door of {thing.kind.value} {thing.id} may open into the path"
-        found.append(Reject(code=RejectCode.DOOR, detail=detail, object_id=thing.id, time_s=float(case.slow.t[first])))
+        found.append(
+            RejectReason(code=RejectCode.DOOR, detail=detail, object_id=thing.id, time_s=float(case.slow.t[first]))
+        )
     return found
 
 
-def _reject(case: CheckContext, index: int, time_s: float, gap_m: float) -> Reject:
+def _reject(case: CheckContext, index: int, time_s: float, gap_m: float) -> RejectReason:
     thing = case.view.objects[index]
     code = RejectCode.COLLISION if gap_m <= 0 else RejectCode.GAP
     if gap_m > 0 and case.view.vulnerable[index]:
         code = RejectCode.CLEARANCE
     detail = f"{thing.kind.value} {thing.id}: gap {gap_m:.1f} m after {time_s:.1f} s"
-    return Reject(code=code, detail=detail, object_id=thing.id, time_s=time_s, gap_m=gap_m)
+    return RejectReason(code=code, detail=detail, object_id=thing.id, time_s=time_s, gap_m=gap_m)
 
 
-def drivable_area(case: CheckContext) -> list[Reject]:
+def drivable_area(case: CheckContext) -> list[RejectReason]:
     """Check that the body stays on the driving lanes."""
     return within(case, case.view.frame.drivable, RejectCode.OFF_LANES, "the driving lanes")
 
 
-def roadside(case: CheckContext) -> list[Reject]:
+def roadside(case: CheckContext) -> list[RejectReason]:
     """Check that the body stays where a vehicle may stop: driving lanes, parking lanes and shoulders."""
     return within(case, case.view.frame.roadside, RejectCode.OFF_ROAD, "the road")
 
 
-def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, what: str) -> list[Reject]:
+def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, what: str) -> list[RejectReason]:
     """Check that the body stays between two borders.
 
     Args:
@@ -204,7 +206,7 @@ def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, w
     over_right = np.interp(s, stations, low) - (case.path.d - case.reach)
     beyond = np.maximum(over_left, over_right)
     if case.path.end_s > case.view.frame.end_m:
-        return [Reject(code=RejectCode.OFF_ROAD, detail="the path runs beyond the known road")]
+        return [RejectReason(code=RejectCode.OFF_ROAD, detail="the path runs beyond the known road")]
     # An ego that already sticks out over an edge may leave it, but must not go further out and must end on the road.
     allowed = np.full(len(s), max(tolerance, float(beyond[0]) + case.policy.lanes.further_out_m))
     allowed[-1] = tolerance
@@ -212,10 +214,10 @@ def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, w
     if beyond[worst] <= allowed[worst]:
         return []
     detail = f"{beyond[worst]:.1f} m off {what}, {s[worst] - s[0]:.0f} m ahead"
-    return [Reject(code=code, detail=detail, gap_m=-float(beyond[worst]))]
+    return [RejectReason(code=code, detail=detail, gap_m=-float(beyond[worst]))]
 
 
-def speed(case: CheckContext) -> list[Reject]:
+def speed(case: CheckContext) -> list[RejectReason]:
     """Check the limits of the lanes, the speed cap, and that the ego can slow down to the path's final speed.
 
     The cap is low in a recovery and higher for a pass or a passenger's request. Limits and people may change while the
@@ -223,17 +225,17 @@ def speed(case: CheckContext) -> list[Reject]:
     been checked.
     """
     speeds, ends = case.policy.speeds, float(case.path.speed[-1])
-    quicker = too_quick(case)
+    quicker = check_speed_cap(case)
     if quicker is not None or case.running:
         return [quicker] if quicker else []
     left = float(case.quick.v[-1])
     if left > max(ends, MIN_SPEED_MPS) + speeds.tolerance_mps:
         detail = f"still at {left:.1f} m/s at the end of the path, which asks for {ends:.1f} m/s"
-        return [Reject(code=RejectCode.OVERSPEED, detail=detail)]
+        return [RejectReason(code=RejectCode.OVERSPEED, detail=detail)]
     return []
 
 
-def stop_line(case: CheckContext) -> list[Reject]:
+def stop_line(case: CheckContext) -> list[RejectReason]:
     """Check that a stop line is crossed only at a green light, or at a creep after a stop at a dark light or stop sign.
 
     Only an operator may approve crossing at a red light, and only at a creep. While a plan runs, a line is ignored if
@@ -252,12 +254,16 @@ def stop_line(case: CheckContext) -> list[Reject]:
             continue
         if light and control.state is not LightState.OFF:
             state = control.state.value if control.state else "unknown"
-            if not (case.approvals.cover("red_light", Release.OPERATOR) and _creeps_over(case, control.distance_m)):
-                return [Reject(code=RejectCode.RED_LIGHT, detail=f"{state} light {control.distance_m:.0f} m ahead")]
+            if not (
+                case.approvals.cover("red_light", ApprovalLevel.OPERATOR) and _creeps_over(case, control.distance_m)
+            ):
+                return [
+                    RejectReason(code=RejectCode.RED_LIGHT, detail=f"{state} light {control.distance_m:.0f} m ahead")
+                ]
         elif (light or control.kind is ControlKind.STOP_SIGN) and not _was_stopped_at(case, control.distance_m):
             what = "dark light (an all-way stop)" if light else "stop sign"
             detail = f"{what} {control.distance_m:.0f} m ahead: stop at it first, then creep"
-            return [Reject(code=RejectCode.STOP_LINE, detail=detail)]
+            return [RejectReason(code=RejectCode.STOP_LINE, detail=detail)]
     return []
 
 

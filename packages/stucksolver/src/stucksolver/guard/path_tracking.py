@@ -13,19 +13,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from stucksolver.guard.numerics import EPSILON, way_to_stop
+from stucksolver.guard.numerics import EPSILON, stopping_distance_m
 from stucksolver.guard.policy import TrackingPolicy
-from stucksolver.plan.frenet_path import STEP_M, Manoeuvre, body_heading
+from stucksolver.plan.frenet_path import STEP_M, FrenetPath, body_heading
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.frenet_scene import FrenetScene
 
 
-def tracked(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy, *, reverse: bool = False) -> Manoeuvre:
+def tracked_path(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy, *, reverse: bool = False) -> FrenetPath:
     """Return the path as the ego drives it from its real pose: the same stations, with offsets and headings of the
     body.
 
     With `reverse`, `view` and `path` are in the frame of `FrenetScene.backwards`, and the body straightens as it goes.
-    That takes steering; `swung` is the motion without it.
+    That takes steering; `swing_out_motion` is the motion without it.
     """
     target = path.d + _kept_error(path, view, policy)
     if reverse:
@@ -42,27 +42,27 @@ def tracked(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy, *, rever
     return replace(path, d=offsets, yaw=headings)
 
 
-def swung(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy, lag_s: float) -> Manoeuvre | None:
+def swing_out_motion(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy, lag_s: float) -> FrenetPath | None:
     """Return the motion of an ego that backs up askew with straight wheels, until its tracking error ends the plan.
 
-    `path` and `view` are as for `tracked` with `reverse`. None if the body points along the path.
+    `path` and `view` are as for `tracked_path` with `reverse`. None if the body points along the path.
     """
     askew = view.ego_yaw - float(path.heading()[0])
     if abs(askew) < policy.askew_rad:
         return None
-    way_m = way_to_stop(float(path.speed.max()), view.ego.limits.comfort_braking_mps2, lag_s)
+    way_m = stopping_distance_m(float(path.speed.max()), view.ego.limits.comfort_braking_mps2, lag_s)
     ends_m = policy.error_m + math.sin(abs(askew)) * way_m
     beside = view.ego_d - path.d[0] + math.tan(askew) * (path.s - path.s[0])
     return replace(path, d=path.d + np.clip(beside, -ends_m, ends_m), yaw=np.full(len(path.s), view.ego_yaw))
 
 
-def _kept_error(path: Manoeuvre, view: FrenetScene, policy: TrackingPolicy) -> Array:
+def _kept_error(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy) -> Array:
     """(stations,): lateral offset of the body's centre from the path (m, left positive)."""
     error = view.ego_d - float(path.d[0])
     if abs(error) < policy.beside_m:
         return np.zeros(len(path.s))
     speed = abs(view.ego.speed_mps)
-    kept = way_to_stop(speed, view.ego.limits.comfort_braking_mps2, policy.kept_s)
+    kept = stopping_distance_m(speed, view.ego.limits.comfort_braking_mps2, policy.kept_s)
     beyond = np.clip((path.s - path.s[0] - kept) / policy.worked_off_m, 0.0, 1.0)
     result: Array = error * (1 + np.cos(np.pi * beyond)) / 2
     return result

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.numerics import way_to_stop
-from stucksolver.guard.through_traffic import StraightOn, straight_on
+from stucksolver.guard.numerics import stopping_distance_m
+from stucksolver.guard.through_traffic import ThroughTraffic, straight_on
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.frenet import Array, Mask
 
@@ -62,7 +62,7 @@ def profiles(case: CheckContext, t: Array) -> Array:
     return result
 
 
-def standing_gaps(case: CheckContext, which: Array, aside_m: float = 0.0, part: float = 1.0) -> Array:
+def stationary_gaps(case: CheckContext, which: Array, aside_m: float = 0.0, part: float = 1.0) -> Array:
     """(stations, objects): gaps to stationary objects, for the ego at each station of the path (m).
 
     `aside_m` widens the objects on each side (m), and only the middle `part` of their length counts (1: all of it).
@@ -76,7 +76,7 @@ def standing_gaps(case: CheckContext, which: Array, aside_m: float = 0.0, part: 
     )
 
 
-def gaps_as_it_points(case: CheckContext, which: Array, way_m: float) -> Array:
+def gaps_at_heading(case: CheckContext, which: Array, way_m: float) -> Array:
     """(places, objects): gaps to stationary objects while the ego drives `way_m` straight at its present heading (m).
 
     The places are no further apart than the gap that counts as contact, so that no corner is skipped.
@@ -91,7 +91,7 @@ def gaps_as_it_points(case: CheckContext, which: Array, way_m: float) -> Array:
     )
 
 
-def drifted_to(case: CheckContext, which: Array) -> Mask:
+def is_on_drift_side(case: CheckContext, which: Array) -> Mask:
     """(objects,): True for those on the ego's side of the path, if its lateral error exceeds that of localisation."""
     if abs(case.error_m) < case.policy.tracking.beside_m:
         return np.zeros(len(which), bool)
@@ -131,7 +131,7 @@ def moving_gaps(case: CheckContext, stations: Array, which: Array, t: Array) -> 
 
 
 def _gaps_straight_on(
-    case: CheckContext, stations: Array, offset: Array, heading: Array, which: Array, straight: StraightOn, t: Array
+    case: CheckContext, stations: Array, offset: Array, heading: Array, which: Array, straight: ThroughTraffic, t: Array
 ) -> Array:
     """(profiles, instants, members): gaps to objects that go straight on in the plane, or brake (m); infinite if far
     away.
@@ -213,4 +213,4 @@ def _stops_before(case: CheckContext, i: int) -> bool:
     room = np.abs(path.d - view.d[i]) - case.reach - view.across[i]
     meets = np.flatnonzero(room < case.room_m(i))
     way_m = float(path.s[meets[0]] - path.s[0]) if len(meets) else np.inf
-    return way_m > way_to_stop(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)
+    return way_m > stopping_distance_m(ego.speed_mps, ego.limits.comfort_braking_mps2, case.policy.stopping.lag_s)

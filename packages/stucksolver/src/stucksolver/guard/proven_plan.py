@@ -13,14 +13,14 @@ from stucksolver.guard import path_checks as checks
 from stucksolver.guard.adjacent_traffic import from_behind
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.policy import NOBODY, Approvals
-from stucksolver.guard.sight_distance import seen
-from stucksolver.guard.verdict import Reject
+from stucksolver.guard.sight_distance import check_sight_distance
+from stucksolver.guard.verdict import RejectReason
 from stucksolver.plan.behaviors import Behavior, Check
-from stucksolver.plan.frenet_path import Manoeuvre
+from stucksolver.plan.frenet_path import FrenetPath
 from stucksolver.scene.frenet import Mask
 
-CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
-    Check.COLLISION: lambda case: checks.collision(case) + from_behind(case) + seen(case),
+CHECKS: dict[Check, Callable[[CheckContext], list[RejectReason]]] = {
+    Check.COLLISION: lambda case: checks.collision(case) + from_behind(case) + check_sight_distance(case),
     Check.DRIVABLE_AREA: checks.drivable_area,
     Check.SPEED: checks.speed,
     Check.STOP_LINE: checks.stop_line,
@@ -31,9 +31,9 @@ CHECKS: dict[Check, Callable[[CheckContext], list[Reject]]] = {
     Check.OFF_ROUTE: traffic_rules.off_route,
     Check.STOPPING_PLACE: traffic_rules.stopping_place,
     Check.BACKING_PLACE: back_up.backing_place,
-    Check.SEEN_FREE: traffic_rules.seen_free,
+    Check.SEEN_FREE: traffic_rules.check_lane_visible,
     Check.PASSABLE: passable_obstacles.passable,
-    Check.PATIENCE: passable_obstacles.patience,
+    Check.PATIENCE: passable_obstacles.check_wait_elapsed,
     Check.MARKING: marking.marking,
     Check.ONCOMING: oncoming_lane.oncoming,
     Check.LANE_ENTRY: lane_entry.lane_entry,
@@ -43,7 +43,7 @@ SETTLED = frozenset({Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITHIN_LANE})
 
 
 @dataclass(frozen=True)
-class Proven:
+class ProvenPlan:
     """Behaviours laid out as one path; `Guard.accept` returns them only if it accepts them.
 
     Attributes:
@@ -60,7 +60,7 @@ class Proven:
     """
 
     behaviors: tuple[Behavior, ...]
-    path: Manoeuvre
+    path: FrenetPath
     ends_s: tuple[float, ...]
     no_stop: Mask
     expected_s: float

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.lane_entry import is_due
+from stucksolver.guard.lane_entry import must_be_proven_now
 from stucksolver.guard.rss import rss_distance
-from stucksolver.guard.verdict import Reject
+from stucksolver.guard.verdict import RejectReason
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.road import LaneDirection, LaneKind
 
 
-def seen(case: CheckContext) -> list[Reject]:
+def check_sight_distance(case: CheckContext) -> list[RejectReason]:
     """Check that the ego sees far enough ahead to stop, and in lanes that it enters also far enough back.
 
     Far enough back means that traffic from there can brake behind the ego.
@@ -26,7 +26,7 @@ def seen(case: CheckContext) -> list[Reject]:
         if lane.strip.direction is LaneDirection.OPPOSITE or lane is home:
             continue
         inside = case.first_entries(lane)
-        if not len(inside) or not is_due(case, int(inside[0])):
+        if not len(inside) or not must_be_proven_now(case, int(inside[0])):
             continue
         if lane.strip.kind is LaneKind.DRIVING:
             found += _ahead(case, lane) + _behind(case, lane, int(inside[0]), _limit(case, lane))
@@ -35,7 +35,7 @@ def seen(case: CheckContext) -> list[Reject]:
     return found[:1]
 
 
-def _ahead(case: CheckContext, lane: Lane) -> list[Reject]:
+def _ahead(case: CheckContext, lane: Lane) -> list[RejectReason]:
     view, limits, policy = case.view, case.view.ego.limits, case.policy.sight
     speed = float(case.quick.v.max())
     stop_m = speed**2 / (2 * limits.comfort_braking_mps2) + policy.reacts_s * speed + policy.margin_m
@@ -46,7 +46,7 @@ def _ahead(case: CheckContext, lane: Lane) -> list[Reject]:
     return [_unseen(f"sees {have:.0f} m ahead, needs {needed:.0f} m", have - needed)]
 
 
-def _behind(case: CheckContext, lane: Lane, k: int, speed_mps: float) -> list[Reject]:
+def _behind(case: CheckContext, lane: Lane, k: int, speed_mps: float) -> list[RejectReason]:
     """Check that unseen traffic at `speed_mps` (m/s) could still brake if the ego enters at station `k`.
 
     Traffic that comes into sight while a stop before the entry is possible is seen in time, whatever its speed.
@@ -86,5 +86,5 @@ def _limit(case: CheckContext, lane: Lane) -> float:
     return lane.strip.speed_limit_mps or case.policy.oncoming.unknown_limit_mps
 
 
-def _unseen(detail: str, gap_m: float) -> Reject:
-    return Reject(code=RejectCode.UNSEEN, detail=detail, gap_m=gap_m)
+def _unseen(detail: str, gap_m: float) -> RejectReason:
+    return RejectReason(code=RejectCode.PATH_NOT_VISIBLE, detail=detail, gap_m=gap_m)

@@ -6,11 +6,11 @@ import numpy as np
 
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import EPSILON
-from stucksolver.guard.path_tracking import tracked
+from stucksolver.guard.path_tracking import tracked_path
 from stucksolver.guard.policy import GuardPolicy
-from stucksolver.guard.prediction import standing_gaps
-from stucksolver.guard.verdict import Reject
-from stucksolver.plan.frenet_path import Manoeuvre
+from stucksolver.guard.prediction import stationary_gaps
+from stucksolver.guard.verdict import RejectReason
+from stucksolver.plan.frenet_path import FrenetPath
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet import Array, Lane, Mask
@@ -61,13 +61,13 @@ def _limit_mps(lane: Lane, policy: GuardPolicy) -> float | None:
     return max(speeds.creep_mps, known)
 
 
-def within_limits(path: Manoeuvre, view: FrenetScene, policy: GuardPolicy, *, reverse: bool) -> Manoeuvre:
+def within_limits(path: FrenetPath, view: FrenetScene, policy: GuardPolicy, *, reverse: bool) -> FrenetPath:
     """Return a path slowed for doors, and to the limits of its lanes where it is no quicker than a recovery.
 
     Recovery speed is what behaviours ask for wherever they are. A plan that asks for more is to know the limits, and is
-    refused above them (`too_quick`).
+    refused above them (`check_speed_cap`).
     """
-    case = CheckContext(view, tracked(path, view, policy.tracking, reverse=reverse), policy)
+    case = CheckContext(view, tracked_path(path, view, policy.tracking, reverse=reverse), policy)
     slow = path.speed <= policy.speeds.recovery_mps + EPSILON
     return path.no_quicker(np.minimum(np.where(slow, limits_mps(case), np.inf), _beside_doors_mps(case, slow)))
 
@@ -84,7 +84,7 @@ def drawn_to_doors(case: CheckContext, speed: Array) -> Array:
     return room_m if case.running else room_m + tracking.beside_m
 
 
-def brakes_for_door(case: CheckContext, rejects: list[Reject]) -> float | None:
+def brakes_for_door(case: CheckContext, rejects: list[RejectReason]) -> float | None:
     """Return how hard to brake before the reach of a door (m/s²): as `drawn_to_doors` counts; None without a door."""
     near = any(reject.code is RejectCode.DOOR for reject in rejects)
     return case.view.ego.limits.max_braking_mps2 if near else None
@@ -104,7 +104,7 @@ def _beside_doors_mps(case: CheckContext, slow: Mask) -> Array:
     )
     if not len(which):
         return fastest
-    reach = standing_gaps(case, which, aside_m=doors.reach_m, part=doors.part_of_length)
+    reach = stationary_gaps(case, which, aside_m=doors.reach_m, part=doors.part_of_length)
     slows_s = np.maximum((reach - tracking.beside_m) / tracking.drift_mps - case.policy.stopping.lag_s, 0.0)
     allowed = case.policy.speeds.creep_mps + view.ego.limits.max_braking_mps2 * slows_s
     aside_m = case.policy.speeds.doors_aside_m + case.policy.clearance.nearer_m
@@ -119,7 +119,7 @@ def may_open(thing: TrackedObject, parked_s: float) -> bool:
     return thing.kind in DOORED and (thing.stationary_s is None or thing.stationary_s >= parked_s)
 
 
-def too_quick(case: CheckContext) -> Reject | None:
+def check_speed_cap(case: CheckContext) -> RejectReason | None:
     """Return the reason against a plan that asks for more than its cap or the limit of a lane; None if it does not."""
     speeds, asked = case.policy.speeds, case.path.speed
     limits = limits_mps(case)
@@ -128,13 +128,13 @@ def too_quick(case: CheckContext) -> Reject | None:
         k = int(np.where(over, asked - limits, -np.inf).argmax())
         away = case.path.s[k] - case.path.s[0]
         detail = f"asks for {asked[k]:.1f} m/s; the limit {away:.0f} m ahead is {limits[k]:.1f} m/s"
-        return Reject(code=RejectCode.OVERSPEED, detail=detail)
+        return RejectReason(code=RejectCode.OVERSPEED, detail=detail)
     most = float(asked.max())
     if most <= speeds.recovery_mps + EPSILON or most <= (cap := cap_mps(case)) + EPSILON:
         return None
     beside = _somebody_beside(case)
     why = "" if beside is None else f" beside {case.view.objects[beside].kind.value} {case.view.objects[beside].id}"
-    return Reject(code=RejectCode.OVERSPEED, detail=f"asks for {most:.1f} m/s; the cap is {cap:.1f} m/s{why}")
+    return RejectReason(code=RejectCode.OVERSPEED, detail=f"asks for {most:.1f} m/s; the cap is {cap:.1f} m/s{why}")
 
 
 def _passes_who_moves(case: CheckContext) -> bool:
@@ -157,7 +157,7 @@ def _somebody_beside(case: CheckContext) -> int | None:
     aside_m, part = speeds.doors_aside_m - used_m, case.policy.doors.part_of_length
     for which, gaps in (
         (people, _gaps_on_the_way(case, people, speeds.people_aside_m - used_m)),
-        (doors, standing_gaps(case, doors, aside_m=aside_m, part=part)),
+        (doors, stationary_gaps(case, doors, aside_m=aside_m, part=part)),
     ):
         if len(which) and (gap := gaps[quick].min(axis=0)).min() < 0.0:
             return int(which[int(gap.argmin())])
@@ -171,7 +171,7 @@ def _gaps_on_the_way(case: CheckContext, which: Array, aside_m: float) -> Array:
     on foot may also stay.
     """
     view = case.view
-    now = np.where(view.on_foot[which], standing_gaps(case, which, aside_m=aside_m), np.inf)
+    now = np.where(view.on_foot[which], stationary_gaps(case, which, aside_m=aside_m), np.inf)
     middle_s = ((case.slow.t + case.quick.t) / 2)[:, None]
     half_s = (np.abs(case.slow.t - case.quick.t) / 2)[:, None]
     swept = separation(

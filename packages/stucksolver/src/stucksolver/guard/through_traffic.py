@@ -16,7 +16,7 @@ from stucksolver.scene.road import Zone, ZoneKind
 
 
 @dataclass(frozen=True)
-class StraightOn:
+class ThroughTraffic:
     """Straight paths of objects in the local frame.
 
     Attributes:
@@ -39,7 +39,7 @@ class StraightOn:
         return len(self.member)
 
 
-def straight_on(case: CheckContext, which: Array) -> StraightOn:
+def straight_on(case: CheckContext, which: Array) -> ThroughTraffic:
     """Return the straight paths of those among `which` that go straight on."""
     view = case.view
     rows = []
@@ -52,8 +52,8 @@ def straight_on(case: CheckContext, which: Array) -> StraightOn:
         elif zone is not None:
             x, y, along = view.frame.to_local(np.array([zone.end_m]), view.d[[int(i)]])
             rows.append((member, x[0], y[0], along[0] + math.pi, speed, float(view.s[i]) - zone.end_m))
-    columns = np.array(rows, dtype=np.float64).reshape(-1, len(fields(StraightOn))).T
-    return StraightOn(columns[0].astype(np.int64), *columns[1:])
+    columns = np.array(rows, dtype=np.float64).reshape(-1, len(fields(ThroughTraffic))).T
+    return ThroughTraffic(columns[0].astype(np.int64), *columns[1:])
 
 
 def goes_straight(case: CheckContext, index: int) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.numerics import EPSILON
-from stucksolver.guard.verdict import Reject
+from stucksolver.guard.verdict import RejectReason
 from stucksolver.plan.frenet_path import landing_m
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet import Array, Lane
@@ -16,7 +16,7 @@ from stucksolver.scene.road import LaneDirection, LaneKind, Zone, ZoneKind
 IN_A_SCENE = (ObjectKind.FLAGGER, ObjectKind.CROSSING_GATE, ObjectKind.SCHOOL_BUS, ObjectKind.EMERGENCY)
 
 
-def off_route(case: CheckContext) -> list[Reject]:
+def off_route(case: CheckContext) -> list[RejectReason]:
     """Check that the plan does not leave the route's own lane for too far or too long."""
     policy, path = case.policy.lanes, case.path
     home = case.view.frame.lane_at(float(path.s[0]), 0.0)
@@ -34,10 +34,10 @@ def off_route(case: CheckContext) -> list[Reject]:
     detail = (
         f"{way:.0f} m and {time:.0f} s off the route; at most {policy.off_route_m:.0f} m and {policy.off_route_s:.0f} s"
     )
-    return [Reject(code=RejectCode.OFF_ROUTE, detail=detail, time_s=time, gap_m=policy.off_route_m - way)]
+    return [RejectReason(code=RejectCode.OFF_ROUTE, detail=detail, time_s=time, gap_m=policy.off_route_m - way)]
 
 
-def authority(case: CheckContext) -> list[Reject]:
+def authority(case: CheckContext) -> list[RejectReason]:
     """Check that a level crossing, school bus, flagger or emergency scene is passed only with approval.
 
     An emergency scene needs none if the ego moves over by a whole lane.
@@ -63,7 +63,7 @@ def authority(case: CheckContext) -> list[Reject]:
         if rule != "emergency_scene" or not _moves_over(case, i):
             found.append((rule, thing.id))
     return [
-        Reject(
+        RejectReason(
             code=RejectCode.AUTHORITY,
             detail=f"{rule.replace('_', ' ')}: needs approval from the {policy.scene_release(rule).value}",
             object_id=who,
@@ -73,7 +73,7 @@ def authority(case: CheckContext) -> list[Reject]:
     ]
 
 
-def off_rails(case: CheckContext) -> list[Reject]:
+def off_rails(case: CheckContext) -> list[RejectReason]:
     """Check, at the start, that no part of the body is on rails where the path ends or the stack takes over."""
     if case.running:
         return []
@@ -85,7 +85,7 @@ def off_rails(case: CheckContext) -> list[Reject]:
     for zone in view.surroundings.road.zones:
         on = zone.start_m < end + half + case.policy.lanes.overrun_m and takes_over - half < zone.end_m
         if zone.kind is ZoneKind.LEVEL_CROSSING and on:
-            return [Reject(code=RejectCode.STOPPING_PLACE, detail="the plan would end on a level crossing")]
+            return [RejectReason(code=RejectCode.STOPPING_PLACE, detail="the plan would end on a level crossing")]
     return []
 
 
@@ -127,19 +127,19 @@ def _scene_of(thing: TrackedObject, stands_mps: float) -> str | None:
     return "emergency_scene" if thing.kind is ObjectKind.EMERGENCY and thing.emergency_lights is not False else None
 
 
-def creep_speed(case: CheckContext) -> list[Reject]:
+def creep_speed(case: CheckContext) -> list[RejectReason]:
     """Check that behaviours that must be slow keep to walking pace."""
     asked, cap = float(case.path.speed.max()), case.policy.speeds.creep_mps
     if asked <= cap + EPSILON:
         return []
-    return [Reject(code=RejectCode.OVERSPEED, detail=f"asks for {asked:.1f} m/s; walking pace is {cap:.1f} m/s")]
+    return [RejectReason(code=RejectCode.OVERSPEED, detail=f"asks for {asked:.1f} m/s; walking pace is {cap:.1f} m/s")]
 
 
-def within_lane(case: CheckContext) -> list[Reject]:
+def within_lane(case: CheckContext) -> list[RejectReason]:
     """Check that the body stays within the lane in which the path begins."""
     lane = case.start_lane
     if lane is None:
-        return [Reject(code=RejectCode.LEAVES_LANE, detail="the vehicle is in no lane")]
+        return [RejectReason(code=RejectCode.LEAVES_LANE, detail="the vehicle is in no lane")]
     s, d, policy = case.path.s, case.path.d, case.policy.lanes
     over: Array = np.maximum(
         d + case.reach - np.interp(s, lane.s, lane.left), np.interp(s, lane.s, lane.right) - (d - case.reach)
@@ -147,31 +147,31 @@ def within_lane(case: CheckContext) -> list[Reject]:
     # At its present heading the ego may already reach over a border; it must not go further.
     if float(over.max()) <= max(policy.tolerance_m, float(over[0]) + policy.further_out_m):
         return []
-    return [Reject(code=RejectCode.LEAVES_LANE, detail=f"reaches {over.max():.1f} m out of its lane")]
+    return [RejectReason(code=RejectCode.LEAVES_LANE, detail=f"reaches {over.max():.1f} m out of its lane")]
 
 
-def stopping_place(case: CheckContext) -> list[Reject]:
+def stopping_place(case: CheckContext) -> list[RejectReason]:
     """Check that the ego may stop where the path ends: in no junction, crosswalk, level crossing or oncoming lane."""
     end = case.path.end_s
     zone = case.view.zone_at(end) or case.view.zone_at(end + case.policy.lanes.overrun_m)
     if zone is not None:
         where = zone.kind.value.replace("_", " ")
-        return [Reject(code=RejectCode.STOPPING_PLACE, detail=f"the plan would end in a {where}")]
+        return [RejectReason(code=RejectCode.STOPPING_PLACE, detail=f"the plan would end in a {where}")]
     return no_oncoming_lane(case)
 
 
-def no_oncoming_lane(case: CheckContext) -> list[Reject]:
+def no_oncoming_lane(case: CheckContext) -> list[RejectReason]:
     """Check that the path does not end in a lane of oncoming traffic."""
     end = case.path.end_s
     for lane in case.view.frame.lanes:
         if lane.strip.kind is not LaneKind.DRIVING or lane.strip.direction is not LaneDirection.OPPOSITE:
             continue
         if lane.covers(end, end) and case.inside(lane)[-1]:
-            return [Reject(code=RejectCode.STOPPING_PLACE, detail="the plan would end in an oncoming lane")]
+            return [RejectReason(code=RejectCode.STOPPING_PLACE, detail="the plan would end in an oncoming lane")]
     return []
 
 
-def seen_free(case: CheckContext) -> list[Reject]:
+def check_lane_visible(case: CheckContext) -> list[RejectReason]:
     """Check that the lane is seen for the whole path plus a margin, for moves that a stack does not watch."""
     lane = case.start_lane
     seen = 0.0 if lane is None else case.view.sight_ahead_m(lane)
@@ -182,8 +182,10 @@ def seen_free(case: CheckContext) -> list[Reject]:
     if seen >= needed - (backing.look_m if case.running else 0.0):
         return []
     return [
-        Reject(
-            code=RejectCode.UNSEEN, detail=f"sees {seen:.0f} m of the path, needs {needed:.0f} m", gap_m=seen - needed
+        RejectReason(
+            code=RejectCode.PATH_NOT_VISIBLE,
+            detail=f"sees {seen:.0f} m of the path, needs {needed:.0f} m",
+            gap_m=seen - needed,
         )
     ]
 

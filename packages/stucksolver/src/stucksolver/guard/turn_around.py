@@ -14,8 +14,8 @@ import numpy as np
 
 from stucksolver.guard.policy import Approvals, GuardPolicy
 from stucksolver.guard.rss import rss_distance, step_off
-from stucksolver.guard.verdict import OK, Reject, Verdict, no_path
-from stucksolver.plan.behaviors import Abort, CannotPlan, Release, TurnRound
+from stucksolver.guard.verdict import OK, RejectReason, Verdict, no_path
+from stucksolver.plan.behaviors import AbortAction, ApprovalLevel, NoPathError, TurnAround
 from stucksolver.plan.multi_point_turn import POSE_STEP_M, Leg, corners, gaps_m, room_at_edges_m
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.failed_attempts import PlanFailure, RejectCode
@@ -39,7 +39,7 @@ class ProvenLeg:
         expected_s: Duration of this leg (s).
     """
 
-    behavior: TurnRound
+    behavior: TurnAround
     leg: Leg
     after_s: float
     expected_s: float
@@ -65,7 +65,7 @@ class ProvenLeg:
 
 
 def prove_turn(
-    behavior: TurnRound, view: FrenetScene, policy: GuardPolicy, approvals: Approvals
+    behavior: TurnAround, view: FrenetScene, policy: GuardPolicy, approvals: Approvals
 ) -> tuple[Verdict, ProvenLeg | None]:
     """Judge the whole rest of a turn from where the ego is. A turn without a path is refused with `NO_PATH`.
 
@@ -74,11 +74,11 @@ def prove_turn(
     """
     try:
         if abs(view.ego.speed_mps) > policy.stopping.rests_mps:
-            raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stop before it turns round")
+            raise NoPathError(PlanFailure.MUST_BE_STOPPED, "the vehicle must stop before it turns round")
         legs = behavior.legs(view)
         if not legs:
-            raise CannotPlan(PlanFailure.PRECONDITION, "the vehicle already faces the other way")
-    except CannotPlan as error:
+            raise NoPathError(PlanFailure.PRECONDITION, "the vehicle already faces the other way")
+    except NoPathError as error:
         return no_path(error), None
     took = [_duration_s(leg, view, behavior, policy) for leg in legs]
     after_s = sum(took[1:]) + policy.turning.shifts_s * (len(took) - 1)
@@ -96,7 +96,7 @@ def prove_turn(
 
 
 def unreleased_line(
-    behavior: TurnRound, at: tuple[float, float], view: FrenetScene, policy: GuardPolicy, approvals: Approvals
+    behavior: TurnAround, at: tuple[float, float], view: FrenetScene, policy: GuardPolicy, approvals: Approvals
 ) -> Verdict:
     """Judge in advance whether a later turn of a plan may cross the lines where it will begin.
 
@@ -117,7 +117,7 @@ def unreleased_line(
     later = FrenetScene(view.surroundings.model_copy(update={"ego": there}))
     try:
         legs = behavior.legs(later)
-    except CannotPlan:
+    except NoPathError:
         return OK
     return Verdict(rejects=tuple(_solid_line(later, _span(later, legs), policy, approvals))) if legs else OK
 
@@ -129,16 +129,16 @@ def recheck_leg(proven: ProvenLeg, view: FrenetScene, policy: GuardPolicy) -> Ve
     away = float(np.hypot(proven.leg.x_m[k] - view.ego.x_m, proven.leg.y_m[k] - view.ego.y_m))
     turn = float(np.cos(view.ego.yaw_rad - proven.leg.yaw_rad[k]))
     if away > policy.turning.error_m or turn < np.cos(policy.turning.error_rad):
-        off = Reject(code=RejectCode.DEVIATION, detail=f"{away:.1f} m off the proven leg", gap_m=away)
-        return Verdict(rejects=(off,), abort=Abort.STOP, brake_mps2=braking)
+        off = RejectReason(code=RejectCode.DEVIATION, detail=f"{away:.1f} m off the proven leg", gap_m=away)
+        return Verdict(rejects=(off,), abort=AbortAction.STOP, brake_mps2=braking)
     rest, speed = proven.rest(view), proven.behavior.speed_mps
     rejects = _standing(view, rest, policy, speed, running=True) + _moving(view, rest, policy, speed, running=True)
     if not rejects:
         return OK
-    return Verdict(rejects=tuple(rejects), abort=Abort.GIVE_WAY, brake_mps2=view.ego.limits.max_braking_mps2)
+    return Verdict(rejects=tuple(rejects), abort=AbortAction.YIELD, brake_mps2=view.ego.limits.max_braking_mps2)
 
 
-def _duration_s(leg: Leg, view: FrenetScene, behavior: TurnRound, policy: GuardPolicy) -> float:
+def _duration_s(leg: Leg, view: FrenetScene, behavior: TurnAround, policy: GuardPolicy) -> float:
     speed = min(policy.turning.slowest_mps, behavior.speed_mps)
     sets_off = speed / (policy.prediction.sluggish_acceleration * view.ego.limits.comfort_acceleration_mps2)
     return leg.length_m / speed + sets_off
@@ -150,17 +150,21 @@ def _span(view: FrenetScene, legs: tuple[Leg, ...]) -> tuple[float, float]:
     return float(s.min()), float(s.max())
 
 
-def _zones(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -> list[Reject]:
+def _zones(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -> list[RejectReason]:
     margin_m = policy.lanes.zone_margin_m
     for zone in view.surroundings.road.zones:
         if zone.start_m - margin_m < swept[1] and swept[0] < zone.end_m + margin_m:
-            return [Reject(code=RejectCode.ZONE, detail=f"the ego would turn in a {zone.kind.value.replace('_', ' ')}")]
+            return [
+                RejectReason(
+                    code=RejectCode.ZONE, detail=f"the ego would turn in a {zone.kind.value.replace('_', ' ')}"
+                )
+            ]
     return []
 
 
 def _solid_line(
     view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy, approvals: Approvals
-) -> list[Reject]:
+) -> list[RejectReason]:
     """Check that no kerb is crossed, and a solid line between lanes only as the policy allows."""
     lines = [
         lane.lines(max(swept[0], lane.start_m), min(swept[1], lane.end_m))
@@ -168,27 +172,27 @@ def _solid_line(
         if lane.strip.kind is LaneKind.DRIVING and lane.covers(view.ego_s, view.ego_s)
     ]
     if any(LineKind.KERB in found for found in lines):
-        return [Reject(code=RejectCode.OFF_ROAD, detail="the path crosses a kerb")]
+        return [RejectReason(code=RejectCode.OFF_ROAD, detail="the path crosses a kerb")]
     if not any(LineKind.SOLID in found for found in lines):
         return []
     if policy.solid_line == "forbid":
-        return [Reject(code=RejectCode.SOLID_LINE, detail="solid line: crossing is forbidden here")]
-    if not approvals.cover("solid_line", Release(policy.solid_line)):
+        return [RejectReason(code=RejectCode.SOLID_LINE, detail="solid line: crossing is forbidden here")]
+    if not approvals.cover("solid_line", ApprovalLevel(policy.solid_line)):
         why = f"solid line: crossing needs approval from the {policy.solid_line}"
-        return [Reject(code=RejectCode.SOLID_LINE, detail=why)]
+        return [RejectReason(code=RejectCode.SOLID_LINE, detail=why)]
     return []
 
 
-def _edges(view: FrenetScene, legs: tuple[Leg, ...], policy: GuardPolicy) -> list[Reject]:
+def _edges(view: FrenetScene, legs: tuple[Leg, ...], policy: GuardPolicy) -> list[RejectReason]:
     room = np.concatenate([room_at_edges_m(view, leg.x_m, leg.y_m, leg.yaw_rad) for leg in legs])
     least = min(policy.turning.edge_m, float(room[0]) - policy.lanes.further_out_m)
     if float(room.min()) >= least:
         return []
     detail = f"a corner would be {room.min():.1f} m from the edge of the road"
-    return [Reject(code=RejectCode.OFF_LANES, detail=detail, gap_m=float(room.min()))]
+    return [RejectReason(code=RejectCode.OFF_LANES, detail=detail, gap_m=float(room.min()))]
 
 
-def _sight(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -> list[Reject]:
+def _sight(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -> list[RejectReason]:
     """Check that each lane is seen so far that traffic at its speed limit can stop before the ego."""
     for lane in view.frame.lanes:
         if lane.strip.kind is not LaneKind.DRIVING or not lane.covers(view.ego_s, view.ego_s):
@@ -202,7 +206,7 @@ def _sight(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -
         if have < needed and not _ends(view, lane, have if ahead else -have, policy):
             where = "ahead" if ahead else "behind"
             detail = f"sees {have:.0f} m of the road {where}, needs {needed:.0f} m to turn"
-            return [Reject(code=RejectCode.UNSEEN, detail=detail, gap_m=have - needed)]
+            return [RejectReason(code=RejectCode.PATH_NOT_VISIBLE, detail=detail, gap_m=have - needed)]
     return []
 
 
@@ -218,7 +222,7 @@ def _ends(view: FrenetScene, lane: Lane, sight_m: float, policy: GuardPolicy) ->
     return bool((closing & in_lane & (np.abs(view.s - end_s) < sampled_m + view.along)).any())
 
 
-def _comes(view: FrenetScene, swept: tuple[float, float], turn_s: float, policy: GuardPolicy) -> list[Reject]:
+def _comes(view: FrenetScene, swept: tuple[float, float], turn_s: float, policy: GuardPolicy) -> list[RejectReason]:
     """Check that no traffic on the road, slightly faster than seen, reaches the turn before it is done."""
     until_s, oncoming = turn_s + policy.oncoming.time_gap_s, policy.oncoming
     for i in np.flatnonzero(view.moving & view.on_lane & ~view.on_foot & (np.abs(view.vs) > MOVING_MPS)):
@@ -230,7 +234,7 @@ def _comes(view: FrenetScene, swept: tuple[float, float], turn_s: float, policy:
         if not is_past and gap_m < (abs(float(view.vs[i])) + oncoming.speedup_mps) * until_s:
             thing = view.objects[int(i)]
             detail = f"{thing.kind.value} {thing.id} is approaching, {gap_m:.0f} m away; the turn takes {turn_s:.0f} s"
-            return [Reject(code=RejectCode.ONCOMING_GAP, detail=detail, object_id=thing.id, gap_m=gap_m)]
+            return [RejectReason(code=RejectCode.ONCOMING_GAP, detail=detail, object_id=thing.id, gap_m=gap_m)]
     return []
 
 
@@ -246,7 +250,7 @@ def _margins(view: FrenetScene, which: Array, policy: GuardPolicy, speed_mps: fl
 
 def _standing(
     view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float, running: bool = False
-) -> list[Reject]:
+) -> list[RejectReason]:
     which = np.flatnonzero(view.speed <= MOVING_MPS)
     if not len(which):
         return []
@@ -255,7 +259,9 @@ def _standing(
     return _too_near(view, which, gap, margin - (policy.clearance.tracked_gap_m if running else 0.0), policy)
 
 
-def _moving(view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float, running: bool = False) -> list[Reject]:
+def _moving(
+    view: FrenetScene, leg: Leg, policy: GuardPolicy, speed_mps: float, running: bool = False
+) -> list[RejectReason]:
     """Check moving objects against every pose that the ego, slow or fast, may have at each instant."""
     which = np.flatnonzero(view.speed > MOVING_MPS)
     if not len(which):
@@ -311,7 +317,7 @@ def _courses(view: FrenetScene, which: Array, t: Array, policy: GuardPolicy) -> 
     ]
 
 
-def _too_near(view: FrenetScene, which: Array, gap: Array, margin: Array, policy: GuardPolicy) -> list[Reject]:
+def _too_near(view: FrenetScene, which: Array, gap: Array, margin: Array, policy: GuardPolicy) -> list[RejectReason]:
     """Return a reason for the nearest object whose gap (poses, objects) falls below its margin and its present value.
 
     The first row of `gap` is the present one.
@@ -326,4 +332,4 @@ def _too_near(view: FrenetScene, which: Array, gap: Array, margin: Array, policy
     if worst[k] > 0.0 and view.vulnerable[int(which[k])]:
         code = RejectCode.CLEARANCE
     detail = f"{thing.kind.value} {thing.id}: gap {worst[k]:.1f} m in the turn"
-    return [Reject(code=code, detail=detail, object_id=thing.id, gap_m=float(worst[k]))]
+    return [RejectReason(code=code, detail=detail, object_id=thing.id, gap_m=float(worst[k]))]

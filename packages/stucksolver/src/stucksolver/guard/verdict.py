@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from stucksolver.plan.behaviors import Abort, CannotPlan
-from stucksolver.scene.base_model import Model
+from stucksolver.plan.behaviors import AbortAction, NoPathError
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.failed_attempts import PlanFailure, RejectCode
 
 
-class Reject(Model):
+class RejectReason(FrozenModel):
     """One reason against a plan, with the object, the time (s from now) and the gap (m) if they apply."""
 
     code: RejectCode
@@ -23,7 +23,7 @@ class Reject(Model):
     """The sight available (m), for the same code."""
 
 
-class SightProof(Model):
+class SightDistanceProof(FrozenModel):
     """Why a pass may begin: the sight needed and available in the oncoming lane (m), and the unchecked time (s)."""
 
     needed_m: float
@@ -31,7 +31,7 @@ class SightProof(Model):
     unseen_s: float
 
 
-class Verdict(Model):
+class Verdict(FrozenModel):
     """The guard's verdict. A plan is accepted if there are no reasons against it.
 
     Attributes:
@@ -41,10 +41,10 @@ class Verdict(Model):
         sight: The proof of an accepted pass through the oncoming lane.
     """
 
-    rejects: tuple[Reject, ...] = ()
-    abort: Abort | None = None
+    rejects: tuple[RejectReason, ...] = ()
+    abort: AbortAction | None = None
     brake_mps2: float | None = None
-    sight: SightProof | None = None
+    sight: SightDistanceProof | None = None
 
     @property
     def accepted(self) -> bool:
@@ -73,9 +73,9 @@ class Verdict(Model):
         return "; ".join(f"{r.code.value}: {r.detail}" for r in self.rejects)
 
 
-def no_path(error: CannotPlan) -> Verdict:
+def no_path(error: NoPathError) -> Verdict:
     """Return the verdict that refuses behaviours for which there is no path."""
-    return Verdict(rejects=(Reject(code=RejectCode.NO_PATH, detail=str(error), failure=error.failure),))
+    return Verdict(rejects=(RejectReason(code=RejectCode.NO_PATH, detail=str(error), failure=error.failure),))
 
 
 OK = Verdict()

@@ -13,9 +13,9 @@ import numpy as np
 
 from stucksolver.guard.abort_stops import stop_is_clear
 from stucksolver.guard.context import CheckContext
-from stucksolver.guard.numerics import way_to_stop
+from stucksolver.guard.numerics import stopping_distance_m
 from stucksolver.guard.prediction import moving_gaps, profiles, relevant
-from stucksolver.guard.verdict import Reject
+from stucksolver.guard.verdict import RejectReason
 from stucksolver.scene.frenet import Array, Mask
 from stucksolver.scene.road import ZoneKind
 
@@ -35,7 +35,7 @@ class Stop:
     soonest_m: float
 
 
-def yields_now(case: CheckContext, rejects: list[Reject], giving_way: bool) -> float | None:
+def yields_now(case: CheckContext, rejects: list[RejectReason], giving_way: bool) -> float | None:
     """Return how hard the ego must brake now (m/s²) so that it does not come to lie in a predicted path, or None; 0 if
     it must not brake yet.
 
@@ -53,14 +53,14 @@ def yields_now(case: CheckContext, rejects: list[Reject], giving_way: bool) -> f
     stopping, entry, ego = case.policy.stopping, case.policy.entry, case.view.ego
     gained_mps = ego.limits.comfort_acceleration_mps2 * entry.next_look_s
     next_mps, lag_s = max(ego.speed_mps, 0.0) + gained_mps, stopping.lag_s + entry.next_look_s
-    next_m = way_to_stop(next_mps, ego.limits.comfort_braking_mps2, lag_s)
+    next_m = stopping_distance_m(next_mps, ego.limits.comfort_braking_mps2, lag_s)
     if giving_way:
         next_m = max(next_m, stops_from_now(case, giving_way)[0].way_m + stopping.yields_ahead_m)
     return stop_out_of_paths(case, rejects, giving_way, next_m)
 
 
 def stop_out_of_paths(
-    case: CheckContext, rejects: list[Reject], giving_way: bool = False, later_m: float = math.inf
+    case: CheckContext, rejects: list[RejectReason], giving_way: bool = False, later_m: float = math.inf
 ) -> float | None:
     """Return how hard to brake for a stop that begins now and ends out of all predicted paths (m/s²).
 
@@ -172,7 +172,7 @@ def stops_from_now(case: CheckContext, giving_way: bool) -> list[Stop]:
     levels = ((limits.comfort_braking_mps2, case.policy.harm.touch_m), (limits.max_braking_mps2, 0.0))
     lags_s = (case.policy.stopping.lag_s, 0.0) if giving_way else (case.policy.stopping.lag_s,)
     return [
-        Stop(level, lag_s, way_to_stop(speed, level, lag_s), least_m, way_to_stop(speed, level, 0.0))
+        Stop(level, lag_s, stopping_distance_m(speed, level, lag_s), least_m, stopping_distance_m(speed, level, 0.0))
         for lag_s in lags_s
         for level, least_m in levels
     ]

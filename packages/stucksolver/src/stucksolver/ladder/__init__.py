@@ -10,23 +10,23 @@ from stucksolver.ladder.ladder_file import (
     profile,
     profile_text,
 )
-from stucksolver.ladder.rung_actions import AskPerson, AskReasoner, Assist, Move, Person, Resume, Screen
-from stucksolver.ladder.waits import Patience, Waits
+from stucksolver.ladder.rung_actions import AskPerson, AskReasoner, CallAssistance, CheckForWait, Move, Person, Resume
+from stucksolver.ladder.waits import WaitLimit, WaitPolicy
 
 __all__ = [
     "PROFILES",
     "Approval",
     "AskPerson",
     "AskReasoner",
-    "Assist",
+    "CallAssistance",
+    "CheckForWait",
     "Ladder",
     "LadderError",
     "Move",
-    "Patience",
     "Person",
     "Resume",
-    "Screen",
-    "Waits",
+    "WaitLimit",
+    "WaitPolicy",
     "find_ladder",
     "load_ladder",
     "parse_ladder",

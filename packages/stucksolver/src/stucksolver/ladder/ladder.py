@@ -7,22 +7,22 @@ from typing import Literal
 from pydantic import Field, field_validator
 
 from stucksolver.guard import GuardPolicy
-from stucksolver.ladder.rung_actions import Assist, Screen
+from stucksolver.ladder.rung_actions import CallAssistance, CheckForWait
 from stucksolver.ladder.rungs import AnyRung
 from stucksolver.ladder.rungs.distilled import DistilledRung
-from stucksolver.ladder.waits import Waits
-from stucksolver.plan.behaviors import REGISTRY, Release
-from stucksolver.scene.base_model import Model
+from stucksolver.ladder.waits import WaitPolicy
+from stucksolver.plan.behaviors import REGISTRY, ApprovalLevel
+from stucksolver.scene.base_model import FrozenModel
 
 
-class HandBack(Model):
+class HandBack(FrozenModel):
     """When an intervention is over."""
 
     progress_m: float = Field(default=15.0, gt=0)
     """New progress since the onset that proves the vehicle has recovered (m). Only then are the counters reset."""
 
 
-class AskedPatience(Model):
+class QuestionTimeouts(FrozenModel):
     """Factors on the longest waits for other vehicles, depending on what a passenger says about time."""
 
     hurry: float = Field(default=0.5, ge=0.25, le=1.0)
@@ -31,16 +31,16 @@ class AskedPatience(Model):
     """After "no hurry"."""
 
 
-class Words(Model):
+class GuidancePolicy(FrozenModel):
     """How a passenger's words are handled."""
 
     expire_s: float = Field(default=30.0, gt=0)
     claims_s: float = Field(default=60.0, gt=0, le=600)
     """How long claims about the world are believed, if they are believed at all (s)."""
-    patience: AskedPatience = AskedPatience()
+    patience: QuestionTimeouts = QuestionTimeouts()
 
 
-class Asking(Model):
+class QuestionSettings(FrozenModel):
     """Settings common to all questions."""
 
     recheck_s: float = Field(default=1.0, ge=0.1)
@@ -53,35 +53,35 @@ class Asking(Model):
     """Number of failed plans that the reasoner is told about."""
 
 
-class Approval(Model):
+class Approval(FrozenModel):
     """Who must approve what: `autonomous` (nobody), `passenger` or `operator`; for solid lines also `forbid`."""
 
     solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
-    authority: Release = Release.OPERATOR
+    authority: ApprovalLevel = ApprovalLevel.OPERATOR
     """Passing a school bus, level crossing or flagger."""
-    emergency_scene: Release = Release.OPERATOR
+    emergency_scene: ApprovalLevel = ApprovalLevel.OPERATOR
     """Passing a stopped emergency vehicle, unless the ego moves over by a whole lane, which needs no approval."""
-    behaviors: dict[str, Release] = Field(default_factory=dict)
+    behaviors: dict[str, ApprovalLevel] = Field(default_factory=dict)
     """By the behaviour's name; behaviours that are not listed keep their default."""
 
     @field_validator("behaviors")
     @classmethod
-    def _known(cls, behaviors: dict[str, Release]) -> dict[str, Release]:
+    def _known(cls, behaviors: dict[str, ApprovalLevel]) -> dict[str, ApprovalLevel]:
         for name in behaviors:
             if name not in REGISTRY:
                 raise ValueError(f"unknown behaviour {name!r}; choose from: {', '.join(REGISTRY)}")
         return behaviors
 
 
-class Ladder(Model):
+class Ladder(FrozenModel):
     """Rungs from the lowest to the highest. The solver climbs in one direction until the hand-back is verified."""
 
     version: Literal[1]
     name: str
     hand_back: HandBack = HandBack()
-    asking: Asking = Asking()
-    words: Words = Words()
-    waits: Waits
+    asking: QuestionSettings = QuestionSettings()
+    words: GuidancePolicy = GuidancePolicy()
+    waits: WaitPolicy
     approval: Approval = Approval()
     rungs: tuple[AnyRung, ...] = Field(alias="rung", min_length=1)
 
@@ -89,11 +89,11 @@ class Ladder(Model):
     @classmethod
     def _in_order(cls, rungs: tuple[AnyRung, ...]) -> tuple[AnyRung, ...]:
         moves = [rung.move() for rung in rungs]
-        if any(isinstance(move, Screen) for move in moves[1:]):
+        if any(isinstance(move, CheckForWait) for move in moves[1:]):
             raise ValueError("the rung `wait` must be the first")
-        if any(isinstance(move, Assist) for move in moves[:-1]):
+        if any(isinstance(move, CallAssistance) for move in moves[:-1]):
             raise ValueError("the rung `remote` must be the last: it stops the vehicle")
-        if all(isinstance(move, Screen) for move in moves):
+        if all(isinstance(move, CheckForWait) for move in moves):
             raise ValueError("a rung above `wait` is missing: add one of kind `rules`")
         return rungs
 

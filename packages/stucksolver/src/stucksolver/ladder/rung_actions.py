@@ -21,7 +21,7 @@ class Resume(str, Enum):
 
 
 @dataclass(frozen=True)
-class Screen:
+class CheckForWait:
     """Check by the rules whether waiting is right, now and before every question on the higher rungs."""
 
 
@@ -46,7 +46,7 @@ class AskPerson:
 
 
 @dataclass(frozen=True)
-class Assist:
+class CallAssistance:
     """Stop in the minimal risk condition and call for help."""
 
     pull_over: bool
@@ -55,4 +55,4 @@ class Assist:
     resume: Resume
 
 
-Move = Screen | AskReasoner | AskPerson | Assist
+Move = CheckForWait | AskReasoner | AskPerson | CallAssistance

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pydantic import Field
 
 from stucksolver.plan import WaitLimits, WaitReason
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 SEEING = ("queue_moved_within_s", "unknown_vehicle_s", "hazard_or_parked_s")
 NEVER_LONG = 1e9
 
 
-class Patience(Model):
+class WaitLimit(FrozenModel):
     """One reason to wait."""
 
     longest_s: float = Field(gt=0)
@@ -19,7 +19,7 @@ class Patience(Model):
     check_every_s: float = Field(default=3.0, ge=0.5, le=60)
 
 
-class Waits(Model):
+class WaitPolicy(FrozenModel):
     """The design's table of waits. The first three values say what must be *seen* for a reason to hold."""
 
     queue_moved_within_s: float = Field(default=60.0, ge=0)
@@ -28,14 +28,14 @@ class Waits(Model):
     """A stopped vehicle of unknown intent counts as an obstacle after this time (s), ..."""
     hazard_or_parked_s: float = Field(default=3.0, ge=0)
     """... and after this time if it has its hazard lights on or is in a parked position (s)."""
-    reasons: dict[WaitReason, Patience]
-    otherwise: Patience = Patience(longest_s=60.0, check_every_s=2.0)
+    reasons: dict[WaitReason, WaitLimit]
+    otherwise: WaitLimit = WaitLimit(longest_s=60.0, check_every_s=2.0)
     """For reasons that are not in the table."""
 
-    def patience(self, reason: WaitReason) -> Patience:
+    def patience(self, reason: WaitReason) -> WaitLimit:
         """Return how long to wait and how often to check; unlimited at the destination."""
         if reason is WaitReason.AT_DESTINATION:
-            return Patience(longest_s=NEVER_LONG)
+            return WaitLimit(longest_s=NEVER_LONG)
         return self.reasons.get(reason, self.otherwise)
 
     def is_wait(self, reason: WaitReason | None) -> bool:

@@ -11,8 +11,8 @@ from stucksolver.plan.decision import (
     RecoveryPlan,
 )
 from stucksolver.plan.directive import CONTINUE, Continue, Directive, Execute, PathPoint, Replan, SafeStop
-from stucksolver.plan.guidance_limits import as_said, decided_as_said
-from stucksolver.plan.intent_authorization import asks_for, releases
+from stucksolver.plan.guidance_limits import apply_guidance_limits, apply_limits_to_decision
+from stucksolver.plan.intent_authorization import intent_authorizes, plan_matches_intent
 from stucksolver.plan.lease import Lease
 from stucksolver.scene.interpretation import GuidanceIntent
 
@@ -38,8 +38,8 @@ __all__ = [
     "SafeStop",
     "WaitLimits",
     "WaitReason",
-    "as_said",
-    "asks_for",
-    "decided_as_said",
-    "releases",
+    "apply_guidance_limits",
+    "apply_limits_to_decision",
+    "intent_authorizes",
+    "plan_matches_intent",
 ]

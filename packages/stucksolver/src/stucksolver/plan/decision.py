@@ -11,14 +11,14 @@ from pydantic import Field
 
 from stucksolver.plan.behaviors.registry import AnyBehavior
 from stucksolver.plan.codes import CauseCode, Intent, WaitReason
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.interpretation import GuidanceIntent
 from stucksolver.scene.objects import ObjectKind
 from stucksolver.scene.scene import LaneRelation
 from stucksolver.scene.surroundings import ControlKind, LightState
 
 
-class ObservedControl(Model):
+class ObservedControl(FrozenModel):
     """A traffic control as the reasoner sees it."""
 
     kind: ControlKind
@@ -28,7 +28,7 @@ class ObservedControl(Model):
     """Distance along the route (m); None if only the image shows the control."""
 
 
-class Participant(Model):
+class Participant(FrozenModel):
     """A relevant road user or obstacle, with its lane and its intent."""
 
     object_id: str
@@ -38,7 +38,7 @@ class Participant(Model):
     intent: Intent
 
 
-class Observation(Model):
+class Observation(FrozenModel):
     """Step 1: what the reasoner observes."""
 
     controls: tuple[ObservedControl, ...]
@@ -46,7 +46,7 @@ class Observation(Model):
     summary: str
 
 
-class AnalysisStep(Model):
+class AnalysisStep(FrozenModel):
     """One question of the chain."""
 
     id: str
@@ -56,7 +56,7 @@ class AnalysisStep(Model):
     evidence: str
 
 
-class Analysis(Model):
+class Analysis(FrozenModel):
     """Step 2: the questions of the chain, and what follows from them."""
 
     steps: tuple[AnalysisStep, ...]
@@ -68,7 +68,7 @@ class Analysis(Model):
     reason: str
 
 
-class RecoveryPlan(Model):
+class RecoveryPlan(FrozenModel):
     """Step 3: behaviours to perform in order, and whether to plan the route again."""
 
     behaviors: tuple[AnyBehavior, ...] = Field(min_length=1, max_length=6)
@@ -77,7 +77,7 @@ class RecoveryPlan(Model):
     """Id of a candidate waypoint of the scene; None to replan from here."""
 
 
-class Decision(Model):
+class Decision(FrozenModel):
     """A reasoner's decision. `plan` is None if nothing should be done, or nothing safe can be."""
 
     version: Literal[1] = 1

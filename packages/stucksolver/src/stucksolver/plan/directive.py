@@ -9,13 +9,13 @@ from typing import Annotated, Literal
 from pydantic import Field, TypeAdapter
 
 from stucksolver.plan.behaviors.registry import AnyBehavior
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 EXPIRES_TICKS = 10
 """Half a second at CARLA's 20 Hz, like the greatest age of surroundings that the guard accepts."""
 
 
-class PathPoint(Model):
+class PathPoint(FrozenModel):
     """A point of the proven path in the local frame of the surroundings, with an upper bound on the speed.
 
     `no_stop` is True where a stop would end where no vehicle should stop; finishing the path has been proven.
@@ -27,13 +27,13 @@ class PathPoint(Model):
     no_stop: bool = False
 
 
-class Continue(Model):
+class Continue(FrozenModel):
     """Drive as if StuckSolver were not there."""
 
     kind: Literal["continue"] = "continue"
 
 
-class Execute(Model):
+class Execute(FrozenModel):
     """Perform a behaviour. The same object is returned for as long as the same stretch is to be driven.
 
     An order is valid for `expires_ticks` ticks of the stack's clock, unless `step` returns it or another one again.
@@ -70,14 +70,14 @@ class Execute(Model):
         return sum(math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) for a, b in pairwise(rest))
 
 
-class Replan(Model):
+class Replan(FrozenModel):
     """Replan the route, from a candidate waypoint of the scene or from here (None)."""
 
     kind: Literal["replan"] = "replan"
     route_start: str | None = None
 
 
-class SafeStop(Model):
+class SafeStop(FrozenModel):
     """Stop with hazard lights on and stay until another directive; nothing more can be done here."""
 
     kind: Literal["safe_stop"] = "safe_stop"

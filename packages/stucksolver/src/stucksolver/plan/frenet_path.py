@@ -18,7 +18,7 @@ HAND_BACK_BRAKING_MPS2 = 2.5
 
 
 @dataclass(frozen=True)
-class Manoeuvre:
+class FrenetPath:
     """A path: stations every `STEP_M` along the road, with lateral offsets and upper bounds on the speed.
 
     A manoeuvre in reverse is in the frame of `FrenetScene.backwards`.
@@ -70,16 +70,16 @@ class Manoeuvre:
         """
         return self.yaw if self.yaw is not None else body_heading(self.heading(), yaw_rad, wheelbase_m / 2)
 
-    def from_station(self, s: float) -> Manoeuvre:
+    def from_station(self, s: float) -> FrenetPath:
         """Return the rest of it from arc length `s` (m) to its end; at least its last two stations."""
         left = np.arange(max(s, float(self.s[0])), self.end_s - STEP_M / 2, STEP_M)
         stations: Array = np.append(left, self.end_s) if len(left) else self.s[-2:]
         d, speed = np.interp(stations, self.s, self.d), np.interp(stations, self.s, self.speed)
         return replace(self, s=stations, d=d, speed=speed, yaw=None)
 
-    def then(self, other: Manoeuvre) -> Manoeuvre:
+    def then(self, other: FrenetPath) -> FrenetPath:
         """Return this manoeuvre followed by another one that starts where this one ends."""
-        return Manoeuvre(
+        return FrenetPath(
             np.concatenate([self.s, other.s[1:]]),
             np.concatenate([self.d, other.d[1:]]),
             np.concatenate([self.speed, other.speed[1:]]),
@@ -90,14 +90,14 @@ class Manoeuvre:
             other.stops,
         )
 
-    def stopping(self) -> Manoeuvre:
+    def stopping(self) -> FrenetPath:
         """Return the same manoeuvre, but with a stop at its end."""
         room = np.maximum(self.end_s - self.s, 0.0)
         speed = np.minimum(self.speed, np.maximum(np.sqrt(2 * SOFT_BRAKING_MPS2 * room), LEAST_MPS))
         speed[-1] = 0.0
         return replace(self, speed=speed, stops=True)
 
-    def no_quicker(self, limits_mps: Array) -> Manoeuvre:
+    def no_quicker(self, limits_mps: Array) -> FrenetPath:
         """Return the same manoeuvre within speed limits (stations,) (m/s); it brakes softly before a lower one."""
         over = self.speed > limits_mps
         if not over.any():
@@ -126,9 +126,9 @@ def body_heading(course_rad: Array, yaw_rad: float, lever_m: float) -> Array:
     return np.array(found)
 
 
-def coming_back(
+def return_path(
     start: tuple[float, float], back_s: float, length_m: float, end_s: float, beside_mps: float, view: FrenetScene
-) -> Manoeuvre:
+) -> FrenetPath:
     """Return a path that keeps the offset of `start` until `back_s`, shifts back to the route, and goes on to `end_s`.
 
     The shift is a cosine. `back_s` and the length may be any numbers; only the length of the whole path is rounded
@@ -145,9 +145,9 @@ def coming_back(
     s_from, d_from = start
     s: Array = s_from + STEP_M * np.arange(max(int((end_s - s_from) / STEP_M + 1e-6), 1) + 1)
     done = np.clip((s - back_s) / length_m, 0.0, 1.0)
-    bound = shift_speed(d_from, length_m, view.ego.limits.max_lateral_acceleration_mps2)
+    bound = lateral_shift_speed(d_from, length_m, view.ego.limits.max_lateral_acceleration_mps2)
     moves = (s > back_s - STEP_M) & (s < back_s + length_m + STEP_M)
-    return Manoeuvre(s, d_from * (1 + np.cos(np.pi * done)) / 2, np.where(moves, min(beside_mps, bound), beside_mps))
+    return FrenetPath(s, d_from * (1 + np.cos(np.pi * done)) / 2, np.where(moves, min(beside_mps, bound), beside_mps))
 
 
 def landing_m(speed_mps: float) -> float:
@@ -163,7 +163,7 @@ def shift(d_from: float, d_to: float, length_m: float) -> Array:
     return d_from + (d_to - d_from) * (1 - np.cos(np.pi * x)) / 2
 
 
-def shift_speed(lateral_m: float, length_m: float, max_lateral_mps2: float) -> float:
+def lateral_shift_speed(lateral_m: float, length_m: float, max_lateral_mps2: float) -> float:
     """Return the highest speed at which a cosine shift stays within a lateral acceleration limit (m/s).
 
     The curvature of d(s) = D/2 (1 - cos(pi s/L)) is at most D/2 (pi/L)^2, reached at both ends.
@@ -177,16 +177,16 @@ def shortest_shift(lateral_m: float, radius_m: float) -> float:
     return float(np.pi * np.sqrt(abs(lateral_m) * radius_m / 2))
 
 
-def straight(s_from: float, d: float, length_m: float, speed_mps: float) -> Manoeuvre:
+def straight(s_from: float, d: float, length_m: float, speed_mps: float) -> FrenetPath:
     """Return a path at a constant lateral offset `d` (m)."""
     count = max(round(length_m / STEP_M), 1)
     s: Array = s_from + STEP_M * np.arange(count + 1)
-    return Manoeuvre(s, np.full(count + 1, d), np.full(count + 1, speed_mps))
+    return FrenetPath(s, np.full(count + 1, d), np.full(count + 1, speed_mps))
 
 
 def turned_shift(
     start: tuple[float, float], yaw_rad: float, d_to: float, length_m: float, speed_mps: float, view: FrenetScene
-) -> Manoeuvre | None:
+) -> FrenetPath | None:
     """Return the rest of a cosine shift that the vehicle, which points towards `d_to` already, is in the middle of.
 
     A cosine shift of length L and height D has offset D/2 (1 - cos x) and slope pi D/(2 L) sin x at phase x. The rest
@@ -211,12 +211,12 @@ def turned_shift(
     count = max(round(length_m * (1.0 - phase / math.pi) / STEP_M), 2)
     phases: Array = np.linspace(phase, math.pi, count + 1)
     offsets = d_to - whole_m * (1.0 + np.cos(phases)) / 2
-    bound = shift_speed(whole_m, length_m, view.ego.limits.max_lateral_acceleration_mps2)
+    bound = lateral_shift_speed(whole_m, length_m, view.ego.limits.max_lateral_acceleration_mps2)
     s: Array = start[0] + STEP_M * np.arange(count + 1)
-    return Manoeuvre(s, offsets, np.full(count + 1, min(speed_mps, bound)))
+    return FrenetPath(s, offsets, np.full(count + 1, min(speed_mps, bound)))
 
 
-def along_lane(lane: Lane | None, s_from: float, d_from: float, length_m: float, speed_mps: float) -> Manoeuvre:
+def along_lane(lane: Lane | None, s_from: float, d_from: float, length_m: float, speed_mps: float) -> FrenetPath:
     """Return a path that reaches the lane's centre within ten metres and follows it; at a constant offset without a
     lane.
     """
@@ -225,14 +225,14 @@ def along_lane(lane: Lane | None, s_from: float, d_from: float, length_m: float,
         return path
     centre = np.interp(path.s, lane.s, lane.centre)
     fade = np.clip(1.0 - (path.s - s_from) / 10.0, 0.0, 1.0)
-    return Manoeuvre(path.s, centre + fade**2 * (d_from - centre[0]), path.speed)
+    return FrenetPath(path.s, centre + fade**2 * (d_from - centre[0]), path.speed)
 
 
 def lateral(
     s_from: float, d_from: float, d_to: float, length_m: float, speed_mps: float, view: FrenetScene
-) -> Manoeuvre:
+) -> FrenetPath:
     """Return a lateral move, slowed down to the vehicle's limit of lateral acceleration."""
     offsets = shift(d_from, d_to, length_m)
-    bound = shift_speed(d_to - d_from, length_m, view.ego.limits.max_lateral_acceleration_mps2)
+    bound = lateral_shift_speed(d_to - d_from, length_m, view.ego.limits.max_lateral_acceleration_mps2)
     s: Array = s_from + STEP_M * np.arange(len(offsets))
-    return Manoeuvre(s, offsets, np.full(len(offsets), min(speed_mps, bound)))
+    return FrenetPath(s, offsets, np.full(len(offsets), min(speed_mps, bound)))

@@ -9,13 +9,13 @@ from stucksolver.plan.behaviors.behavior import Behavior
 from stucksolver.plan.decision import Decision, RecoveryPlan
 from stucksolver.plan.intent_authorization import DOES
 from stucksolver.scene import Scene
-from stucksolver.scene.interpretation import GuidanceIntent, Limits, Reading
+from stucksolver.scene.interpretation import GuidanceIntent, GuidanceLimits, Interpretation
 
 ABOVE = 0.1
 """Distance from a bound that a parameter must exceed, in the parameter's own unit."""
 
 
-def as_said(plan: RecoveryPlan, reading: Reading | None) -> RecoveryPlan:
+def apply_guidance_limits(plan: RecoveryPlan, reading: Interpretation | None) -> RecoveryPlan:
     """Return the plan with its parameters as the words want them, each within its behaviour's bounds.
 
     A speed is only ever lowered, in every behaviour. A distance counts for the behaviour that the words ask for, and to
@@ -31,15 +31,15 @@ def as_said(plan: RecoveryPlan, reading: Reading | None) -> RecoveryPlan:
     return plan if wanted == plan.behaviors else plan.model_copy(update={"behaviors": wanted})
 
 
-def decided_as_said(decision: Decision, scene: Scene) -> Decision:
-    """Return a reasoner's decision with its plan as the words in the scene want it. See `as_said`."""
+def apply_limits_to_decision(decision: Decision, scene: Scene) -> Decision:
+    """Return a reasoner's decision with its plan as the words in the scene want it. See `apply_guidance_limits`."""
     if decision.plan is None or scene.guidance is None:
         return decision
-    plan = as_said(decision.plan, scene.guidance.reading)
+    plan = apply_guidance_limits(decision.plan, scene.guidance.reading)
     return decision if plan is decision.plan else decision.model_copy(update={"plan": plan})
 
 
-def _as_said(behavior: Behavior, reading: Reading, limits: Limits) -> Behavior:
+def _as_said(behavior: Behavior, reading: Interpretation, limits: GuidanceLimits) -> Behavior:
     changes: dict[str, float] = {}
     speed_mps = getattr(behavior, "speed_mps", None)
     if limits.speed_mps is not None and speed_mps is not None:

@@ -16,17 +16,17 @@ from stucksolver.plan.behaviors import (
     Nudge,
     PullOver,
     ReplanRoute,
-    TurnRound,
+    TurnAround,
 )
 from stucksolver.plan.decision import RecoveryPlan
-from stucksolver.scene.interpretation import GuidanceIntent, Reading, Side
+from stucksolver.scene.interpretation import GuidanceIntent, Interpretation, Side
 
 DOES: dict[GuidanceIntent, tuple[type, ...]] = {
     GuidanceIntent.OVERTAKE: (BorrowOncomingLane, ChangeLane, Nudge),
     GuidanceIntent.GO: (KeepLane, Creep),
     GuidanceIntent.BACK_UP: (BackUp,),
     GuidanceIntent.REROUTE: (ReplanRoute,),
-    GuidanceIntent.TURN_ROUND: (TurnRound, ReplanRoute),
+    GuidanceIntent.TURN_AROUND: (TurnAround, ReplanRoute),
     GuidanceIntent.DRIVE_OVER: (DriveOver,),
     GuidanceIntent.PULL_OVER: (PullOver,),
     GuidanceIntent.LET_ME_OUT: (PullOver,),
@@ -35,7 +35,7 @@ DOES: dict[GuidanceIntent, tuple[type, ...]] = {
 LATERAL = (BorrowOncomingLane, ChangeLane, NoseOut, Nudge)
 
 
-def asks_for(reading: Reading | None, plan: RecoveryPlan) -> bool:
+def plan_matches_intent(reading: Interpretation | None, plan: RecoveryPlan) -> bool:
     """True if the plan does what the passenger asked for.
 
     Only then may it begin while the vehicle is not immobilized.
@@ -43,14 +43,14 @@ def asks_for(reading: Reading | None, plan: RecoveryPlan) -> bool:
     if reading is None or reading.intent not in DOES:
         return False
     if reading.intent is GuidanceIntent.OVERTAKE:
-        return releases(reading, plan)
-    replans = plan.replan_route and reading.intent in (GuidanceIntent.REROUTE, GuidanceIntent.TURN_ROUND)
+        return intent_authorizes(reading, plan)
+    replans = plan.replan_route and reading.intent in (GuidanceIntent.REROUTE, GuidanceIntent.TURN_AROUND)
     does = any(isinstance(behavior, DOES[reading.intent]) for behavior in plan.behaviors)
     aside = reading.intent is GuidanceIntent.GO and any(isinstance(behavior, LATERAL) for behavior in plan.behaviors)
     return (does or replans) and not aside
 
 
-def releases(reading: Reading | None, plan: RecoveryPlan) -> bool:
+def intent_authorizes(reading: Interpretation | None, plan: RecoveryPlan) -> bool:
     """True if the passenger asked to overtake, on the side on which this plan does.
 
     The guard then allows two more things: passing a vehicle that is moving or has not been stationary for long, and

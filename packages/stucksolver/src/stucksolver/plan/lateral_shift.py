@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stucksolver.plan.behaviors.behavior import CannotPlan, Start
-from stucksolver.plan.frenet_path import Manoeuvre, lateral, shortest_shift, turned_shift
+from stucksolver.plan.behaviors.behavior import BehaviorStart, NoPathError
+from stucksolver.plan.frenet_path import FrenetPath, lateral, shortest_shift, turned_shift
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet import Array
@@ -28,7 +28,9 @@ The second list applies beside pedestrians and cyclists.
 """
 
 
-def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float, gentle_m: float = 0.0) -> Manoeuvre:
+def lateral_shift(
+    view: FrenetScene, start: BehaviorStart, d_to: float, speed_mps: float, gentle_m: float = 0.0
+) -> FrenetPath:
     """Return a lateral move to `d_to`, as long and thus as gentle as the space ahead allows.
 
     Args:
@@ -43,7 +45,7 @@ def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float
     """
     side = d_to - start.d_m
     standing = np.flatnonzero(~view.moving)
-    nearest: list[tuple[Manoeuvre, Array]] = []
+    nearest: list[tuple[FrenetPath, Array]] = []
     for path in _shifts(view, start, d_to, speed_mps, gentle_m):
         nearest.append((path, nearest_on_approach(view, path, standing)))
         if _is_clear(view, standing, nearest[-1][1], 0):
@@ -54,16 +56,19 @@ def lateral_shift(view: FrenetScene, start: Start, d_to: float, speed_mps: float
                 return path
     way_there = start.s_m - view.ego_s
     if way_there > LATER_M:
-        raise CannotPlan(
+        raise NoPathError(
             PlanFailure.NO_ROOM_TO_COME_BACK,
             f"no room to return by {abs(side):.1f} m, {way_there:.0f} m ahead: something is in the way",
         )
-    raise CannotPlan(
-        PlanFailure.NO_ROOM_TO_SWING_OUT, f"no room to swing out by {abs(side):.1f} m: the obstacle ahead is too near"
+    raise NoPathError(
+        PlanFailure.NO_SPACE_TO_PULL_AROUND,
+        f"no room to swing out by {abs(side):.1f} m: the obstacle ahead is too near",
     )
 
 
-def _shifts(view: FrenetScene, start: Start, d_to: float, speed_mps: float, gentle_m: float) -> Iterator[Manoeuvre]:
+def _shifts(
+    view: FrenetScene, start: BehaviorStart, d_to: float, speed_mps: float, gentle_m: float
+) -> Iterator[FrenetPath]:
     """Yield the moves to `d_to`, the gentlest first: with the nose out from its heading, then straight."""
     side = d_to - start.d_m
     shortest = max(shortest_shift(side, view.ego.limits.min_turn_radius_m), 4.0)
@@ -78,7 +83,7 @@ def _shifts(view: FrenetScene, start: Start, d_to: float, speed_mps: float, gent
         yield lateral(start.s_m, start.d_m, d_to, length, speed_mps, view)
 
 
-def nearest_on_approach(view: FrenetScene, path: Manoeuvre, which: Array) -> Array:
+def nearest_on_approach(view: FrenetScene, path: FrenetPath, which: Array) -> Array:
     """(len(which),): the smallest gap of the body to objects on the path, where it is smaller than at its start (m).
 
     Infinite for an object that the body does not approach.

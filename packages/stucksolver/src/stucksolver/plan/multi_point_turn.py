@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stucksolver.plan.behaviors.behavior import CannotPlan
+from stucksolver.plan.behaviors.behavior import NoPathError
 from stucksolver.plan.frenet_path import LEAST_MPS, SOFT_BRAKING_MPS2
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.failed_attempts import PlanFailure
@@ -62,7 +62,7 @@ class Leg:
         return float(self.x_m[-1]), float(self.y_m[-1]), float(self.yaw_rad[-1])
 
 
-def driven_line(leg: Leg, wheelbase_m: float, speed_mps: float) -> tuple[Array, Array, Array]:
+def leg_driving_line(leg: Leg, wheelbase_m: float, speed_mps: float) -> tuple[Array, Array, Array]:
     """Return x, y (m) and speed (m/s), each (points,), of the line that a stack drives to stop at the leg's end.
 
     Forward it is the line of the body's centre. In reverse it is the line of the rear axle, which then leads; it
@@ -84,12 +84,12 @@ def driven_line(leg: Leg, wheelbase_m: float, speed_mps: float) -> tuple[Array, 
     return x[keep], y[keep], speed[keep]
 
 
-def turned_rad(view: FrenetScene) -> float:
+def heading_change_rad(view: FrenetScene) -> float:
     """Return how far the ego has turned left from the direction of the road, in [-pi/2, 3 pi/2) (rad)."""
     return (view.ego_yaw + math.pi / 2) % math.tau - math.pi / 2
 
 
-def turn_round(view: FrenetScene) -> tuple[Leg, ...]:
+def multi_point_turn(view: FrenetScene) -> tuple[Leg, ...]:
     """Return the legs until the ego faces the other way, each as long as the road allows.
 
     The turn begins forward if there is room, otherwise by backing up.
@@ -98,7 +98,7 @@ def turn_round(view: FrenetScene) -> tuple[Leg, ...]:
         CannotPlan: The road is too narrow.
     """
     heading = float(np.interp(view.ego_s, view.frame.s, view.frame.headings))
-    pose = (view.ego.x_m, view.ego.y_m, heading + turned_rad(view))
+    pose = (view.ego.x_m, view.ego.y_m, heading + heading_change_rad(view))
     until = heading + math.pi
     legs: list[Leg] = []
     reverse, skipped = False, False
@@ -107,13 +107,13 @@ def turn_round(view: FrenetScene) -> tuple[Leg, ...]:
         reverse = not reverse
         if leg.length_m < LEAST_LEG_M:
             if skipped or len(legs) > 0:
-                raise CannotPlan(PlanFailure.NO_ROOM_TO_TURN, "the road is too narrow to turn round in")
+                raise NoPathError(PlanFailure.NO_ROOM_TO_TURN, "the road is too narrow to turn round in")
             skipped = True
             continue
         legs.append(leg)
         pose = leg.end
         if len(legs) > MOST_LEGS:
-            raise CannotPlan(
+            raise NoPathError(
                 PlanFailure.NO_ROOM_TO_TURN, f"it would take more than {MOST_LEGS} legs to turn round here"
             )
     return tuple(legs)

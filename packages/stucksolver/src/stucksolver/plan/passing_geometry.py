@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stucksolver.plan.behaviors.behavior import CannotPlan, Start
-from stucksolver.plan.frenet_path import Manoeuvre, straight
-from stucksolver.plan.speed_profile import sluggish
+from stucksolver.plan.behaviors.behavior import BehaviorStart, NoPathError
+from stucksolver.plan.frenet_path import FrenetPath, straight
+from stucksolver.plan.speed_profile import slow_launch
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.frenet_scene import FrenetScene
@@ -37,7 +37,7 @@ SPEED_MARGIN_MPS = 0.5
 
 
 @dataclass(frozen=True)
-class Passing:
+class PassPlan:
     """What to pass and how.
 
     Attributes:
@@ -65,7 +65,7 @@ def borrowed_lane(view: FrenetScene, s: float) -> Lane | None:
     return lane if lane.strip.direction is LaneDirection.OPPOSITE else None
 
 
-def find_passing(view: FrenetScene, start: Start, object_id: str, lane: Lane, speed_mps: float) -> Passing:
+def find_passing(view: FrenetScene, start: BehaviorStart, object_id: str, lane: Lane, speed_mps: float) -> PassPlan:
     """Find everything that must be passed up to and including an object.
 
     Args:
@@ -80,15 +80,15 @@ def find_passing(view: FrenetScene, start: Start, object_id: str, lane: Lane, sp
     """
     target = view.index_of(object_id)
     if target is None:
-        raise CannotPlan(PlanFailure.NOT_SEEN, f"object {object_id} is not seen")
+        raise NoPathError(PlanFailure.NOT_SEEN, f"object {object_id} is not seen")
     which = _group(view, start, target)
     if not which:
-        raise CannotPlan(PlanFailure.NOT_IN_THE_WAY, f"object {object_id} is not in the way")
+        raise NoPathError(PlanFailure.NOT_IN_THE_WAY, f"object {object_id} is not in the way")
     half = view.ego.width_m / 2
     _, centre, left = lane.at(float(view.s[target]))
     limit = left - half - 0.1
     if _beside(view, which, NARROW_CLEARANCE_M, NARROW_VULNERABLE_CLEARANCE_M) > limit:
-        raise CannotPlan(
+        raise NoPathError(
             PlanFailure.LANE_TOO_NARROW, f"the oncoming lane is too narrow to pass {object_id} with enough clearance"
         )
     moving = max(float(view.vs[i]) for i in which)
@@ -99,7 +99,7 @@ def find_passing(view: FrenetScene, start: Start, object_id: str, lane: Lane, sp
     # Use the whole other lane beside a moving object, but no more than needed beside a stationary one.
     offset = max(wished, centre) if moving > 0.5 else wished
     far = max(which, key=lambda i: float(view.s[i] + view.along[i]))
-    return Passing(
+    return PassPlan(
         tuple(view.objects[i].id for i in which),
         min(offset, limit),
         float(view.s[far] + view.along[far]),
@@ -109,7 +109,7 @@ def find_passing(view: FrenetScene, start: Start, object_id: str, lane: Lane, sp
     )
 
 
-def standing_beyond(view: FrenetScene, passing: Passing) -> float:
+def standing_beyond(view: FrenetScene, passing: PassPlan) -> float:
     """Return the arc length of the near end of what is stationary in the ego's lane beyond the pass (m); infinite if
     nothing is.
     """
@@ -134,7 +134,7 @@ def _beside(view: FrenetScene, which: list[int], clearance_m: float, vulnerable_
     return max(edges) + view.ego.width_m / 2
 
 
-def _group(view: FrenetScene, start: Start, target: int) -> list[int]:
+def _group(view: FrenetScene, start: BehaviorStart, target: int) -> list[int]:
     """Return the target, what is in the ego's lane before it, and what is too close beyond it."""
     half = view.ego.width_m / 2 + 0.3
     in_path = [
@@ -154,7 +154,9 @@ def _group(view: FrenetScene, start: Start, target: int) -> list[int]:
     return group if target in group else []
 
 
-def length_abreast(view: FrenetScene, start: Start, out: Manoeuvre, passing: Passing, speed_mps: float) -> float:
+def length_abreast(
+    view: FrenetScene, start: BehaviorStart, out: FrenetPath, passing: PassPlan, speed_mps: float
+) -> float:
     """Return the distance to drive beside the passed objects before the return may begin (m).
 
     It assumes a sluggish ego, and moving objects that are a little faster than seen.
@@ -163,10 +165,10 @@ def length_abreast(view: FrenetScene, start: Start, out: Manoeuvre, passing: Pas
     if passing.speed_mps <= 0.5:
         return max(passing.far_s + half + 1.0 - out.end_s, 0.5)
     path = out.then(straight(out.end_s, out.end_d, 400.0, speed_mps))
-    slow = sluggish(path, start.speed_mps, view.ego.limits)
+    slow = slow_launch(path, start.speed_mps, view.ego.limits)
     rear = path.s - half
     other = passing.far_s + (passing.speed_mps + SPEED_MARGIN_MPS) * slow.t
     ahead = np.flatnonzero((rear > other + AHEAD_OF_MOVING_M) & (path.s > out.end_s))
     if not len(ahead):
-        raise CannotPlan(PlanFailure.TOO_LONG, "it would take more than 400 m to pass")
+        raise NoPathError(PlanFailure.TOO_LONG, "it would take more than 400 m to pass")
     return max(float(path.s[ahead[0]]) - out.end_s, 0.5)

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from stucksolver.plan.behaviors.behavior import CREEP_MPS, CannotPlan
-from stucksolver.plan.frenet_path import Manoeuvre, coming_back, landing_m, shortest_shift
-from stucksolver.plan.passing_geometry import DOOR_M, Passing, standing_beyond
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, NoPathError
+from stucksolver.plan.frenet_path import FrenetPath, landing_m, return_path, shortest_shift
+from stucksolver.plan.passing_geometry import DOOR_M, PassPlan, standing_beyond
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet import Array
@@ -47,8 +47,8 @@ DOORS_PART = 0.5
 
 
 def way_back(
-    view: FrenetScene, out: Manoeuvre, passing: Passing, past_s: float, beside_mps: float, back_mps: float
-) -> Manoeuvre:
+    view: FrenetScene, out: FrenetPath, passing: PassPlan, past_s: float, beside_mps: float, back_mps: float
+) -> FrenetPath:
     """Return the path from the end of `out`, past the objects, into the ego's lane and along it.
 
     If something stationary is just beyond, or the known road ends, the path stops before that.
@@ -74,16 +74,16 @@ def way_back(
         stops = over_s + landing > last_s
         if stops and over_s + STRAIGHT_M > last_s:
             continue
-        path = coming_back(
+        path = return_path(
             (out.end_s, out.end_d), back_s, float(length), min(over_s + landing, last_s), beside_mps, view
         )
         path = replace(path, speed=np.where(path.s > over_s, back_mps, path.speed))
         return path.stopping() if stops else path
-    raise CannotPlan(PlanFailure.NO_ROOM_TO_COME_BACK, f"no room to return: only {last_s - past_s:.1f} m are left")
+    raise NoPathError(PlanFailure.NO_ROOM_TO_COME_BACK, f"no room to return: only {last_s - past_s:.1f} m are left")
 
 
 def _soonest(
-    view: FrenetScene, out: Manoeuvre, passing: Passing, past_s: float, length_m: float, speed_mps: float
+    view: FrenetScene, out: FrenetPath, passing: PassPlan, past_s: float, length_m: float, speed_mps: float
 ) -> float:
     """Return the first arc length at which a return of this length stays clear of what is passed (m)."""
     back_s = past_s
@@ -94,14 +94,14 @@ def _soonest(
     which = np.flatnonzero(passed | beside)
     while back_s - SOONER_M > out.end_s:
         sooner = back_s - SOONER_M
-        path = coming_back((out.end_s, out.end_d), sooner, length_m, sooner + length_m, speed_mps, view)
+        path = return_path((out.end_s, out.end_d), sooner, length_m, sooner + length_m, speed_mps, view)
         if not _is_clear(view, path, which, speed_mps):
             break
         back_s = sooner
     return back_s
 
 
-def _is_clear(view: FrenetScene, path: Manoeuvre, which: Array, speed_mps: float) -> bool:
+def _is_clear(view: FrenetScene, path: FrenetPath, which: Array, speed_mps: float) -> bool:
     """True if the body stays clear of the objects `which`; above walking pace also of doors."""
     body = (path.s[:, None], path.d[:, None], path.body(0.0, view.ego.limits.wheelbase_m)[:, None])
     size = (view.ego.length_m / 2, view.ego.width_m / 2)

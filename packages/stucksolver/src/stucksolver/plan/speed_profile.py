@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stucksolver.plan.frenet_path import STEP_M, Manoeuvre
+from stucksolver.plan.frenet_path import STEP_M, FrenetPath
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.surroundings import VehicleLimits
 
 
 @dataclass(frozen=True)
-class Rollout:
+class SpeedProfile:
     """Time from now (s) and speed (m/s) at each station of a path, both (stations,)."""
 
     t: Array
@@ -28,7 +28,7 @@ MIN_SPEED_MPS = 0.3
 """Lower bound of the profile, so that a start from rest takes a finite time."""
 
 
-def rollout(path: Manoeuvre, speed_mps: float, acceleration_mps2: float, braking_mps2: float) -> Rollout:
+def rollout(path: FrenetPath, speed_mps: float, acceleration_mps2: float, braking_mps2: float) -> SpeedProfile:
     """Return the fastest profile within the bounds that starts at `speed_mps`.
 
     It is the classical forward and backward pass over v^2 with constant acceleration between stations. A start above
@@ -45,7 +45,7 @@ def rollout(path: Manoeuvre, speed_mps: float, acceleration_mps2: float, braking
         squared = np.minimum.accumulate(bound - acceleration_mps2 * ramp) + acceleration_mps2 * ramp
     v: Array = np.sqrt(squared)
     t: Array = np.concatenate([[0.0], np.cumsum(2 * np.diff(path.s) / (v[:-1] + v[1:]))])
-    return Rollout(t, v)
+    return SpeedProfile(t, v)
 
 
 def _from_above(bound: list[float], start: float, acceleration_mps2: float, braking_mps2: float) -> Array:
@@ -64,19 +64,19 @@ SLUGGISH_ACCELERATION = 0.6
 """Fraction of its comfortable acceleration that a sluggish vehicle uses. Ours: loaded, uphill, or a mild controller."""
 
 
-def sluggish(
-    path: Manoeuvre,
+def slow_launch(
+    path: FrenetPath,
     speed_mps: float,
     limits: VehicleLimits,
     speed_part: float = SLUGGISH_SPEED,
     acceleration_part: float = SLUGGISH_ACCELERATION,
-) -> Rollout:
+) -> SpeedProfile:
     """Return the pessimistic profile: weaker acceleration, and below the requested speed throughout.
 
     The acceleration is the one measured from the vehicle, at most its comfortable one. If it was not measured, it is
     `acceleration_part` of the comfortable one.
     """
-    slower = Manoeuvre(path.s, path.d, speed_part * path.speed)
+    slower = FrenetPath(path.s, path.d, speed_part * path.speed)
     comfort, measured = limits.comfort_acceleration_mps2, limits.measured_acceleration_mps2
     acceleration = acceleration_part * comfort if measured is None else min(measured, comfort)
     return rollout(slower, speed_mps, acceleration, limits.comfort_braking_mps2)

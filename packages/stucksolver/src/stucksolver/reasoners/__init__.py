@@ -2,24 +2,24 @@
 
 from stucksolver.reasoners.reasoner import (
     PARSERS,
-    Answer,
     Cancellable,
     Reasoner,
+    ReasonerAnswer,
     ReasonerError,
-    Request,
-    Trace,
+    ReasonerRequest,
+    ReasonerTrace,
     parse_trace,
 )
 from stucksolver.reasoners.rules import RuleReasoner
 
 __all__ = [
     "PARSERS",
-    "Answer",
     "Cancellable",
     "Reasoner",
+    "ReasonerAnswer",
     "ReasonerError",
-    "Request",
+    "ReasonerRequest",
+    "ReasonerTrace",
     "RuleReasoner",
-    "Trace",
     "parse_trace",
 ]

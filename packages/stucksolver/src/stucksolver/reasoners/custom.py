@@ -6,7 +6,7 @@ import importlib
 from pathlib import Path
 
 from stucksolver.reasoners.reasoner import Reasoner
-from stucksolver.reasoners.registry import Kind, ReasonerNameError, register
+from stucksolver.reasoners.registry import ReasonerKind, ReasonerNameError, register
 
 
 def make_own(rest: str, exchanges: Path | None = None) -> Reasoner:
@@ -29,4 +29,4 @@ def make_own(rest: str, exchanges: Path | None = None) -> Reasoner:
     return made
 
 
-register(Kind("own", "own:MODULE:CLASS", make_own, sees=lambda rest: True))
+register(ReasonerKind("own", "own:MODULE:CLASS", make_own, sees=lambda rest: True))

@@ -7,7 +7,7 @@ from pathlib import Path
 from stucksolver.privacy.url_redaction import logins_in, shown
 from stucksolver.reasoners import custom, playback, rules
 from stucksolver.reasoners.fallback import FallbackReasoner
-from stucksolver.reasoners.reasoner import Preflighted, Reasoner, ReasonerError
+from stucksolver.reasoners.reasoner import Reasoner, ReasonerError, SupportsPreflight
 from stucksolver.reasoners.registry import KINDS, ReasonerNameError, help_text, kind_of, load_plugins
 
 CORE = (rules, custom, playback)
@@ -46,7 +46,7 @@ def preflight(reasoner: Reasoner, name: str) -> tuple[str, ...]:
     Raises:
         ReasonerNameError: The reasoner `name` cannot be used. The message says why and what to do.
     """
-    if not isinstance(reasoner, Preflighted):
+    if not isinstance(reasoner, SupportsPreflight):
         return ()
     try:
         return reasoner.preflight()

@@ -7,7 +7,14 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 
-from stucksolver.reasoners.reasoner import Answer, Cancellable, Preflighted, Reasoner, ReasonerError, Request
+from stucksolver.reasoners.reasoner import (
+    Cancellable,
+    Reasoner,
+    ReasonerAnswer,
+    ReasonerError,
+    ReasonerRequest,
+    SupportsPreflight,
+)
 
 
 class FallbackReasoner:
@@ -23,7 +30,7 @@ class FallbackReasoner:
         self._asked: Reasoner | None = None
         self._cancelled = threading.Event()
 
-    def decide(self, request: Request) -> Answer:
+    def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
         """Return the first answer that a reasoner gives.
 
         Raises:
@@ -46,7 +53,7 @@ class FallbackReasoner:
         failed.trace = trace
         raise failed
 
-    def _share(self, request: Request, ends_at: float | None, number: int) -> Request:
+    def _share(self, request: ReasonerRequest, ends_at: float | None, number: int) -> ReasonerRequest:
         """Give the reasoner an equal share of the time left among the cancellable reasoners from it on."""
         if ends_at is None:
             return request
@@ -59,7 +66,7 @@ class FallbackReasoner:
         Raises:
             ReasonerError: One of them would fail.
         """
-        checked = [one for one in self.reasoners if isinstance(one, Preflighted)]
+        checked = [one for one in self.reasoners if isinstance(one, SupportsPreflight)]
         return tuple(note for one in checked for note in one.preflight())
 
     def cancel(self) -> None:

@@ -22,17 +22,17 @@ from stucksolver.plan.behaviors import (
     Wait,
 )
 from stucksolver.plan.behaviors.behavior import Behavior
-from stucksolver.reasoners.reasoner import Answer, Reasoner, ReasonerError, Request, Trace
+from stucksolver.reasoners.reasoner import Reasoner, ReasonerAnswer, ReasonerError, ReasonerRequest, ReasonerTrace
 from stucksolver.reasoners.rules import RuleReasoner
 from stucksolver.scene import Scene, SceneObject
 
 SILENT_S = 3600.0
 LATE_CALLS = 3
 """A late reasoner answers the question that was asked this many questions ago."""
-Choose = Callable[["Faulty", Scene], tuple[Behavior, ...]]
+Choose = Callable[["FaultyReasoner", Scene], tuple[Behavior, ...]]
 
 
-class Faulty:
+class FaultyReasoner:
     """Answers every scene with a plan from `choose`, and always says that the vehicle is immobilized.
 
     `delay_s` is the wall time before an answer (s); `cancel` ends the delay, and later questions fail at once.
@@ -48,7 +48,7 @@ class Faulty:
         self._delay_s = delay_s
         self._cancelled = 0
 
-    def decide(self, request: Request) -> Answer:
+    def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
         """Return a wrong, late or missing answer, depending on the kind of fault."""
         scene = request.scene
         self.calls += 1
@@ -62,7 +62,9 @@ class Faulty:
             time.sleep(min(0.05, self._delay_s))
         behaviors = self._choose(self, scene)
         decision = _sure(RecoveryPlan(behaviors=behaviors))  # type: ignore[arg-type]
-        return Answer(decision, self.name, Trace(answers=(decision.model_dump_json(),), model=self.name))
+        return ReasonerAnswer(
+            decision, self.name, ReasonerTrace(answers=(decision.model_dump_json(),), model=self.name)
+        )
 
     def cancel(self) -> None:
         """End the delay of the running query."""
@@ -78,7 +80,7 @@ def make_faulty(name: str, seed: int = 0) -> Reasoner:
     if name not in FAULTY:
         raise ValueError(f"unknown faulty reasoner {name!r}: use {', '.join(FAULTY)}")
     choose, delay_s = FAULTY[name]
-    return Faulty(name, choose, seed, delay_s)
+    return FaultyReasoner(name, choose, seed, delay_s)
 
 
 def _sure(plan: RecoveryPlan) -> Decision:
@@ -93,7 +95,7 @@ def _sure(plan: RecoveryPlan) -> Decision:
 # ---- the faults
 
 
-def _random(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
+def _random(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
     """Return one to three random behaviours with random parameters, about any object."""
     return tuple(_any(scene, faulty.random) for _ in range(faulty.random.randint(1, 3)))
 
@@ -117,18 +119,18 @@ def _any(scene: Scene, chance: random.Random) -> Behavior:
     )()
 
 
-def _always_left(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
+def _always_left(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
     return (ChangeLane(side="left", distance_m=40.0, speed_mps=8.0),)
 
 
-def _always_drive_over(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
+def _always_drive_over(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
     """Return a plan to drive over whatever is nearest in the path."""
     ahead = scene.in_path_ahead()
     who = ahead[0].id if ahead else _nearest(scene, faulty.random)
     return (DriveOver(object_id=who),)
 
 
-def _contradictory(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
+def _contradictory(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
     """Return two contradictory plans in turn; each also contradicts itself."""
     first: tuple[Behavior, ...] = (
         ChangeLane(side="left", distance_m=30.0, speed_mps=6.0),
@@ -138,13 +140,13 @@ def _contradictory(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
     return first if faulty.calls % 2 else second
 
 
-def _never(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
+def _never(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
     raise ReasonerError("no answer")
 
 
-def _late(faulty: Faulty, scene: Scene) -> tuple[Behavior, ...]:
+def _late(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
     """Return a good answer to a much older question, regardless of the clock."""
-    plan = RuleReasoner().decide(Request(faulty.scenes[0])).decision.plan
+    plan = RuleReasoner().decide(ReasonerRequest(faulty.scenes[0])).decision.plan
     if len(faulty.scenes) <= LATE_CALLS or plan is None:
         raise ReasonerError("still thinking")
     return plan.behaviors

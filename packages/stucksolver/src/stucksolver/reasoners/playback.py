@@ -13,11 +13,11 @@ from typing import Literal
 from pydantic import Field, ValidationError
 
 from stucksolver.plan import Decision, RecoveryPlan, WaitReason
-from stucksolver.reasoners.reasoner import Answer, Request, Trace
-from stucksolver.reasoners.registry import Kind, ReasonerNameError, register
+from stucksolver.reasoners.reasoner import ReasonerAnswer, ReasonerRequest, ReasonerTrace
+from stucksolver.reasoners.registry import ReasonerKind, ReasonerNameError, register
 from stucksolver.reasoners.rules import RuleReasoner
 from stucksolver.scene import Scene
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 BOOK = "best.json"
 DIGITS = 16
@@ -25,7 +25,7 @@ DIGITS = 16
 Elsewhere = Literal["wait", "rules"]
 
 
-class PlanBook(Model):
+class PlanTable(FrozenModel):
     """The plans to play back, by `scene_digest`. None: at this standstill waiting was best."""
 
     version: Literal[1] = 1
@@ -37,7 +37,7 @@ def scene_digest(scene: Scene) -> str:
     return hashlib.sha256(scene.model_dump_json(exclude={"image"}).encode()).hexdigest()[:DIGITS]
 
 
-class PlayedReasoner:
+class PlaybackReasoner:
     """Answers the scenes of a book with its plans.
 
     Args:
@@ -45,7 +45,7 @@ class PlayedReasoner:
         elsewhere: What to do in any other scene: wait whatever the rules propose, or what the rules propose.
     """
 
-    def __init__(self, book: PlanBook, elsewhere: Elsewhere = "wait") -> None:
+    def __init__(self, book: PlanTable, elsewhere: Elsewhere = "wait") -> None:
         self.name = "teacher" if elsewhere == "wait" else "teacher-then-rules"
         self._book = book
         self._elsewhere = elsewhere
@@ -53,7 +53,7 @@ class PlayedReasoner:
         self._apart = False
         """True once the drive differs from that of the rules."""
 
-    def decide(self, request: Request) -> Answer:
+    def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
         """Return the plan of the book for this very scene, or what is done elsewhere; in the same drive the same."""
         said = self._rules.decide(request).decision
         digest = scene_digest(request.scene)
@@ -65,7 +65,7 @@ class PlayedReasoner:
             # them, and the standstills of the book are met at the same ticks.
             self._apart = self._apart or said.plan is not None or digest in self._book.plans
             said = waiting(said) if self._apart else said
-        return Answer(said, self.name, Trace(answers=(said.model_dump_json(),), model=self.name))
+        return ReasonerAnswer(said, self.name, ReasonerTrace(answers=(said.model_dump_json(),), model=self.name))
 
 
 def waiting(decision: Decision) -> Decision:
@@ -85,7 +85,7 @@ def _played(decision: Decision, plan: RecoveryPlan) -> Decision:
     return decision.model_copy(update={"analysis": stuck, "plan": plan, "rationale": f"played back: {names}"})
 
 
-def read_book(folder: Path) -> PlanBook:
+def read_book(folder: Path) -> PlanTable:
     """Read the book of a folder that `stucksolver distill collect` filled.
 
     Raises:
@@ -93,7 +93,7 @@ def read_book(folder: Path) -> PlanBook:
     """
     path = folder / BOOK
     try:
-        return PlanBook.model_validate_json(path.read_text(encoding="utf-8"))
+        return PlanTable.model_validate_json(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ReasonerNameError(
             f"no plans in {folder}: {error}; `stucksolver distill collect` writes {BOOK}"
@@ -102,13 +102,13 @@ def read_book(folder: Path) -> PlanBook:
         raise ReasonerNameError(f"{path} is not a book of plans: {error.errors()[0]['msg']}") from error
 
 
-def _teacher(rest: str, exchanges: Path | None) -> PlayedReasoner:
-    return PlayedReasoner(read_book(Path(rest)))
+def _teacher(rest: str, exchanges: Path | None) -> PlaybackReasoner:
+    return PlaybackReasoner(read_book(Path(rest)))
 
 
-def _teacher_then_rules(rest: str, exchanges: Path | None) -> PlayedReasoner:
-    return PlayedReasoner(read_book(Path(rest)), elsewhere="rules")
+def _teacher_then_rules(rest: str, exchanges: Path | None) -> PlaybackReasoner:
+    return PlaybackReasoner(read_book(Path(rest)), elsewhere="rules")
 
 
-register(Kind("teacher", "teacher:DIR", _teacher))
-register(Kind("teacher-then-rules", "teacher-then-rules:DIR", _teacher_then_rules))
+register(ReasonerKind("teacher", "teacher:DIR", _teacher))
+register(ReasonerKind("teacher-then-rules", "teacher-then-rules:DIR", _teacher_then_rules))

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from stucksolver.plan import Decision, RecoveryPlan
 from stucksolver.scene import Scene
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 PlanCheck = Callable[[RecoveryPlan], str]
 """Returns, in words, what the guard would say about a plan now. May be called from the reasoner's thread."""
@@ -19,7 +19,7 @@ ACCEPTED = "accepted"
 
 
 @dataclass(frozen=True)
-class Request:
+class ReasonerRequest:
     """A question to a reasoner.
 
     Attributes:
@@ -33,7 +33,7 @@ class Request:
     deadline_s: float | None = None
 
 
-class Trace(Model):
+class ReasonerTrace(FrozenModel):
     """How a reasoner other than the rules arrived at its answer: enough to parse it again offline.
 
     `answers` are the raw answers in order. The decision was parsed from the last one, by the parser registered under
@@ -52,12 +52,12 @@ class Trace(Model):
 
 
 @dataclass(frozen=True)
-class Answer:
+class ReasonerAnswer:
     """A decision and the name of the reasoner that made it. `trace` is None if it follows from the scene alone."""
 
     decision: Decision
     reasoner: str
-    trace: Trace | None = None
+    trace: ReasonerTrace | None = None
 
 
 class Reasoner(Protocol):
@@ -67,7 +67,7 @@ class Reasoner(Protocol):
     def name(self) -> str:
         """Shown in every result."""
 
-    def decide(self, request: Request) -> Answer:
+    def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
         """Observe, analyse and decide.
 
         Args:
@@ -81,7 +81,7 @@ class Reasoner(Protocol):
 class ReasonerError(Exception):
     """A reasoner could not answer. The message says why and what to do; `trace` holds the cost, if it is known."""
 
-    trace: Trace | None = None
+    trace: ReasonerTrace | None = None
 
 
 class MalformedAnswerError(ReasonerError):
@@ -97,7 +97,7 @@ class Cancellable(Protocol):
 
 
 @runtime_checkable
-class Preflighted(Protocol):
+class SupportsPreflight(Protocol):
     """A reasoner that depends on something external and can check it before a drive."""
 
     def preflight(self) -> tuple[str, ...]:
@@ -124,7 +124,7 @@ PARSERS: dict[str, Parser] = {"decision": _parse_decision}
 """Parsers by the `format` of a trace. A reasoner with its own format registers its parser when it is imported."""
 
 
-def parse_trace(trace: Trace, scene: Scene) -> Decision:
+def parse_trace(trace: ReasonerTrace, scene: Scene) -> Decision:
     """Parse a recorded answer again.
 
     Raises:

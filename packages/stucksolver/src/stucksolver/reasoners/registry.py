@@ -17,7 +17,7 @@ class ReasonerNameError(ValueError):
 
 
 @dataclass(frozen=True)
-class Kind:
+class ReasonerKind:
     """A kind of reasoner.
 
     Attributes:
@@ -34,10 +34,10 @@ class Kind:
     sees: Callable[[str], bool] = lambda rest: False
 
 
-KINDS: dict[str, Kind] = {}
+KINDS: dict[str, ReasonerKind] = {}
 
 
-def register(kind: Kind) -> None:
+def register(kind: ReasonerKind) -> None:
     """Register a kind of reasoner.
 
     Raises:
@@ -66,7 +66,7 @@ def help_text() -> str:
     return f"{', '.join(kind.form for kind in KINDS.values())}, or several in order of trust, separated by commas"
 
 
-def kind_of(word: str) -> tuple[Kind, str]:
+def kind_of(word: str) -> tuple[ReasonerKind, str]:
     """Return the kind that a name denotes, and the text after its colon.
 
     Raises:

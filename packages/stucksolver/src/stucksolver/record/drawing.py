@@ -13,7 +13,7 @@ import numpy as np
 from stucksolver.plan import Execute
 from stucksolver.plan.directive import directive_adapter
 from stucksolver.record.hash_chain import RecordError, read_chain
-from stucksolver.record.surroundings_delta import Unpacker
+from stucksolver.record.surroundings_delta import DeltaDecoder
 from stucksolver.scene import LaneDirection, ObjectKind
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.wording import in_one_line
@@ -85,16 +85,16 @@ def draw_record(record: Path, picture: Path, at_s: Sequence[float] = ()) -> Path
 
 def _read(record: Path) -> list[_Moment]:
     """Return every tick with recorded surroundings."""
-    reader = _Reader()
+    reader = _RecordReader()
     for number, line in read_chain(record):
         reader.take(record, number, line)
     return reader.moments
 
 
-class _Reader:
+class _RecordReader:
     def __init__(self) -> None:
         self.moments: list[_Moment] = []
-        self._unpacker = Unpacker()
+        self._unpacker = DeltaDecoder()
         self._path: tuple[tuple[float, float], ...] = ()
         self._text = ""
 

@@ -9,16 +9,16 @@ from pathlib import Path
 
 from stucksolver.plan import Decision
 from stucksolver.privacy.private_files import append
-from stucksolver.reasoners import Answer
+from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.record.hash_chain import RecordError
 from stucksolver.scene import Scene, Surroundings
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver.solver import Event
 from stucksolver.solver.state_machine.state import Querying
-from stucksolver.solver.step_listener import Facts, StepTaken
+from stucksolver.solver.step_listener import SolverInfo, TransitionStep
 
 
-class AskedQuestion(Model):
+class LoggedQuery(FrozenModel):
     """A question that was answered.
 
     Attributes:
@@ -36,26 +36,26 @@ class AskedQuestion(Model):
     decision: Decision
 
 
-class QuestionLog:
-    """A witness of the solver that appends an `AskedQuestion` to a file for each answer that was taken."""
+class QueryLog:
+    """A witness of the solver that appends an `LoggedQuery` to a file for each answer that was taken."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
 
-    def begin(self, facts: Facts) -> None:
+    def begin(self, facts: SolverInfo) -> None:
         """Do nothing: the lines need no facts of the drive."""
 
-    def step(self, step: StepTaken) -> None:
+    def step(self, step: TransitionStep) -> None:
         """Append the question whose answer this step used.
 
         Raises:
             RecordError: The file cannot be written.
         """
         asked, answer = step.before.activity, step.inputs.answer
-        if not isinstance(asked, Querying) or step.after.activity is asked or not isinstance(answer, Answer):
+        if not isinstance(asked, Querying) or step.after.activity is asked or not isinstance(answer, ReasonerAnswer):
             return
         query = asked.query
-        line = AskedQuestion(
+        line = LoggedQuery(
             number=query.number,
             reasoner=answer.reasoner,
             scene=query.scene,
@@ -72,7 +72,7 @@ class QuestionLog:
         """Do nothing: nothing was asked."""
 
 
-def read_questions(path: Path) -> tuple[AskedQuestion, ...]:
+def read_questions(path: Path) -> tuple[LoggedQuery, ...]:
     """Read the questions of a drive; none if the file is missing, because nothing was asked.
 
     Raises:
@@ -81,6 +81,6 @@ def read_questions(path: Path) -> tuple[AskedQuestion, ...]:
     if not path.exists():
         return ()
     try:
-        return tuple(AskedQuestion.model_validate_json(line) for line in path.read_text("utf-8").splitlines())
+        return tuple(LoggedQuery.model_validate_json(line) for line in path.read_text("utf-8").splitlines())
     except ValueError as error:
         raise RecordError(f"{path} is not a file of questions: {error}") from error

@@ -21,14 +21,21 @@ from stucksolver.plan import Directive
 from stucksolver.plan.json_schemas import VERSION
 from stucksolver.privacy.private_files import write_once
 from stucksolver.record.hash_chain import ChainWriter, RecordError
-from stucksolver.record.serialization import event_data, finite, inputs_data, state_data, taken_answer, told_data
-from stucksolver.record.surroundings_delta import Packer
+from stucksolver.record.serialization import (
+    accepted_answer,
+    event_data,
+    finite,
+    inputs_data,
+    state_data,
+    step_output_data,
+)
+from stucksolver.record.surroundings_delta import DeltaEncoder
 from stucksolver.scene import RoadGeometry, Scene
 from stucksolver.scene.base_model import first_problem
 from stucksolver.solver.events import Event
-from stucksolver.solver.state_machine.inputs import Snapshot
+from stucksolver.solver.state_machine.inputs import SceneInput
 from stucksolver.solver.state_machine.state import Querying, State
-from stucksolver.solver.step_listener import Facts, StepTaken
+from stucksolver.solver.step_listener import SolverInfo, TransitionStep
 
 FORMAT = 4
 DETECTOR: TypeAdapter[DetectorSettings] = TypeAdapter(DetectorSettings)
@@ -36,19 +43,19 @@ MOST_FILES = 100_000
 
 
 @dataclass(frozen=True)
-class Line:
+class RecordLine:
     """A line not yet converted to JSON, which happens outside the control loop. `seen` has packed surroundings."""
 
-    said: StepTaken | Event | RoadGeometry
+    said: TransitionStep | Event | RoadGeometry
     seen: dict[str, Any] | None = None
     repeats: bool = False
     """True if the directive is the same as in an earlier line."""
 
 
-class Scroll:
+class RecordFile:
     """Lines of kind `begin`, `road`, `step`, `fault` and `end`, in the order of the events."""
 
-    def __init__(self, folder: Path, facts: Facts, before: State) -> None:
+    def __init__(self, folder: Path, facts: SolverInfo, before: State) -> None:
         """Prepare a record.
 
         Args:
@@ -59,7 +66,7 @@ class Scroll:
         self._folder = folder
         self._facts = facts
         self._before = before
-        self._packer = Packer()
+        self._packer = DeltaEncoder()
         self._told: Directive | None = None
         self._chain: ChainWriter | None = None
 
@@ -73,19 +80,19 @@ class Scroll:
         self._line("begin", {**_facts(self._facts), "state": self._state(self._before)})
         return self._chain.path
 
-    def compact(self, entry: StepTaken | Event) -> list[Line]:
+    def compact(self, entry: TransitionStep | Event) -> list[RecordLine]:
         """Return an entry as lines; fast, for the control loop. Call it in the order of the events."""
         if isinstance(entry, Event):
-            return [Line(entry)]
+            return [RecordLine(entry)]
         seen = None if entry.sight is None else entry.sight.surroundings
         repeats, self._told = entry.directive is self._told, entry.directive
         if seen is None:
-            return [Line(entry, repeats=repeats)]
+            return [RecordLine(entry, repeats=repeats)]
         road = self._packer.new_road(seen)
-        line = Line(entry, self._packer.pack(seen), repeats)
-        return [line] if road is None else [Line(road), line]
+        line = RecordLine(entry, self._packer.pack(seen), repeats)
+        return [line] if road is None else [RecordLine(road), line]
 
-    def write(self, lines: list[Line]) -> None:
+    def write(self, lines: list[RecordLine]) -> None:
         """Append lines.
 
         Raises:
@@ -118,10 +125,10 @@ class Scroll:
         data["scene"] = None if state.scene is None else self._scene(state.scene)
         return data
 
-    def _step(self, step: StepTaken, line: Line) -> dict[str, Any]:
+    def _step(self, step: TransitionStep, line: RecordLine) -> dict[str, Any]:
         """Return the inputs, the events, and the directive if it changed."""
         data: dict[str, Any] = {"time_s": step.inputs.status.time_s - step.inputs.offset_s}
-        data["in"] = inputs_data(step.inputs, taken_answer(step))
+        data["in"] = inputs_data(step.inputs, accepted_answer(step))
         if step.sight is not None:
             data["sight"] = {"fault": step.sight.fault, "blind_s": finite(step.sight.blind_s)}
         if line.seen is not None:
@@ -129,12 +136,12 @@ class Scroll:
         if step.snapshot is not None:
             data["asked"] = self._snapshot(step, step.snapshot)
         if step.told:
-            data["told"] = [told_data(one, step) for one in step.told]
+            data["told"] = [step_output_data(one, step) for one in step.told]
         if not line.repeats:
             data["directive"] = step.directive.model_dump(mode="json")
         return data
 
-    def _snapshot(self, step: StepTaken, shot: Snapshot) -> dict[str, Any]:
+    def _snapshot(self, step: TransitionStep, shot: SceneInput) -> dict[str, Any]:
         """Return the scene as the reasoner saw it, if it was asked."""
         asked = step.after.activity
         scene = asked.query.scene if isinstance(asked, Querying) and shot.scene is not None else shot.scene
@@ -202,7 +209,7 @@ def _differences(recorded: Any, read: Any, where: str = "") -> Iterator[str]:
             yield f"{where}.{name}".removeprefix(".")
 
 
-def _facts(facts: Facts) -> dict[str, Any]:
+def _facts(facts: SolverInfo) -> dict[str, Any]:
     """Return everything that decides how a run goes, with versions."""
     return {
         "format": FORMAT,

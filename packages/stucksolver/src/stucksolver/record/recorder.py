@@ -9,10 +9,10 @@ from pathlib import Path
 
 from stucksolver.plan import Directive
 from stucksolver.record.hash_chain import RecordError
-from stucksolver.record.record_file import Scroll
+from stucksolver.record.record_file import RecordFile
 from stucksolver.solver.events import Event, EventKind
 from stucksolver.solver.state_machine.state import Monitoring
-from stucksolver.solver.step_listener import Facts, StepTaken
+from stucksolver.solver.step_listener import SolverInfo, TransitionStep
 
 LEAVE_S = 10.0
 RUN_ENDED = "the run ended during this intervention"
@@ -32,22 +32,22 @@ class Recorder:
         self.files: list[Path] = []
         """The files begun so far."""
         self.error: RecordError | None = None
-        self._facts: Facts | None = None
-        self._before: list[StepTaken] = []
+        self._facts: SolverInfo | None = None
+        self._before: list[TransitionStep] = []
         """Steps held until it is clear that this is an intervention."""
         self._directive: Directive | None = None
-        self._scroll: Scroll | None = None
+        self._scroll: RecordFile | None = None
         self._work: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._write, name="stucksolver-record", daemon=True)
         self._thread.start()
 
     # ---- called by the solver
 
-    def begin(self, facts: Facts) -> None:
+    def begin(self, facts: SolverInfo) -> None:
         """Note the facts of the drive, which begin every record."""
         self._facts = facts
 
-    def step(self, step: StepTaken) -> None:
+    def step(self, step: TransitionStep) -> None:
         """Write a step, unless it had no effect."""
         if not step.told and step.directive is self._directive and step.after == step.before:
             # It had no effect, and nothing later depends on it.
@@ -89,7 +89,7 @@ class Recorder:
 
     # ---- private
 
-    def _waits(self, step: StepTaken) -> bool:
+    def _waits(self, step: TransitionStep) -> bool:
         """Hold a step if it is not yet clear that this is an intervention. Each question starts afresh."""
         before = step.before
         asks = any(isinstance(one, Event) and one.kind is EventKind.TRIGGERED for one in step.told)
@@ -100,13 +100,13 @@ class Recorder:
 
     def _open(self) -> None:
         assert self._facts is not None, "the solver says first what it is made of"
-        scroll = self._scroll = Scroll(self.folder, self._facts, self._before[0].before)
+        scroll = self._scroll = RecordFile(self.folder, self._facts, self._before[0].before)
         self._work.put(lambda: self.files.append(scroll.open()))
         for step in self._before:
             self._put(step)
         self._before.clear()
 
-    def _put(self, entry: StepTaken | Event) -> None:
+    def _put(self, entry: TransitionStep | Event) -> None:
         if self.error is not None:
             raise self.error
         scroll = self._scroll

@@ -11,17 +11,24 @@ from typing import Any
 
 from stucksolver.guard import Guard, Verdict
 from stucksolver.ladder import Ladder
-from stucksolver.plan import decided_as_said
-from stucksolver.reasoners import Answer, ReasonerError, Request, RuleReasoner, parse_trace
+from stucksolver.plan import apply_limits_to_decision
+from stucksolver.reasoners import ReasonerAnswer, ReasonerError, ReasonerRequest, RuleReasoner, parse_trace
 from stucksolver.record.hash_chain import RecordError, read_chain
 from stucksolver.record.record_file import FORMAT, image_of, policy_of
-from stucksolver.record.serialization import inputs_of, sight_of, snapshot_of, state_of, taken_answer, told_data
-from stucksolver.record.surroundings_delta import Unpacker
+from stucksolver.record.serialization import (
+    accepted_answer,
+    inputs_of,
+    sight_of,
+    snapshot_of,
+    state_of,
+    step_output_data,
+)
+from stucksolver.record.surroundings_delta import DeltaDecoder
 from stucksolver.scene import Scene
 from stucksolver.scene.wording import in_one_line
-from stucksolver.solver.state_machine.inputs import Setup, Snapshot
+from stucksolver.solver.state_machine.inputs import SceneInput, SolverSetup
 from stucksolver.solver.state_machine.transition import transition
-from stucksolver.solver.step_listener import StepTaken
+from stucksolver.solver.step_listener import TransitionStep
 
 KINDS = ("begin", "road", "step", "fault", "end")
 EQUAL = 1e-6
@@ -83,7 +90,7 @@ class _Again:
     def __init__(self, path: Path) -> None:
         self._path = path
         self.report = Report(path)
-        self._unpacker = Unpacker()
+        self._unpacker = DeltaDecoder()
         self._directive: dict[str, Any] = {}
         self._lost = False
         """True if a step led to another state, so that no later one can be replayed."""
@@ -117,9 +124,9 @@ class _Again:
         self.report.versions = data["versions"]
         self._rules = RuleReasoner(ladder.waits.limits())
         guard = Guard(policy_of(data["policy"], self._path))
-        self._setup = Setup(guard, ladder, names, data["ask_back"], observe_only)
+        self._setup = SolverSetup(guard, ladder, names, data["ask_back"], observe_only)
         state = state_of(data["state"], ladder, frozenset(names), observe_only=observe_only)
-        self._state = state.but(scene=self._scene(data["state"]["scene"]))
+        self._state = state.evolve(scene=self._scene(data["state"]["scene"]))
 
     def _road(self, number: int, data: dict[str, Any]) -> None:
         self._unpacker.add_road(data["road"])
@@ -144,8 +151,8 @@ class _Again:
         before = self._state
         inputs = inputs_of(data["in"], sight_of(data.get("sight"), seen), self._snapshot(data), before.question)
         self._state, directive, told = transition(before, inputs, self._setup)
-        step = StepTaken(before, inputs, None, None, self._state, directive, told)
-        derived = [told_data(one, step) for one in told]
+        step = TransitionStep(before, inputs, None, None, self._state, directive, told)
+        derived = [step_output_data(one, step) for one in told]
         self._decision(number, step)
         if [_kind(one) for one in recorded] != [_kind(one) for one in derived]:
             self._first_difference(number, recorded, derived)
@@ -180,7 +187,7 @@ class _Again:
             what = "verdict at acceptance" if kind == "judged" else "verdict on a tick"
             self._differs(number, what, str(verdicts[0]), str(verdicts[1]))
 
-    def _snapshot(self, data: dict[str, Any]) -> Snapshot:
+    def _snapshot(self, data: dict[str, Any]) -> SceneInput:
         asked = data.get("asked")
         return snapshot_of(None if asked is None else {**asked, "scene": self._with_image(asked["scene"])})
 
@@ -193,10 +200,10 @@ class _Again:
 
     # ---- decisions
 
-    def _decision(self, number: int, step: StepTaken) -> None:
+    def _decision(self, number: int, step: TransitionStep) -> None:
         """Ask the reasoner about the same scene again and compare its answer."""
-        answer = taken_answer(step)
-        if not isinstance(answer, Answer):
+        answer = accepted_answer(step)
+        if not isinstance(answer, ReasonerAnswer):
             return
         self.report.decisions += 1
         scene = step.before.scene
@@ -205,11 +212,15 @@ class _Again:
             return
         recorded = answer.decision
         try:
-            derived = parse_trace(answer.trace, scene) if answer.trace else self._rules.decide(Request(scene)).decision
+            derived = (
+                parse_trace(answer.trace, scene)
+                if answer.trace
+                else self._rules.decide(ReasonerRequest(scene)).decision
+            )
         except ReasonerError as error:
             self._differs(number, "decision", recorded.rationale, f"no answer: {error}")
             return
-        derived = decided_as_said(derived, scene)
+        derived = apply_limits_to_decision(derived, scene)
         if not _same(recorded.model_dump(mode="json"), derived.model_dump(mode="json")):
             self._differs(number, "decision", recorded.rationale, derived.rationale)
 

@@ -12,17 +12,17 @@ from stucksolver.guard import Approvals
 from stucksolver.immobilization import Trigger
 from stucksolver.ladder import Ladder
 from stucksolver.plan import Decision, WaitReason
-from stucksolver.reasoners import Answer, Trace
+from stucksolver.reasoners import ReasonerAnswer, ReasonerTrace
 from stucksolver.scene import Claim, Guidance, Scene, Status, Surroundings
-from stucksolver.solver.events import Event, Judgement, Told
+from stucksolver.solver.events import Event, PlanReview, StepOutput
 from stucksolver.solver.query import NoAnswer
-from stucksolver.solver.questions import Question, Reply
+from stucksolver.solver.questions import PersonReply, Question
 from stucksolver.solver.state_machine.escalation import Escalation
 from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome
-from stucksolver.solver.state_machine.inputs import Heard, Inputs, Sight, Snapshot
-from stucksolver.solver.state_machine.state import Querying, State, WordsInForce
+from stucksolver.solver.state_machine.inputs import GuidanceInput, Inputs, SceneInput, SurroundingsInput
+from stucksolver.solver.state_machine.state import ActiveGuidance, Querying, State
 from stucksolver.solver.state_machine.transition import first_state
-from stucksolver.solver.step_listener import StepTaken
+from stucksolver.solver.step_listener import TransitionStep
 
 Data = dict[str, Any]
 APPROVALS: TypeAdapter[Approvals] = TypeAdapter(Approvals)
@@ -31,15 +31,23 @@ SIMPLE = (
     "question_since_s",
     "questions",
     "queries",
-    "asked_back",
+    "clarification_asked",
     "interventions",
-    "refused_m",
-    "afresh_s",
+    "declined_at_m",
+    "detector_ignored_until_s",
     "senses_fault",
     "camera_fault",
-    "told_fault",
+    "reported_fault",
 )
 """Fields of a state that need no conversion to JSON."""
+FORMER_NAMES = {
+    "asked_back": "clarification_asked",
+    "refused_m": "declined_at_m",
+    "afresh_s": "detector_ignored_until_s",
+    "told_fault": "reported_fault",
+    "words_escalation": "guidance_escalation",
+}
+"""Names of fields in records of earlier versions."""
 SELDOM = {"barred_m": None, "stop_said_s": None, "letting_out": False}
 """More of them, which are left out if they have these values."""
 
@@ -66,7 +74,7 @@ def state_data(state: State) -> Data:
     """Return an idle state, as at the beginning of a record: without an intervention, a question or a plan."""
     data = {name: getattr(state, name) for name in SIMPLE}
     data["escalation"] = _escalation(state.escalation)
-    data["words_escalation"] = _escalation(state.words_escalation)
+    data["guidance_escalation"] = _escalation(state.guidance_escalation)
     data["onset"] = None if state.progress.onset is None else [finite(x) for x in state.progress.onset]
     data["trigger"] = None if state.trigger is None else state.trigger.value
     if state.words is not None:
@@ -82,15 +90,16 @@ def state_data(state: State) -> Data:
 def state_of(data: Data, ladder: Ladder, reasoners: frozenset[str], *, observe_only: bool) -> State:
     """Reverse `state_data`. Raises `KeyError`, `TypeError` or `ValueError` for invalid data."""
     first = first_state(ladder, reasoners, observe_only=observe_only)
+    data = {FORMER_NAMES.get(name, name): value for name, value in data.items()}
     onset, words, trigger = data["onset"], data.get("words"), data["trigger"]
     if onset is not None:
         began_s, began_m = map(of_finite, onset)
-        first = first.but(progress=type(first.progress)(first.progress.recovered_m, (began_s, began_m)))
+        first = first.evolve(progress=type(first.progress)(first.progress.recovered_m, (began_s, began_m)))
     if words is not None:
-        first = first.but(words=WordsInForce(Guidance.model_validate(words["said"]), words["since_s"]))
-    return first.but(
+        first = first.evolve(words=ActiveGuidance(Guidance.model_validate(words["said"]), words["since_s"]))
+    return first.evolve(
         escalation=_escalation_of(first.escalation, data["escalation"]),
-        words_escalation=_escalation_of(first.words_escalation, data["words_escalation"]),
+        guidance_escalation=_escalation_of(first.guidance_escalation, data["guidance_escalation"]),
         trigger=None if trigger is None else Trigger(trigger),
         doubts=MappingProxyType(dict(data.get("doubts", {}))),
         claims=MappingProxyType({Claim(name): until_s for name, until_s in data.get("claims", {}).items()}),
@@ -129,7 +138,7 @@ def _escalation_of(first: Escalation, data: Data) -> Escalation:
 # ---- the inputs of a step
 
 
-def inputs_data(inputs: Inputs, answer: Answer | NoAnswer | None) -> Data:
+def inputs_data(inputs: Inputs, answer: ReasonerAnswer | NoAnswer | None) -> Data:
     """Return the inputs that differ from their defaults, without the surroundings and the scene.
 
     `answer` is the reasoner's answer, if this step took one.
@@ -160,7 +169,7 @@ def inputs_data(inputs: Inputs, answer: Answer | NoAnswer | None) -> Data:
     return data
 
 
-def inputs_of(data: Data, sight: Sight, snapshot: Snapshot, question: Question | None) -> Inputs:
+def inputs_of(data: Data, sight: SurroundingsInput, snapshot: SceneInput, question: Question | None) -> Inputs:
     """Reverse `inputs_data`; `question` is the open one. Raises `KeyError`, `TypeError` or `ValueError` for
     invalid data.
     """
@@ -176,52 +185,56 @@ def inputs_of(data: Data, sight: Sight, snapshot: Snapshot, question: Question |
         progress_in_window_m=data.get("progress_in_window_m"),
         offset_s=data.get("offset_s", 0.0),
         jump_s=data.get("jump_s"),
-        heard=None if heard is None else Heard(Guidance.model_validate(heard["words"]), heard["fault"]),
+        heard=None if heard is None else GuidanceInput(Guidance.model_validate(heard["words"]), heard["fault"]),
         hearing=data.get("hearing", False),
-        reply=None if reply is None or question is None else Reply(question, reply["yes"], reply["by"]),
+        reply=None if reply is None or question is None else PersonReply(question, reply["yes"], reply["by"]),
         answer=_answer_of(answer),
         busy=frozenset(data.get("busy", ())),
     )
 
 
-def _answer_of(data: Data | None) -> Answer | NoAnswer | None:
+def _answer_of(data: Data | None) -> ReasonerAnswer | NoAnswer | None:
     if data is None:
         return None
     if "why" in data:
         return NoAnswer(data["why"], data.get("malformed", False))
-    trace = None if data["trace"] is None else Trace.model_validate(data["trace"])
-    return Answer(Decision.model_validate(data["decision"]), data["reasoner"], trace)
+    trace = None if data["trace"] is None else ReasonerTrace.model_validate(data["trace"])
+    return ReasonerAnswer(Decision.model_validate(data["decision"]), data["reasoner"], trace)
 
 
-def sight_of(data: Data | None, seen: Surroundings | None) -> Sight:
+def sight_of(data: Data | None, seen: Surroundings | None) -> SurroundingsInput:
     """Return what the senses showed. A step that did not look has no sight, and must not look in the replay either."""
-    return Sight(None, NOT_LOOKED, math.inf) if data is None else Sight(seen, data["fault"], of_finite(data["blind_s"]))
+    return (
+        SurroundingsInput(None, NOT_LOOKED, math.inf)
+        if data is None
+        else SurroundingsInput(seen, data["fault"], of_finite(data["blind_s"]))
+    )
 
 
-def snapshot_of(data: Data | None) -> Snapshot:
+def snapshot_of(data: Data | None) -> SceneInput:
     """Return the recorded scene in the same way."""
     if data is None:
-        return Snapshot(None, NOT_LOOKED)
+        return SceneInput(None, NOT_LOOKED)
     scene = None if data["scene"] is None else Scene.model_validate(data["scene"])
-    return Snapshot(scene, data["why_none"], data["camera_fault"])
+    return SceneInput(scene, data["why_none"], data["camera_fault"])
 
 
 # ---- the events of a step
 
 
-def taken_answer(step: StepTaken) -> Answer | NoAnswer | None:
+def accepted_answer(step: TransitionStep) -> ReasonerAnswer | NoAnswer | None:
     """Return the reasoner's answer, if this step acted on it."""
     asked = step.before.activity
     taken = isinstance(asked, Querying) and step.after.activity is not asked
     return step.inputs.answer if taken else None
 
 
-def told_data(one: Told, step: StepTaken) -> Data:
+def step_output_data(one: StepOutput, step: TransitionStep) -> Data:
     """Return an event, a judgement or a tick of a running plan. Surroundings and directive are stored in the step."""
     if isinstance(one, Event):
-        return {"event": event_data(one, taken_answer(step))}
+        return {"event": event_data(one, accepted_answer(step))}
     verdict = one.verdict.model_dump(mode="json", exclude_defaults=True)
-    if isinstance(one, Judgement):
+    if isinstance(one, PlanReview):
         kinds = APPROVALS.dump_python(one.approvals, mode="json").items()
         approvals = {kind: sorted(names) for kind, names in kinds if names or kind != "barred"}
         plan = one.plan.model_dump(mode="json")
@@ -236,9 +249,9 @@ def told_data(one: Told, step: StepTaken) -> Data:
     return {"tick": data}
 
 
-def event_data(event: Event, answer: Answer | NoAnswer | None) -> Data:
+def event_data(event: Event, answer: ReasonerAnswer | NoAnswer | None) -> Data:
     """Return an event without its scene, stored with the question, and without a decision that is among the inputs."""
-    came_in = isinstance(answer, Answer) and event.decision is answer.decision
+    came_in = isinstance(answer, ReasonerAnswer) and event.decision is answer.decision
     elsewhere = {"scene", "decision", "trace"} if came_in else {"scene"}
     data = event.model_dump(mode="json", exclude_none=True, exclude=elsewhere)
     return {key: value for key, value in data.items() if value is not False or key == "answer"}

@@ -7,12 +7,12 @@ from typing import Any
 from pydantic_core import to_jsonable_python
 
 from stucksolver.scene import RoadGeometry, Surroundings, TrackedObject
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 Data = dict[str, Any]
 
 
-class Packer:
+class DeltaEncoder:
     """Computes differences. Use one per file, in the order of its lines.
 
     It runs in the control loop and is fast: unchanged parts are only compared, never converted.
@@ -49,8 +49,8 @@ class Packer:
         return packed
 
 
-class Unpacker:
-    """Reverses `Packer`; floats are restored to the last bit."""
+class DeltaDecoder:
+    """Reverses `DeltaEncoder`; floats are restored to the last bit."""
 
     def __init__(self) -> None:
         self._last: Data = {}
@@ -74,7 +74,7 @@ class Unpacker:
         return Surroundings.model_validate({**rest, "objects": objects, "road": self._roads[now["road"]]})
 
 
-def _changed(old: Model | None, new: Model, without: tuple[str, ...] = ()) -> Data:
+def _changed(old: FrozenModel | None, new: FrozenModel, without: tuple[str, ...] = ()) -> Data:
     """Return the fields of a record that differ from another one, recursively for nested records."""
     if old is new:
         return {}
@@ -84,7 +84,9 @@ def _changed(old: Model | None, new: Model, without: tuple[str, ...] = ()) -> Da
         was = before.get(name, _changed)
         if name in without or value is was or value == was:
             continue
-        found[name] = _changed(was, value) if isinstance(value, Model) and isinstance(was, Model) else _plain(value)
+        found[name] = (
+            _changed(was, value) if isinstance(value, FrozenModel) and isinstance(was, FrozenModel) else _plain(value)
+        )
     return found
 
 

@@ -1,7 +1,7 @@
 """The data that the solver receives."""
 
-from stucksolver.scene.failed_attempts import AttemptEnd, PastAttempt, PlanFailure, RejectCode
-from stucksolver.scene.interpretation import REQUESTS, Claim, GuidanceIntent, Limits, Reading, Side
+from stucksolver.scene.failed_attempts import AttemptOutcome, FailedAttempt, PlanFailure, RejectCode
+from stucksolver.scene.interpretation import REQUESTS, Claim, GuidanceIntent, GuidanceLimits, Interpretation, Side
 from stucksolver.scene.objects import (
     MOTOR_VEHICLES,
     ON_FOOT,
@@ -33,7 +33,7 @@ from stucksolver.scene.scene import (
     SceneLane,
     SceneObject,
 )
-from stucksolver.scene.signs import SeenSign, SignWord
+from stucksolver.scene.signs import ObservedSign, SignWord
 from stucksolver.scene.status import Status
 from stucksolver.scene.surroundings import (
     ControlKind,
@@ -54,34 +54,34 @@ __all__ = [
     "STATIC_KINDS",
     "VEHICLES",
     "VULNERABLE",
-    "AttemptEnd",
+    "AttemptOutcome",
     "AvailableBehavior",
     "CameraImage",
     "CandidateWaypoint",
     "Claim",
     "ControlKind",
     "EgoState",
+    "FailedAttempt",
     "Guidance",
     "GuidanceIntent",
+    "GuidanceLimits",
+    "Interpretation",
     "LaneDirection",
     "LaneKind",
     "LaneRelation",
     "LaneSight",
     "LaneStrip",
     "LightState",
-    "Limits",
     "LineKind",
     "ObjectKind",
-    "PastAttempt",
+    "ObservedSign",
     "PlanFailure",
-    "Reading",
     "RejectCode",
     "RoadGeometry",
     "Scene",
     "SceneEgo",
     "SceneLane",
     "SceneObject",
-    "SeenSign",
     "Side",
     "SignWord",
     "Status",

@@ -14,9 +14,9 @@ from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import ValidationError
 
-from stucksolver.scene.base_model import Model, first_problem
+from stucksolver.scene.base_model import FrozenModel, first_problem
 
-M = TypeVar("M", bound=Model)
+M = TypeVar("M", bound=FrozenModel)
 Where = tuple[Any, str]
 """The place of a value: that of the value that holds it, and its name there. It becomes a text only in an error."""
 MOST_VALUES = 200_000
@@ -59,7 +59,7 @@ def read_again(value: object, kind: type[M], most_values: int = MOST_VALUES) -> 
 class _Reader:
     """Turns a model into plain values, and counts what it reads."""
 
-    def __init__(self, kind: type[Model], most_values: int) -> None:
+    def __init__(self, kind: type[FrozenModel], most_values: int) -> None:
         self._known = known_types(kind)
         self._values, self._characters = most_values, MOST_CHARACTERS
 
@@ -132,7 +132,7 @@ def _encodable(text: str, where: Where) -> str:
 
 
 @cache
-def known_types(kind: type[Model]) -> frozenset[type]:
+def known_types(kind: type[FrozenModel]) -> frozenset[type]:
     """Return the models, the enumerations and the mappings that may occur in a model, by its fields' annotations."""
     found: set[type] = set()
     waiting: list[type] = [kind]
@@ -141,9 +141,9 @@ def known_types(kind: type[Model]) -> frozenset[type]:
         if one in found:
             continue
         found.add(one)
-        if issubclass(one, Model):
+        if issubclass(one, FrozenModel):
             for field in one.model_fields.values():
-                waiting += [part for part in _parts(field.annotation) if issubclass(part, (Model, Enum, dict))]
+                waiting += [part for part in _parts(field.annotation) if issubclass(part, (FrozenModel, Enum, dict))]
     return frozenset(found)
 
 

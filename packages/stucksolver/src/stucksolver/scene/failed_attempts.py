@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from enum import Enum
 
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 
 class RejectCode(str, Enum):
     """Why the guard refuses or ends a plan."""
 
     STALE = "stale_surroundings"
-    UNSOUND = "unsound_input"
+    IMPLAUSIBLE = "unsound_input"
     PRECONDITION = "precondition"
     APPROVAL = "approval_missing"
     NO_PATH = "no_path"
@@ -35,7 +35,7 @@ class RejectCode(str, Enum):
     NOT_PASSABLE = "not_passable"
     LEAVES_LANE = "leaves_its_lane"
     STOPPING_PLACE = "no_place_to_stop"
-    UNSEEN = "way_not_seen"
+    PATH_NOT_VISIBLE = "way_not_seen"
     NO_ABORT = "no_safe_abort"
     OVERSPEED = "overspeed"
     DEVIATION = "off_the_path"
@@ -56,32 +56,32 @@ class PlanFailure(str, Enum):
     NOT_OUR_LANE = "lane_of_oncoming_traffic"
     LANE_TOO_NARROW = "lane_too_narrow"
     NO_ROOM_ASIDE = "no_room_aside"
-    NO_ROOM_TO_SWING_OUT = "no_room_to_swing_out"
+    NO_SPACE_TO_PULL_AROUND = "no_room_to_swing_out"
     NO_ROOM_TO_COME_BACK = "no_room_to_come_back"
     NO_ROOM_TO_TURN = "no_room_to_turn_round"
     TOO_LONG = "too_long_to_pass"
-    MUST_STAND = "must_stand_first"
+    MUST_BE_STOPPED = "must_stand_first"
 
 
-class AttemptEnd(str, Enum):
+class AttemptOutcome(str, Enum):
     """How a plan ended."""
 
-    REFUSED = "refused"
+    REJECTED = "refused"
     """It was never started."""
-    GIVEN_UP = "given_up"
+    ABORTED = "given_up"
     """It was started and then ended early."""
-    DENIED = "denied"
+    DECLINED = "denied"
     """A person said no."""
-    USELESS = "useless"
+    INEFFECTIVE = "useless"
     """It finished, but the vehicle did not move on."""
 
 
-class PastAttempt(Model):
+class FailedAttempt(FrozenModel):
     """A plan of this episode that did not work, and why."""
 
     time_s: float
     behaviors: tuple[str, ...]
-    ended: AttemptEnd = AttemptEnd.REFUSED
+    ended: AttemptOutcome = AttemptOutcome.REJECTED
     codes: tuple[RejectCode, ...] = ()
     failures: tuple[PlanFailure, ...] = ()
     too_near: tuple[str, ...] = ()

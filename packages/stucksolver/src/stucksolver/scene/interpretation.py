@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 
 class GuidanceIntent(str, Enum):
@@ -18,7 +18,7 @@ class GuidanceIntent(str, Enum):
     """Stay or stop. With `negated` also the rejection of a manoeuvre."""
     BACK_UP = "back_up"
     REROUTE = "reroute"
-    TURN_ROUND = "turn_round"
+    TURN_AROUND = "turn_round"
     DRIVE_OVER = "drive_over"
     PULL_OVER = "pull_over"
     FOLLOW = "follow"
@@ -42,7 +42,7 @@ REQUESTS = frozenset(
         GuidanceIntent.OVERTAKE,
         GuidanceIntent.BACK_UP,
         GuidanceIntent.REROUTE,
-        GuidanceIntent.TURN_ROUND,
+        GuidanceIntent.TURN_AROUND,
         GuidanceIntent.DRIVE_OVER,
         GuidanceIntent.PULL_OVER,
         GuidanceIntent.LET_ME_OUT,
@@ -79,7 +79,7 @@ class Claim(str, Enum):
     NO_HURRY = "no_hurry"
 
 
-class Limits(Model):
+class GuidanceLimits(FrozenModel):
     """How far, how fast and how long, as the words said it; None where they did not.
 
     They only choose parameters within a behaviour's bounds, and never raise a speed.
@@ -91,7 +91,7 @@ class Limits(Model):
     wait_s: float | None = Field(default=None, gt=0.0)
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """The amounts in words: `3 m, at most 10 km/h, for 30 s`."""
         far = None if self.distance_m is None else f"{self.distance_m:.3g} m"
         fast = None if self.speed_mps is None else f"at most {3.6 * self.speed_mps:.0f} km/h"
@@ -99,7 +99,7 @@ class Limits(Model):
         return ", ".join(filter(None, (far, fast, long)))
 
 
-class Reading(Model):
+class Interpretation(FrozenModel):
     """A passenger's words as the vehicle understood them.
 
     The vehicle may act on `intent`. It is `unclear` if the reader doubts a reading that would move the vehicle;
@@ -116,7 +116,7 @@ class Reading(Model):
     likely: GuidanceIntent
     reader: str
     """Name and version of the reader."""
-    limits: Limits | None = None
+    limits: GuidanceLimits | None = None
     """Left out of the JSON form if nothing was said."""
     denied: tuple[Claim, ...] = ()
     """The claims that the words deny: an earlier claim of that kind no longer counts. Left out if there are none."""
@@ -132,7 +132,7 @@ class Reading(Model):
         return data
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """The reading in words: `overtake on the left (91 %)`, `unclear (overtake? 87 %)`."""
         intent, likely = (one.value.replace("_", " ") for one in (self.intent, self.likely))
         sure = f"{100 * self.confidence:.0f} %"
@@ -141,5 +141,5 @@ class Reading(Model):
         if self.intent is GuidanceIntent.NONE:
             return f"nothing to do with the driving ({sure})"
         side = f" on the {self.side.value}" if self.side is not None else ""
-        limits = "" if self.limits is None else f", {self.limits.told}"
+        limits = "" if self.limits is None else f", {self.limits.description}"
         return f"{intent}{side} ({sure}){limits}"

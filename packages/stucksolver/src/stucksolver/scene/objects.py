@@ -4,7 +4,7 @@ from enum import Enum
 
 from pydantic import Field
 
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 
 class ObjectKind(str, Enum):
@@ -68,7 +68,7 @@ class Gesture(str, Enum):
     GO = "go"
 
 
-class TrackedObject(Model):
+class TrackedObject(FrozenModel):
     """One object. Pose and velocity are in the frame of the record that holds it.
 
     `x_m, y_m` is the centre of the bounding box; `yaw_rad` is counter-clockwise from the x axis.

@@ -13,7 +13,7 @@ from functools import cache
 from itertools import pairwise
 from typing import Any, Union, get_args, get_origin
 
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.road import LaneStrip, RoadGeometry, Zone, ZoneKind
 from stucksolver.scene.status import Status
@@ -63,7 +63,7 @@ _AGE = (0.0, OLDEST_S)
 _SPEED = (-QUICKEST_MPS, QUICKEST_MPS)
 _ALONG_ROUTE = (-LONGEST_ROUTE_M, LONGEST_ROUTE_M)
 
-RANGES: dict[type[Model], dict[str, tuple[float, float]]] = {
+RANGES: dict[type[FrozenModel], dict[str, tuple[float, float]]] = {
     Status: {"time_s": (-LATEST_S, LATEST_S), "speed_mps": (-ROLLS_BACK_MPS, QUICKEST_MPS), "progress_m": _ALONG_ROUTE},
     Surroundings: {"frame": (-LAST_FRAME, LAST_FRAME), "time_s": (-LATEST_S, LATEST_S), "age_s": _AGE},
     EgoState: {
@@ -125,7 +125,7 @@ Check = Callable[[Any], str | None]
 """Returns what is wrong with a value, as `.field is …`, or None."""
 
 
-def why_unsound(surroundings: Surroundings) -> str | None:
+def implausibility(surroundings: Surroundings) -> str | None:
     """Return the first implausible field of the surroundings and what is wrong with it, or None.
 
     The models refuse most of this when they are created; this also covers copies and objects that were created without
@@ -218,12 +218,12 @@ def _why_road(road: Any) -> str | None:
 
 
 @cache
-def _checked(model: type[Model]) -> Check:
+def _checked(model: type[FrozenModel]) -> Check:
     return _why_road if model is RoadGeometry else _fields(model)
 
 
 @cache
-def _fields(model: type[Model]) -> Check:
+def _fields(model: type[FrozenModel]) -> Check:
     """Return the check of all fields of a model."""
     checks = [(name, _check_of(model, name, info.annotation)) for name, info in model.model_fields.items()]
 
@@ -240,7 +240,7 @@ def _fields(model: type[Model]) -> Check:
     return check
 
 
-def _check_of(model: type[Model], name: str, annotation: Any) -> Check:
+def _check_of(model: type[FrozenModel], name: str, annotation: Any) -> Check:
     """Return the check of a field with this annotation."""
     origin, inner = get_origin(annotation), get_args(annotation)
     if origin in (Union, types.UnionType):

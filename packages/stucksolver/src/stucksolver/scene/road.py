@@ -8,7 +8,7 @@ from enum import Enum
 
 from pydantic import Field, model_validator
 
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 
 class LaneKind(str, Enum):
@@ -45,7 +45,7 @@ class ZoneKind(str, Enum):
     LEVEL_CROSSING = "level_crossing"
 
 
-class LaneStrip(Model):
+class LaneStrip(FrozenModel):
     """A lane beside the reference line, sampled at the reference's own stations.
 
     Sample `i` belongs to reference sample `start + i`. Offsets are those of the lane's centre (m), left positive.
@@ -68,7 +68,7 @@ class LaneStrip(Model):
         return self
 
 
-class Zone(Model):
+class Zone(FrozenModel):
     """A stretch of the route with its own rules, between two arc lengths along the route (m)."""
 
     kind: ZoneKind
@@ -76,7 +76,7 @@ class Zone(Model):
     end_m: float
 
 
-class RoadGeometry(Model):
+class RoadGeometry(FrozenModel):
     """Lanes and zones along a piece of the route, ahead of and behind the ego."""
 
     key: str

@@ -10,12 +10,12 @@ from typing import Literal
 
 from pydantic import Base64Bytes, Field, JsonValue
 
-from stucksolver.scene.base_model import Model
-from stucksolver.scene.failed_attempts import PastAttempt
-from stucksolver.scene.interpretation import Claim, Reading
+from stucksolver.scene.base_model import FrozenModel
+from stucksolver.scene.failed_attempts import FailedAttempt
+from stucksolver.scene.interpretation import Claim, Interpretation
 from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
-from stucksolver.scene.signs import SeenSign
+from stucksolver.scene.signs import ObservedSign
 from stucksolver.scene.surroundings import TrafficControl
 
 
@@ -31,7 +31,7 @@ class LaneRelation(str, Enum):
     OFF_ROAD = "off_road"
 
 
-class SceneEgo(Model):
+class SceneEgo(FrozenModel):
     """The ego as described to a reasoner."""
 
     speed_mps: float
@@ -68,7 +68,7 @@ class SceneObject(TrackedObject):
     """True if the ego would hit it while following the route's lane."""
 
 
-class SceneLane(Model):
+class SceneLane(FrozenModel):
     """The ego's lane, or a lane beside it."""
 
     id: str
@@ -86,7 +86,7 @@ class SceneLane(Model):
     speed_limit_mps: float | None
 
 
-class CandidateWaypoint(Model):
+class CandidateWaypoint(FrozenModel):
     """A place from which the route could be planned again."""
 
     id: str
@@ -103,14 +103,14 @@ class CandidateWaypoint(Model):
     """Length of that route (m)."""
 
 
-class AvailableBehavior(Model):
+class AvailableBehavior(FrozenModel):
     """A behaviour that the stack can perform now, with the JSON schema of its parameters."""
 
     name: str
     parameters: dict[str, JsonValue]
 
 
-class CameraImage(Model):
+class CameraImage(FrozenModel):
     """The front camera's image as JPEG."""
 
     width: int
@@ -122,12 +122,12 @@ MAX_WORDS = 500
 """Longest input from a passenger (characters); the rest is cut off."""
 
 
-class Guidance(Model):
+class Guidance(FrozenModel):
     """What a passenger said. It is advice and data, never an instruction to the system."""
 
     text: str = Field(max_length=MAX_WORDS)
     time_s: float
-    reading: Reading | None = None
+    reading: Interpretation | None = None
     """How the vehicle's own reader understood the words; None if nobody has read them."""
 
 
@@ -135,7 +135,7 @@ TOUCHING_M = -0.5
 """A gap this negative still counts as ahead: bounding boxes are larger than the bodies (m)."""
 
 
-class Scene(Model):
+class Scene(FrozenModel):
     """Everything that a reasoner may know. It never contains scenario labels or role names."""
 
     version: Literal[1] = 1
@@ -144,7 +144,7 @@ class Scene(Model):
     ego: SceneEgo
     objects: tuple[SceneObject, ...]
     controls: tuple[TrafficControl, ...]
-    signs: tuple[SeenSign, ...] = ()
+    signs: tuple[ObservedSign, ...] = ()
     """Words read on signs and vehicles. They are for reasoners only: the guard reads no words."""
     lanes: tuple[SceneLane, ...]
     waypoints: tuple[CandidateWaypoint, ...] = ()
@@ -155,7 +155,7 @@ class Scene(Model):
     guidance: Guidance | None = None
     claims: tuple[Claim, ...] = ()
     """People's recent claims about the world, as they were understood: evidence that never overrides what is seen."""
-    attempts: tuple[PastAttempt, ...] = ()
+    attempts: tuple[FailedAttempt, ...] = ()
 
     def offers(self, *names: str) -> bool:
         """True if the stack can perform all of these behaviours now."""

@@ -18,7 +18,7 @@ from stucksolver.scene.scene import (
     SceneLane,
     SceneObject,
 )
-from stucksolver.scene.signs import SeenSign
+from stucksolver.scene.signs import ObservedSign
 from stucksolver.scene.status import Status
 
 PATH_MARGIN_M = 0.2
@@ -34,7 +34,7 @@ def build_scene(
     waypoints: tuple[CandidateWaypoint, ...] = (),
     route_command: str | None = None,
     image: CameraImage | None = None,
-    signs: tuple[SeenSign, ...] = (),
+    signs: tuple[ObservedSign, ...] = (),
 ) -> Scene:
     """Build the scene: everything that a reasoner may know now, in the ego frame.
 

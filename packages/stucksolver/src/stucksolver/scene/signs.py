@@ -2,7 +2,7 @@
 
 from enum import Enum
 
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 
 class SignWord(str, Enum):
@@ -21,7 +21,7 @@ class SignWord(str, Enum):
     FIRE = "fire"
 
 
-class SeenSign(Model):
+class ObservedSign(FrozenModel):
     """A word that was read at least twice while the vehicle stood."""
 
     word: SignWord

@@ -1,9 +1,9 @@
 """What the stack reports about itself on every tick; cheap enough to build each time."""
 
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 
-class Status(Model):
+class Status(FrozenModel):
     """The progress of the ego at one tick."""
 
     time_s: float

@@ -4,7 +4,7 @@ from enum import Enum
 
 from pydantic import Field
 
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.road import RoadGeometry
 
@@ -26,7 +26,7 @@ class ControlKind(str, Enum):
     STOP_SIGN = "stop_sign"
 
 
-class TrafficControl(Model):
+class TrafficControl(FrozenModel):
     """A traffic light or sign ahead on the route."""
 
     kind: ControlKind
@@ -38,7 +38,7 @@ class TrafficControl(Model):
     """Set only for a light."""
 
 
-class VehicleLimits(Model):
+class VehicleLimits(FrozenModel):
     """The vehicle's limits that the guard assumes."""
 
     wheelbase_m: float = 2.9
@@ -51,7 +51,7 @@ class VehicleLimits(Model):
     """Acceleration from rest that the vehicle has shown, less its spread (m/s²); None if it was not measured."""
 
 
-class EgoState(Model):
+class EgoState(FrozenModel):
     """The ego in the local frame. `x_m, y_m` is the centre of its bounding box."""
 
     x_m: float
@@ -65,7 +65,7 @@ class EgoState(Model):
     """Standard deviation of its position across the road (m); None if localisation is exact."""
 
 
-class LaneSight(Model):
+class LaneSight(FrozenModel):
     """How far a lane is *seen* along the reference line, from the ego's centre ahead and behind (m)."""
 
     lane_id: str
@@ -73,7 +73,7 @@ class LaneSight(Model):
     behind_m: float
 
 
-class Surroundings(Model):
+class Surroundings(FrozenModel):
     """The output of perception for one tick, in the local frame of its `road`."""
 
     frame: int

@@ -1,25 +1,25 @@
 """The public face of the solver: `StuckSolver`, its events and its questions."""
 
-from stucksolver.solver.events import Event, EventKind, Judgement, Tick
+from stucksolver.solver.events import Event, EventKind, ExecutionTick, PlanReview
 from stucksolver.solver.questions import Question, QuestionError, QuestionKind
-from stucksolver.solver.recovery_watch import ProgressWatch
+from stucksolver.solver.recovery_watch import RecoveryWatch
 from stucksolver.solver.solver import MakeScene, StuckSolver
-from stucksolver.solver.step_listener import StepTaken, Witness
-from stucksolver.solver.workers.delivery_clock import Clock, make_clock
+from stucksolver.solver.step_listener import StepListener, TransitionStep
+from stucksolver.solver.workers.delivery_clock import DeliveryClock, make_clock
 
 __all__ = [
-    "Clock",
+    "DeliveryClock",
     "Event",
     "EventKind",
-    "Judgement",
+    "ExecutionTick",
     "MakeScene",
-    "ProgressWatch",
+    "PlanReview",
     "Question",
     "QuestionError",
     "QuestionKind",
-    "StepTaken",
+    "RecoveryWatch",
+    "StepListener",
     "StuckSolver",
-    "Tick",
-    "Witness",
+    "TransitionStep",
     "make_clock",
 ]

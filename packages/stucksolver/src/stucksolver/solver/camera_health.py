@@ -13,7 +13,7 @@ tables). That is 0.016 bytes per pixel; a picture of a road takes several times 
 MOVED_M = 0.5
 
 
-class CameraWatch:
+class CameraHealth:
     """Remembers the last image and the place where it was taken."""
 
     def __init__(self) -> None:

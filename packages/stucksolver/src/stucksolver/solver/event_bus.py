@@ -6,7 +6,7 @@ import logging
 
 from stucksolver.scene.wording import in_one_line, said_by
 from stucksolver.solver.events import Event, EventKind, Listener
-from stucksolver.solver.step_listener import StepTaken, Witness
+from stucksolver.solver.step_listener import StepListener, TransitionStep
 
 LOG = logging.getLogger(__name__)
 
@@ -14,11 +14,11 @@ LOG = logging.getLogger(__name__)
 class EventBus:
     """Isolates the control loop from errors in listeners and in the witness. Each fault is also a line of the log."""
 
-    def __init__(self, listener: Listener | None, witness: Witness | None) -> None:
+    def __init__(self, listener: Listener | None, witness: StepListener | None) -> None:
         self._listener = listener
         self._witness = witness
 
-    def step(self, step: StepTaken) -> None:
+    def step(self, step: TransitionStep) -> None:
         """Report a step: first to the witness, then to the listeners."""
         if self._witness is not None:
             try:

@@ -8,9 +8,9 @@ from enum import Enum
 
 from stucksolver.guard import Approvals, Verdict
 from stucksolver.plan import Decision, Directive, RecoveryPlan
-from stucksolver.reasoners import Trace
-from stucksolver.scene import Reading, Scene, Surroundings
-from stucksolver.scene.base_model import Model
+from stucksolver.reasoners import ReasonerTrace
+from stucksolver.scene import Interpretation, Scene, Surroundings
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver.solver.questions import Question
 from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome
 
@@ -23,14 +23,14 @@ class EventKind(str, Enum):
     STARTED = "started"
     ABORTED = "aborted"
     FINISHED = "finished"
-    USELESS = "useless"
+    INEFFECTIVE = "useless"
     """The last plan finished, but the vehicle has not moved on and is still immobilized."""
     RECOVERED = "recovered"
     GUIDANCE = "guidance"
     GUIDANCE_ENDED = "guidance_ended"
     ASKED_BACK = "asked_back"
     """The passenger's words were not understood; the text asks what was meant. The answer is given in words."""
-    DISAGREED = "disagreed"
+    PERCEPTION_DISPUTED = "disagreed"
     """A reasoner that looks at the image contradicts perception; what perception allowed counts as unknown for a
     while.
     """
@@ -51,7 +51,7 @@ class EventKind(str, Enum):
     """The clock, the surroundings or a listener misbehaved."""
 
 
-class Event(Model):
+class Event(FrozenModel):
     """One event. `time_s` is the time of the stack's clock."""
 
     time_s: float
@@ -66,12 +66,12 @@ class Event(Model):
     decision: Decision | None = None
     waiting: bool = False
     """True if the decision is to wait and the ladder allows it."""
-    trace: Trace | None = None
+    trace: ReasonerTrace | None = None
     verdict: Verdict | None = None
     question: Question | None = None
     answer: bool | None = None
     """The person's answer, for `EventKind.ANSWERED`."""
-    reading: Reading | None = None
+    reading: Interpretation | None = None
     """How the passenger's words were understood."""
 
 
@@ -79,7 +79,7 @@ Listener = Callable[[Event], None]
 
 
 @dataclass(frozen=True)
-class Judgement:
+class PlanReview:
     """Everything on which the verdict on a proposed plan depends. `now_s` is the solver's own time, which never
     jumps.
     """
@@ -94,7 +94,7 @@ class Judgement:
 
 
 @dataclass(frozen=True)
-class Tick:
+class ExecutionTick:
     """Everything on which the verdict on a running plan depends at one tick, and the result."""
 
     time_s: float
@@ -106,5 +106,5 @@ class Tick:
     verdict: Verdict
 
 
-Told = Event | Judgement | Tick
+StepOutput = Event | PlanReview | ExecutionTick
 """What a transition reports, in order."""

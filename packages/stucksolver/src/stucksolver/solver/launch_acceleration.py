@@ -21,7 +21,7 @@ SPREADS = 2.0
 """The measured value is the mean less this many standard deviations."""
 
 
-class Launches:
+class LaunchAcceleration:
     """Watches every status for launches: from rest to `LAUNCHED_MPS` without losing speed.
 
     The vehicle may set off slowly because it follows somebody, so the slower half of the launches does not count, as
@@ -66,7 +66,7 @@ class Launches:
         sure = statistics.mean(quicker) - SPREADS * statistics.stdev(quicker)
         return sure if sure > LEAST_MPS2 else None
 
-    def told(self, seen: Surroundings) -> Surroundings:
+    def with_measured_acceleration(self, seen: Surroundings) -> Surroundings:
         """Return the surroundings with what was measured among the vehicle's limits, for the guard and the record."""
         measured = self.acceleration_mps2
         if measured is None:

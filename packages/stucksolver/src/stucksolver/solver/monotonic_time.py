@@ -19,7 +19,7 @@ TELL_AGAIN_S = 1.0
 NEVER_S = float("-inf")
 
 
-class Timeline:
+class MonotonicTime:
     """Gives each status a continuous time. Subtract `offset_s` from it to get the stack's time."""
 
     def __init__(self) -> None:

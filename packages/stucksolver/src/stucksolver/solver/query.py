@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stucksolver.plan import WaitReason
-from stucksolver.scene import Reading, Scene, Surroundings
+from stucksolver.scene import Interpretation, Scene, Surroundings
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Query:
     screen: bool
     outlived: frozenset[WaitReason]
     seen: Surroundings | None
-    reading: Reading | None
+    reading: Interpretation | None
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from enum import Enum
 
 from stucksolver.ladder.rung_actions import Person
 from stucksolver.plan import RecoveryPlan
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 
 class QuestionKind(str, Enum):
@@ -22,7 +22,7 @@ class QuestionKind(str, Enum):
     """The vehicle stands in its minimal risk condition. `approve` lets it try again."""
 
 
-class Question(Model):
+class Question(FrozenModel):
     """One question, in the form that a page shows."""
 
     id: str
@@ -38,7 +38,7 @@ class Question(Model):
 
 
 @dataclass(frozen=True)
-class Reply:
+class PersonReply:
     """A person's yes or no to a question."""
 
     question: Question
@@ -55,7 +55,7 @@ class QuestionDesk:
 
     def __init__(self) -> None:
         self.pending: Question | None = None
-        self._reply: Reply | None = None
+        self._reply: PersonReply | None = None
         self._lock = threading.Lock()
 
     def show(self, question: Question | None) -> None:
@@ -86,9 +86,9 @@ class QuestionDesk:
             if question.to == "operator" and by != "operator":
                 raise QuestionError(f"question {question.id} is for the operator")
             if self._reply is None or not yes:  # of two people who contradict each other, the no wins
-                self._reply = Reply(question, yes, by)
+                self._reply = PersonReply(question, yes, by)
 
-    def take(self) -> Reply | None:
+    def take(self) -> PersonReply | None:
         """Return the reply to the open question once; None while there is none."""
         with self._lock:
             reply, self._reply = self._reply, None

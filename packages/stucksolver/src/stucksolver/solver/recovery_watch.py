@@ -11,7 +11,7 @@ RECOVERED_M = 15.0
 
 
 @dataclass(frozen=True)
-class ProgressWatch:
+class RecoveryWatch:
     """Remembers where and when the current immobilization began.
 
     `onset` is the time (s) and the progress on the route (m) at its beginning; None if there is none.
@@ -21,13 +21,13 @@ class ProgressWatch:
     onset: tuple[float, float] | None = None
 
     @property
-    def on(self) -> bool:
+    def active(self) -> bool:
         """True during an immobilization that has not been recovered from."""
         return self.onset is not None
 
-    def updated(
+    def advance(
         self, status: Status, slow_since_s: float | None, trigger: Trigger | None
-    ) -> tuple[ProgressWatch, float | None]:
+    ) -> tuple[RecoveryWatch, float | None]:
         """Return the watch after one more tick, and the seconds from onset to recovery at the tick of the recovery."""
         if self.onset is None:
             if trigger is None:

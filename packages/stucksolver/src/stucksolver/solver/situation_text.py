@@ -9,7 +9,7 @@ AHEAD_M = 45.0
 LIGHT_M = 40.0
 
 
-def situation_of(scene: Scene | None, question: str | None = None) -> str:
+def situation_text(scene: Scene | None, question: str | None = None) -> str:
     """Return what the vehicle is doing, behind what and before which light, and the open yes-or-no question."""
     parts = [] if scene is None else [_doing(scene), *_light(scene)]
     if question is not None:

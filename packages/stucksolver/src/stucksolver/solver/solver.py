@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 
 from stucksolver.guard import Guard
 from stucksolver.immobilization import Detector, DetectorSettings, Trigger
-from stucksolver.interpreter import NoReader, WordsReader, find_reader
+from stucksolver.interpreter import Interpreter, NoInterpreter, find_reader
 from stucksolver.ladder import Ladder, LadderError, find_ladder
 from stucksolver.ladder.rung_actions import Person
 from stucksolver.plan import CONTINUE, Directive
@@ -18,23 +18,23 @@ from stucksolver.reasoners.factory import make_reasoner
 from stucksolver.scene import MAX_WORDS, Scene, Status, Surroundings
 from stucksolver.scene.bounded_values import MalformedError, read_again
 from stucksolver.scene.wording import in_one_line
-from stucksolver.solver.camera_health import CameraWatch
+from stucksolver.solver.camera_health import CameraHealth
 from stucksolver.solver.event_bus import EventBus
 from stucksolver.solver.events import Event, EventKind, Listener
-from stucksolver.solver.launch_acceleration import Launches
-from stucksolver.solver.monotonic_time import Timeline
+from stucksolver.solver.launch_acceleration import LaunchAcceleration
+from stucksolver.solver.monotonic_time import MonotonicTime
 from stucksolver.solver.questions import Question, QuestionDesk
-from stucksolver.solver.situation_text import situation_of
-from stucksolver.solver.state_machine.guidance import to_be_answered
-from stucksolver.solver.state_machine.inputs import Inputs, Setup, Sight, Snapshot
+from stucksolver.solver.situation_text import situation_text
+from stucksolver.solver.state_machine.guidance import answerable_question
+from stucksolver.solver.state_machine.inputs import Inputs, SceneInput, SolverSetup, SurroundingsInput
 from stucksolver.solver.state_machine.pending_transition import BLIND_LIMIT_S
 from stucksolver.solver.state_machine.state import Executing, Monitoring, Querying, State
 from stucksolver.solver.state_machine.transition import first_state, transition
 from stucksolver.solver.status_watch import StatusWatch
-from stucksolver.solver.step_listener import Facts, StepTaken, Witness
-from stucksolver.solver.surroundings_monitor import Read, Senses
-from stucksolver.solver.workers.delivery_clock import Clock, make_clock
-from stucksolver.solver.workers.interpreter_worker import WordsWorker
+from stucksolver.solver.step_listener import SolverInfo, StepListener, TransitionStep
+from stucksolver.solver.surroundings_monitor import Read, SurroundingsMonitor
+from stucksolver.solver.workers.delivery_clock import DeliveryClock, make_clock
+from stucksolver.solver.workers.interpreter_worker import InterpreterWorker
 from stucksolver.solver.workers.reasoner_pool import ReasonerPool
 from stucksolver.solver.workers.reasoner_worker import ReasonerWorker
 
@@ -44,7 +44,7 @@ BRIEF_S = 1.0
 ASK_BACK = "I did not understand that. Shall I wait, drive on, go round, or take another way?"
 
 
-class Once(Generic[T]):
+class CallOnce(Generic[T]):
     """A function that is called at most once. `made` is its result, None before the call."""
 
     def __init__(self, make: Callable[[], T]) -> None:
@@ -79,10 +79,9 @@ class StuckSolver:
             installed.
         guard: Checks every plan. Default: a guard with the ladder's policy. It must not be laxer than that.
         detector: What counts as immobilized.
-        clock: When answers are delivered: `wall`, `lockstep`, `latency:SECONDS`, `latency:measured`, or a `Clock`.
-        on_event: Called with every event.
-        record: Receives everything that is needed to derive each step again.
-        observe_only: Judge plans, but never perform them and ask nobody.
+        clock: When answers are delivered: `wall`, `lockstep`, `latency:SECONDS`, `latency:measured`, or a
+        `DeliveryClock`. on_event: Called with every event. record: Receives everything that is needed to derive each
+        step again. observe_only: Judge plans, but never perform them and ask nobody.
 
     Raises:
         LadderError: The ladder cannot be read, or the guard is laxer than the ladder's policy.
@@ -97,12 +96,12 @@ class StuckSolver:
         ladder: Ladder | Path | str | None = None,
         reasoner: Reasoner | str | None = None,
         models: Mapping[str, Reasoner] | None = None,
-        reader: WordsReader | None = None,
+        reader: Interpreter | None = None,
         guard: Guard | None = None,
         detector: DetectorSettings | None = None,
-        clock: Clock | str = "wall",
+        clock: DeliveryClock | str = "wall",
         on_event: Listener | None = None,
-        record: Witness | None = None,
+        record: StepListener | None = None,
         observe_only: bool = False,
     ) -> None:
         self.ladder = find_ladder(ladder)
@@ -122,26 +121,26 @@ class StuckSolver:
         names = {rung: one.name for rung, one in reasoners.items()}
         self._stack_scene = scene
         self._detector = Detector(detector)
-        self._timeline = Timeline()
+        self._timeline = MonotonicTime()
         self._status = StatusWatch(self._timeline)
-        self._senses = Senses(self.guard.policy.controls)
-        self._launches = Launches()
+        self._senses = SurroundingsMonitor(self.guard.policy.controls)
+        self._launches = LaunchAcceleration()
         self._driver_drives = True
-        self._camera = CameraWatch()
+        self._camera = CameraHealth()
         self._bus = EventBus(on_event, record)
         self._reasoner = ReasonerWorker(ReasonerPool(reasoners, self.ladder.waits), self.guard, self.clock)
-        self._reader = WordsWorker(reader or find_reader(), self.clock)
+        self._reader = InterpreterWorker(reader or find_reader(), self.clock)
         self._desk = QuestionDesk()
         self._said: deque[str] = deque()
         """What was said since the last step; filled by any thread."""
         unread = self._reader.reader
-        ask_back = unread.why if isinstance(unread, NoReader) else ASK_BACK
-        self._setup = Setup(self.guard, self.ladder, names, ask_back, observe_only)
+        ask_back = unread.why if isinstance(unread, NoInterpreter) else ASK_BACK
+        self._setup = SolverSetup(self.guard, self.ladder, names, ask_back, observe_only)
         self._state = first_state(self.ladder, frozenset(reasoners), observe_only=observe_only)
         if record is not None:
             settings = self._detector.settings
             clock, policy = self.clock.name, self.guard.policy
-            record.begin(Facts(self.ladder, policy, clock, settings, names, ask_back, observe_only))
+            record.begin(SolverInfo(self.ladder, policy, clock, settings, names, ask_back, observe_only))
 
     # ---- called by the stack, a web page, or an operator's desk
 
@@ -167,7 +166,7 @@ class StuckSolver:
         idle = trigger is None and not self._said and self._timeline.jump_s is None
         if idle and not self._state.engaged and not self._reader.busy:
             return CONTINUE
-        return self._take_step(status, trigger, Once(lambda: self._look(surroundings, status.time_s)))
+        return self._take_step(status, trigger, CallOnce(lambda: self._look(surroundings, status.time_s)))
 
     @property
     def state(self) -> State:
@@ -221,7 +220,7 @@ class StuckSolver:
     def close(self) -> None:
         """Drop the question under way. Nothing more is asked unless `step` is called again."""
         if isinstance(self._state.activity, Querying):
-            self._state = self._state.but(activity=Monitoring())
+            self._state = self._state.evolve(activity=Monitoring())
         self._put_to_work()
 
     def __enter__(self) -> StuckSolver:
@@ -255,31 +254,33 @@ class StuckSolver:
             return CONTINUE
         runs = executes and bad_s <= BLIND_LIMIT_S
         # The fault was reported above, so the sight names none.
-        look = Once(lambda: self._look(surroundings, last.time_s) if runs else Sight(None, None, bad_s))
+        look = CallOnce(lambda: self._look(surroundings, last.time_s) if runs else SurroundingsInput(None, None, bad_s))
         return self._take_step(last, None, look)
 
-    def _take_step(self, status: Status, trigger: Trigger | None, look: Once[Sight]) -> Directive:
+    def _take_step(self, status: Status, trigger: Trigger | None, look: CallOnce[SurroundingsInput]) -> Directive:
         """Run one transition and act on its result."""
-        scene = Once(lambda: self._snapshot(status, look()))
+        scene = CallOnce(lambda: self._snapshot(status, look()))
         inputs = self._inputs(status, trigger, look, scene)
         before = self._state
         self._state, directive, told = transition(before, inputs, self._setup)
         self._desk.show(self._state.question)
-        if self._state.afresh_s != before.afresh_s:
+        if self._state.detector_ignored_until_s != before.detector_ignored_until_s:
             self._detector.forget()
         self._put_to_work()
         self._driver_drives = directive == CONTINUE
-        self._bus.step(StepTaken(before, inputs, look.made, scene.made, self._state, directive, told))
+        self._bus.step(TransitionStep(before, inputs, look.made, scene.made, self._state, directive, told))
         return directive
 
-    def _inputs(self, status: Status, trigger: Trigger | None, look: Once[Sight], scene: Once[Snapshot]) -> Inputs:
+    def _inputs(
+        self, status: Status, trigger: Trigger | None, look: CallOnce[SurroundingsInput], scene: CallOnce[SceneInput]
+    ) -> Inputs:
         """Collect the inputs of this tick. Words and answers are taken from their threads when the clock delivers
         them.
         """
         now = status.time_s
         if self._said:
-            question = to_be_answered(self._state)
-            situation = situation_of(scene().scene, question.text if question else None)
+            question = answerable_question(self._state)
+            situation = situation_text(scene().scene, question.text if question else None)
             while self._said:
                 self._reader.take(self._said.popleft(), now - self._timeline.offset_s, now, situation)
         heard = self._reader.poll(now)
@@ -300,27 +301,27 @@ class StuckSolver:
             busy=self._reasoner.at_work(),
         )
 
-    def _look(self, read: Read, now_s: float) -> Sight:
+    def _look(self, read: Read, now_s: float) -> SurroundingsInput:
         seen = self._senses.look(read, now_s, now_s - self._timeline.offset_s)
-        seen = None if seen is None else self._launches.told(seen)
-        return Sight(seen, self._senses.fault, self._senses.blind_s(now_s))
+        seen = None if seen is None else self._launches.with_measured_acceleration(seen)
+        return SurroundingsInput(seen, self._senses.fault, self._senses.blind_s(now_s))
 
-    def _snapshot(self, status: Status, sight: Sight) -> Snapshot:
+    def _snapshot(self, status: Status, sight: SurroundingsInput) -> SceneInput:
         """Build the scene from the same surroundings that the guard sees at this tick."""
         if sight.surroundings is None:
-            return Snapshot(None, sight.fault or "nothing has been seen yet")
+            return SceneInput(None, sight.fault or "nothing has been seen yet")
         try:
             scene = self._stack_scene(sight.surroundings)
         except Exception as error:  # noqa: BLE001 - a stack's own fault, of whatever type, must not end the control loop
-            return Snapshot(None, f"the stack's scene raised {in_one_line(error)}")
+            return SceneInput(None, f"the stack's scene raised {in_one_line(error)}")
         if scene is None:
-            return Snapshot(None, "the stack has no scene to give")
+            return SceneInput(None, "the stack has no scene to give")
         try:
             read_again(scene, Scene)
         except MalformedError as error:
-            return Snapshot(None, f"the stack's scene cannot be used: {error}")
+            return SceneInput(None, f"the stack's scene cannot be used: {error}")
         scene, fault = self._camera.checked(scene, status.progress_m)
-        return Snapshot(scene, camera_fault=fault)
+        return SceneInput(scene, camera_fault=fault)
 
     def _put_to_work(self) -> None:
         """Start the reasoner on the question in the state, and stop any other question."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stucksolver.scene import Status
 from stucksolver.scene.plausibility import sound_time_s, why_unsound_status
-from stucksolver.solver.monotonic_time import Timeline
+from stucksolver.solver.monotonic_time import MonotonicTime
 
 TELL_AGAIN_S = 10.0
 """A fault of a field is reported again only after this time without it (s): one that comes and goes is one fault."""
@@ -18,7 +18,7 @@ class StatusWatch:
         bad_s: For how long no status could be used (s, the solver's own time); 0 if this one can.
     """
 
-    def __init__(self, timeline: Timeline) -> None:
+    def __init__(self, timeline: MonotonicTime) -> None:
         self._timeline = timeline
         self._last: Status | None = None
         self._bad_since_s: float | None = None

@@ -10,13 +10,13 @@ from stucksolver.guard import GuardPolicy
 from stucksolver.immobilization import DetectorSettings
 from stucksolver.ladder import Ladder
 from stucksolver.plan import Directive
-from stucksolver.solver.events import Event, Told
-from stucksolver.solver.state_machine.inputs import Inputs, Sight, Snapshot
+from stucksolver.solver.events import Event, StepOutput
+from stucksolver.solver.state_machine.inputs import Inputs, SceneInput, SurroundingsInput
 from stucksolver.solver.state_machine.state import State
 
 
 @dataclass(frozen=True)
-class Facts:
+class SolverInfo:
     """The parts of a solver. `reasoners` maps the rungs' names to the reasoners' own names."""
 
     ladder: Ladder
@@ -29,7 +29,7 @@ class Facts:
 
 
 @dataclass(frozen=True)
-class StepTaken:
+class TransitionStep:
     """One call of `transition`. Everything else can be recomputed from `before` and the inputs.
 
     `sight` and `snapshot` are what the inputs' `look` and `scene` returned, None if they were not called.
@@ -37,20 +37,20 @@ class StepTaken:
 
     before: State
     inputs: Inputs
-    sight: Sight | None
-    snapshot: Snapshot | None
+    sight: SurroundingsInput | None
+    snapshot: SceneInput | None
     after: State
     directive: Directive
-    told: tuple[Told, ...]
+    told: tuple[StepOutput, ...]
 
 
-class Witness(Protocol):
+class StepListener(Protocol):
     """Receives every step. If it raises, the solver reports it once, stops calling it, and drives on."""
 
-    def begin(self, facts: Facts) -> None:
+    def begin(self, facts: SolverInfo) -> None:
         """Called once, when the solver is made."""
 
-    def step(self, step: StepTaken) -> None:
+    def step(self, step: TransitionStep) -> None:
         """Receives a tick on which something was, or might have been, wrong."""
 
     def fault(self, event: Event) -> None:

@@ -16,7 +16,7 @@ from typing import Any
 from stucksolver.guard.policy import ControlPolicy
 from stucksolver.scene import EgoState, Surroundings, TrackedObject, TrafficControl
 from stucksolver.scene.objects import VULNERABLE
-from stucksolver.scene.plausibility import why_unsound
+from stucksolver.scene.plausibility import implausibility
 from stucksolver.scene.wording import in_one_line
 from stucksolver.solver.control_memory import ControlMemory
 
@@ -44,13 +44,13 @@ Read = Callable[[], "Surroundings | None"]
 
 
 @dataclass(frozen=True)
-class _Look:
+class _RawSample:
     now_s: float
     raw: Surroundings
     controls: tuple[TrafficControl, ...]
 
 
-class Senses:
+class SurroundingsMonitor:
     """Reads the stack's surroundings. Every call takes the solver's own time.
 
     Args:
@@ -59,7 +59,7 @@ class Senses:
 
     def __init__(self, controls: ControlPolicy | None = None) -> None:
         self._controls = ControlMemory(controls)
-        self._last: _Look | None = None
+        self._last: _RawSample | None = None
         self._fresh_s = -math.inf
         """The time at which the current frame was first shown."""
         self._jumped_s = -math.inf
@@ -90,7 +90,7 @@ class Senses:
         objects = self._kept(raw.objects, now_s)
         # Where the ego is not known, no line has a place.
         controls = raw.controls if age == DOUBTFUL_AGE_S else self._controls.controls(raw)
-        self._last = _Look(now_s, raw, controls)
+        self._last = _RawSample(now_s, raw, controls)
         if age == raw.age_s and objects is raw.objects and controls is raw.controls:
             return raw
         return raw.model_copy(update={"age_s": age, "objects": objects, "ego": ego, "controls": controls})
@@ -179,7 +179,7 @@ def _read(read: Read) -> tuple[Surroundings | None, str]:
         return None, "there are no surroundings"
     if not issubclass(type(raw), Surroundings):
         return None, f"the stack returned a {type(raw).__name__} as surroundings"
-    wrong = why_unsound(raw)
+    wrong = implausibility(raw)
     return (raw, "") if wrong is None else (None, f"the surroundings are inconsistent: {wrong}")
 
 

@@ -24,7 +24,7 @@ REQUEST_AND_CALL = re.compile(
 )
 
 
-def without_call_for_care(text: str) -> str | None:
+def strip_caution(text: str) -> str | None:
     """Return the request before a call for care that ends the text; None if there is none."""
     found = REQUEST_AND_CALL.match(text.strip().replace("\u2019", "'"))
     if found is None or WARNS.search(found["of"]):

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import re
 
-from stucksolver.scene.interpretation import MOVES, Claim, GuidanceIntent, Reading
+from stucksolver.scene.interpretation import MOVES, Claim, GuidanceIntent, Interpretation
 from stucksolver.word_safeguards.alarms import WAVES, calls_to_stop, foresees_collision, states_danger, warns
-from stucksolver.word_safeguards.calls_for_care import without_call_for_care
+from stucksolver.word_safeguards.calls_for_care import strip_caution
 from stucksolver.word_safeguards.clauses import Clause, any_of, clauses_of, is_of_another_time
 from stucksolver.word_safeguards.evidence import GIVES, Evidence, denies_softness, evidence_for
 from stucksolver.word_safeguards.living_beings import ALIVE, HARD, WHO, WHO_SIGNS
@@ -57,7 +57,7 @@ DRIVE_OVER_IT = re.compile(
 )  # fmt: skip
 
 
-def restrained(reading: Reading, text: str) -> Reading:
+def restrained(reading: Interpretation, text: str) -> Interpretation:
     """Return the reading without what its words deny, forbid or warn of.
 
     Args:
@@ -65,7 +65,7 @@ def restrained(reading: Reading, text: str) -> Reading:
         text: What was said. A call for care after a request takes nothing from it.
     """
     if reading.intent in MOVES:
-        text = without_call_for_care(text) or text
+        text = strip_caution(text) or text
     denied = denied_claims(text)
     claims = tuple(c for c in reading.claims if c not in GIVES or _is_given(c, reading, text))
     bars = bars_driving_over(text)
@@ -75,17 +75,17 @@ def restrained(reading: Reading, text: str) -> Reading:
     return reading.model_copy(update=changes)
 
 
-def alarm(text: str) -> Reading | None:
+def alarm(text: str) -> Interpretation | None:
     """Return the reading of a call to stop or a foreseen collision, which needs no network; None for other words."""
-    if without_call_for_care(text) is not None or not (calls_to_stop(text) or foresees_collision(text)):
+    if strip_caution(text) is not None or not (calls_to_stop(text) or foresees_collision(text)):
         return None
     return held(text)
 
 
-def held(text: str) -> Reading:
+def held(text: str) -> Interpretation:
     """Return the reading of words that hold the vehicle, made without the network."""
     wait = GuidanceIntent.WAIT
-    return Reading(
+    return Interpretation(
         intent=wait,
         likely=wait,
         urgent=True,
@@ -122,7 +122,7 @@ def _is_dangerous(clause: Clause) -> bool:
     return any(clause.mentions(pattern) for pattern in (ALIVE, IS_ALIVE, IS_HARD))
 
 
-def _is_given(claim: Claim, reading: Reading, text: str) -> bool:
+def _is_given(claim: Claim, reading: Interpretation, text: str) -> bool:
     return (
         claim not in denied_claims(text)
         and evidence_for(claim, text) is Evidence.ASSERTED
@@ -130,7 +130,7 @@ def _is_given(claim: Claim, reading: Reading, text: str) -> bool:
     )
 
 
-def _holds(reading: Reading, text: str) -> bool:
+def _holds(reading: Interpretation, text: str) -> bool:
     """True if the words hold the vehicle, whatever the network makes of them."""
     if reading.intent not in HOLDABLE:
         return False

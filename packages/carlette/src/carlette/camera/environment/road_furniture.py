@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from carlette.camera.environment.road_surface import PAINT_UP_M, WHITE, upward
-from carlette.camera.environment.sampled_roads import Road
+from carlette.camera.environment.sampled_roads import SampledRoad
 from carlette.camera.models.lettering import lettering
 from carlette.camera.models.mesh import Builder, Mesh, quads
 from carlette.camera.models.signs import kind_of, post_sign
@@ -52,7 +52,7 @@ def stop_lines(signals: list[Signal]) -> list[Mesh]:
     return made
 
 
-def signs(root: ElementTree.Element, roads: list[Road], signals: list[Signal]) -> list[tuple[Mesh, Floats]]:
+def signs(root: ElementTree.Element, roads: list[SampledRoad], signals: list[Signal]) -> list[tuple[Mesh, Floats]]:
     """Sign meshes with their places (3,)."""
     made: list[tuple[Mesh, Floats]] = []
     governed = {one.id: one for one in signals if one.type != LIGHT_TYPE}
@@ -71,7 +71,7 @@ def signs(root: ElementTree.Element, roads: list[Road], signals: list[Signal]) -
     return made
 
 
-def stencils(root: ElementTree.Element, roads: list[Road]) -> list[Mesh]:
+def stencils(root: ElementTree.Element, roads: list[SampledRoad]) -> list[Mesh]:
     """Letters, arrows and single stop lines painted on the road."""
     made = []
     by_id = {road.id: road for road in roads}
@@ -109,7 +109,7 @@ def _stencil(name: str) -> Builder | None:
     return None
 
 
-def _beside(road: Road, s: float, t: float) -> tuple[Floats, float]:
+def _beside(road: SampledRoad, s: float, t: float) -> tuple[Floats, float]:
     """A place beside a road, and the yaw (rad) that faces the traffic passing on that side."""
     at = np.array([min(max(s, 0.0), road.length)])
     point = road.points(at, np.array([t]))[0]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from carlette.camera.environment.sampled_roads import Lane, Mark, Road, Section
+from carlette.camera.environment.sampled_roads import SampledLane, SampledMarking, SampledRoad, SampledSection
 from carlette.camera.models.mesh import Color, Mesh, quads
 from carlette.camera.rendering import tags
 from carlette.geometry import Floats
@@ -59,11 +59,11 @@ class Pavement:
     """The quads that cars drive on."""
     junctions: dict[int, list[Floats]] = field(default_factory=dict)
     """Quads (n, 4, 3) of the lanes of each junction."""
-    edges: list[tuple[Road, Floats, Floats]] = field(default_factory=list)
+    edges: list[tuple[SampledRoad, Floats, Floats]] = field(default_factory=list)
     """Outermost borders: road, world points (n, 3) and outward directions (n, 2), each about a step apart."""
 
 
-def pave(roads: list[Road]) -> Pavement:
+def pave(roads: list[SampledRoad]) -> Pavement:
     """Lanes, kerbs and paint of all roads."""
     made = Pavement()
     for road in roads:
@@ -78,7 +78,9 @@ def pave(roads: list[Road]) -> Pavement:
     return made
 
 
-def _strip(road: Road, s: Floats, one: Floats, other: Floats, up_m: float = 0.0, up_other_m: float = 0.0) -> Floats:
+def _strip(
+    road: SampledRoad, s: Floats, one: Floats, other: Floats, up_m: float = 0.0, up_other_m: float = 0.0
+) -> Floats:
     """Quads (n, 4, 3) between two lines along the road, facing up."""
     a, b = road.points(s, one, up_m), road.points(s, other, up_other_m)
     strip = np.stack([a[:-1], b[:-1], b[1:], a[1:]], axis=1)
@@ -93,7 +95,7 @@ def upward(corners: Floats) -> Floats:
     return corners
 
 
-def _lane(made: Pavement, road: Road, s: Floats, place: tuple[Lane, Floats, Floats]) -> None:
+def _lane(made: Pavement, road: SampledRoad, s: Floats, place: tuple[SampledLane, Floats, Floats]) -> None:
     lane, inner, outer = place
     if np.abs(outer - inner).max() < 0.01:
         return
@@ -111,7 +113,7 @@ def _lane(made: Pavement, road: Road, s: Floats, place: tuple[Lane, Floats, Floa
         made.driving.append(strip[..., :2])
 
 
-def _kerbs(made: Pavement, road: Road, s: Floats, borders: list[tuple[Lane, Floats, Floats]]) -> None:
+def _kerbs(made: Pavement, road: SampledRoad, s: Floats, borders: list[tuple[SampledLane, Floats, Floats]]) -> None:
     """The step up to each raised lane, and a lighter line along its edge."""
     for number, (lane, inner, outer) in enumerate(borders):
         up_m = _RAISED.get(lane.kind, 0.0)
@@ -128,7 +130,7 @@ def _kerbs(made: Pavement, road: Road, s: Floats, borders: list[tuple[Lane, Floa
             made.floor.append(quads(_wall(road, s, outer, up_m, sign), KERB, tags.SIDEWALK))
 
 
-def _wall(road: Road, s: Floats, t: Floats, up_m: float, left: float, down_m: float = 0.0) -> Floats:
+def _wall(road: SampledRoad, s: Floats, t: Floats, up_m: float, left: float, down_m: float = 0.0) -> Floats:
     """A vertical strip along the road, visible from its left (`left` = 1) or right (-1)."""
     low, high = road.points(s, t, -down_m), road.points(s, t, up_m)
     strip = np.stack([low[:-1], low[1:], high[1:], high[:-1]], axis=1)
@@ -139,7 +141,7 @@ def _wall(road: Road, s: Floats, t: Floats, up_m: float, left: float, down_m: fl
     return strip
 
 
-def _outside(made: Pavement, road: Road, s: Floats, borders: list[tuple[Lane, Floats, Floats]]) -> None:
+def _outside(made: Pavement, road: SampledRoad, s: Floats, borders: list[tuple[SampledLane, Floats, Floats]]) -> None:
     """A skirt below the outermost borders, down to the terrain, and the borders themselves for the roadside."""
     for sign in (1.0, -1.0):
         side = [one for one in borders if (one[0].id > 0) == (sign > 0)]
@@ -153,9 +155,9 @@ def _outside(made: Pavement, road: Road, s: Floats, borders: list[tuple[Lane, Fl
         made.edges.append((road, points, (beyond - points)[:, :2]))
 
 
-def _markings(road: Road, section: Section) -> Iterator[Mesh]:
+def _markings(road: SampledRoad, section: SampledSection) -> Iterator[Mesh]:
     """The paint of one section."""
-    lines: list[tuple[list[Mark], float, Lane | None]] = [(section.center_marks, 0.0, None)]
+    lines: list[tuple[list[SampledMarking], float, SampledLane | None]] = [(section.center_marks, 0.0, None)]
     lines += [(lane.marks, 1.0 if lane.id > 0 else -1.0, lane) for lane in [*section.left, *section.right]]
     for marks, sign, lane in lines:
         for number, mark in enumerate(marks):
@@ -166,7 +168,12 @@ def _markings(road: Road, section: Section) -> Iterator[Mesh]:
 
 
 def _mark(
-    road: Road, section: Section, lane: Lane | None, mark: Mark, reach: tuple[float, float], sign: float
+    road: SampledRoad,
+    section: SampledSection,
+    lane: SampledLane | None,
+    mark: SampledMarking,
+    reach: tuple[float, float],
+    sign: float,
 ) -> Iterator[Mesh]:
     color = PAINTS.get(mark.color, WHITE)
     width = max(mark.width_m, LEAST_PAINT_M)
@@ -192,7 +199,12 @@ def _dashes(origin: float, start: float, end: float) -> Iterator[tuple[float, fl
 
 
 def _painted(
-    road: Road, section: Section, lane: Lane | None, reach: tuple[float, float], line: tuple[float, float], up_m: float
+    road: SampledRoad,
+    section: SampledSection,
+    lane: SampledLane | None,
+    reach: tuple[float, float],
+    line: tuple[float, float],
+    up_m: float,
 ) -> Floats:
     s = road.stations(*reach)
     shift, width = line

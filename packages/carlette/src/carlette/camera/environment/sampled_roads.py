@@ -44,7 +44,7 @@ class Cubic:
 
 
 @dataclass(frozen=True)
-class Mark:
+class SampledMarking:
     """A marking at a lane's outer border, from `start` (m along the road) on."""
 
     start: float
@@ -54,28 +54,28 @@ class Mark:
 
 
 @dataclass(frozen=True)
-class Lane:
+class SampledLane:
     """One lane of a section."""
 
     id: int
     kind: str
     width: Cubic
-    marks: list[Mark]
+    marks: list[SampledMarking]
 
 
 @dataclass(frozen=True)
-class Section:
+class SampledSection:
     """A stretch of road with the same lanes; `lanes` from the centre outwards, left ones (positive ids) first."""
 
     start: float
     end: float
-    left: list[Lane]
-    right: list[Lane]
-    center_marks: list[Mark]
+    left: list[SampledLane]
+    right: list[SampledLane]
+    center_marks: list[SampledMarking]
 
 
 @dataclass
-class Road:
+class SampledRoad:
     """One road."""
 
     id: int
@@ -86,7 +86,7 @@ class Road:
     """s, x, y, heading, length, kind and parameters of each piece of the reference line."""
     elevation: Cubic
     offset: Cubic
-    sections: list[Section] = field(default_factory=list)
+    sections: list[SampledSection] = field(default_factory=list)
 
     def line(self, s: Floats) -> tuple[Floats, Floats, Floats]:
         """x, y (OpenDRIVE's) and heading of the reference line."""
@@ -117,7 +117,7 @@ class Road:
         ordered = sorted(cuts)
         return np.array([one for i, one in enumerate(ordered) if i == 0 or one - ordered[i - 1] > 1e-3])
 
-    def borders(self, section: Section, s: Floats) -> list[tuple[Lane, Floats, Floats]]:
+    def borders(self, section: SampledSection, s: Floats) -> list[tuple[SampledLane, Floats, Floats]]:
         """Return each lane with the offsets t of its inner and outer border at each `s` (m)."""
         found = []
         for lanes, sign in ((section.left, 1.0), (section.right, -1.0)):
@@ -129,16 +129,16 @@ class Road:
         return found
 
 
-def read_roads(root: ElementTree.Element) -> list[Road]:
+def read_roads(root: ElementTree.Element) -> list[SampledRoad]:
     """All roads of a document."""
     return [_read_road(one) for one in root.findall("road")]
 
 
-def _read_road(element: ElementTree.Element) -> Road:
+def _read_road(element: ElementTree.Element) -> SampledRoad:
     length = float(element.get("length", "0"))
     kind = element.find("type")
     lanes = element.find("lanes")
-    road = Road(
+    road = SampledRoad(
         int(element.get("id", "0")),
         int(element.get("junction", "-1")),
         length,
@@ -155,23 +155,23 @@ def _read_road(element: ElementTree.Element) -> Road:
     return road
 
 
-def _read_section(element: ElementTree.Element, start: float, end: float) -> Section:
-    def side(name: str) -> list[Lane]:
+def _read_section(element: ElementTree.Element, start: float, end: float) -> SampledSection:
+    def side(name: str) -> list[SampledLane]:
         found = [_read_lane(one, start) for one in element.findall(f"{name}/lane")]
         return sorted(found, key=lambda one: abs(one.id))
 
     center = element.find("center/lane")
-    return Section(start, end, side("left"), side("right"), _marks(center, start) if center is not None else [])
+    return SampledSection(start, end, side("left"), side("right"), _marks(center, start) if center is not None else [])
 
 
-def _read_lane(element: ElementTree.Element, start: float) -> Lane:
+def _read_lane(element: ElementTree.Element, start: float) -> SampledLane:
     width = _cubic(element.findall("width"), "sOffset")
-    return Lane(int(element.get("id", "0")), element.get("type", "none"), width, _marks(element, start))
+    return SampledLane(int(element.get("id", "0")), element.get("type", "none"), width, _marks(element, start))
 
 
-def _marks(lane: ElementTree.Element, start: float) -> list[Mark]:
+def _marks(lane: ElementTree.Element, start: float) -> list[SampledMarking]:
     return [
-        Mark(
+        SampledMarking(
             start + float(one.get("sOffset", "0")),
             one.get("type", "none"),
             one.get("color", "standard"),

@@ -17,7 +17,7 @@ import numpy as np
 import shapely
 
 from carlette.camera.environment.road_surface import Pavement
-from carlette.camera.environment.sampled_roads import Road
+from carlette.camera.environment.sampled_roads import SampledRoad
 from carlette.camera.models.mesh import Builder, Color, Mesh, Point, mix, shade
 from carlette.camera.rendering import tags
 from carlette.geometry import Floats
@@ -103,7 +103,7 @@ def _along(points: Floats, outward: Floats, step_m: float, start_m: float) -> It
         yield points[index] + share * (points[index + 1] - points[index]), outward[index]
 
 
-def _lamps(road: Road, points: Floats, outward: Floats, random: Random) -> Iterator[Item]:
+def _lamps(road: SampledRoad, points: Floats, outward: Floats, random: Random) -> Iterator[Item]:
     if road.kind in ("rural", "motorway") or road.length < 20.0:
         return
     for place, away in _along(points, outward, LAMP_EVERY_M, random.uniform(6.0, 16.0)):
@@ -119,7 +119,7 @@ def _lamps(road: Road, points: Floats, outward: Floats, random: Random) -> Itera
         )
 
 
-def _plots(road: Road, points: Floats, outward: Floats, random: Random, sites: _Sites) -> Iterator[Item]:
+def _plots(road: SampledRoad, points: Floats, outward: Floats, random: Random, sites: _Sites) -> Iterator[Item]:
     is_country = road.kind in _COUNTRY
     for place, away in _along(points, outward, PLOT_M, random.uniform(2.0, PLOT_M)):
         choice = random.random()

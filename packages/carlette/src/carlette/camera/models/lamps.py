@@ -8,7 +8,7 @@ from enum import IntFlag
 
 from carlette.camera.models.cycles import lamp_places
 from carlette.camera.models.mesh import Builder, Color, Mesh, Point, shade
-from carlette.camera.models.vehicle_body import Frame, body_kind, frame_of
+from carlette.camera.models.vehicle_body import BodyDimensions, body_kind, frame_of
 from carlette.geometry import Box
 
 BLINK_S, BLINK_LIT = 0.7, 0.7
@@ -16,7 +16,7 @@ BLINK_S, BLINK_LIT = 0.7, 0.7
 FLASH_S = 0.4
 
 
-class Lit(IntFlag):
+class VehicleLights(IntFlag):
     """`carla.VehicleLightState`."""
 
     POSITION = 1
@@ -32,9 +32,9 @@ class Lit(IntFlag):
     SPECIAL2 = 1024
 
 
-SPECIAL = Lit.SPECIAL1 | Lit.SPECIAL2
-BLINKERS = Lit.RIGHT_BLINKER | Lit.LEFT_BLINKER
-BEAMS = Lit.LOW_BEAM | Lit.HIGH_BEAM
+SPECIAL = VehicleLights.SPECIAL1 | VehicleLights.SPECIAL2
+BLINKERS = VehicleLights.RIGHT_BLINKER | VehicleLights.LEFT_BLINKER
+BEAMS = VehicleLights.LOW_BEAM | VehicleLights.HIGH_BEAM
 WHITE: Color = (255, 252, 236)
 RED: Color = (255, 26, 16)
 AMBER: Color = (255, 158, 0)
@@ -55,14 +55,14 @@ def lamp_meshes(type_id: str, box: Box, lit: int, phase: int) -> tuple[Mesh, Mes
     """The lamps, and the halos of those that are lit."""
     lamps, halos = Builder(), Builder()
     frame = frame_of(type_id, box)
-    state = Lit(lit)
+    state = VehicleLights(lit)
     for side in (1.0, -1.0):
-        blinker = Lit.RIGHT_BLINKER if side > 0 else Lit.LEFT_BLINKER
+        blinker = VehicleLights.RIGHT_BLINKER if side > 0 else VehicleLights.LEFT_BLINKER
         _front(lamps, halos, frame, side, state, bool(state & blinker))
         _rear(lamps, halos, frame, side, state, bool(state & blinker), body_kind(type_id) != "car")
-    if state & Lit.BRAKE and body_kind(type_id) == "car":
+    if state & VehicleLights.BRAKE and body_kind(type_id) == "car":
         lamps.box((frame.rear + 0.30, frame.y, frame.high - 0.10), (0.06, 0.5, 0.07), RED, glow=True)
-    if state & Lit.INTERIOR:
+    if state & VehicleLights.INTERIOR:
         lamps.plate((frame.middle, frame.y, frame.high + 0.011), (0.5, 0.3), (0, 0, 1), WHITE, glow=True)
     _bar(lamps, halos, type_id, frame, bool(state & SPECIAL), phase)
     return lamps.mesh(), halos.mesh()
@@ -71,17 +71,19 @@ def lamp_meshes(type_id: str, box: Box, lit: int, phase: int) -> tuple[Mesh, Mes
 def cycle_lamp_meshes(type_id: str, box: Box, wheelbase_m: float, lit: int) -> tuple[Mesh, Mesh]:
     """The lamps of a motorcycle, and the halos of those that are lit."""
     lamps, halos = Builder(), Builder()
-    state = Lit(lit)
+    state = VehicleLights(lit)
     front, rear = lamp_places(type_id, box, wheelbase_m)
-    beam, brake = bool(state & BEAMS), bool(state & Lit.BRAKE)
-    lamps.disc(front, 0.1, (1.0, 0, 0), WHITE if beam else (206, 212, 216), glow=bool(state & (BEAMS | Lit.POSITION)))
-    tail = bool(state & (Lit.POSITION | BEAMS | Lit.FOG))
+    beam, brake = bool(state & BEAMS), bool(state & VehicleLights.BRAKE)
+    lamps.disc(
+        front, 0.1, (1.0, 0, 0), WHITE if beam else (206, 212, 216), glow=bool(state & (BEAMS | VehicleLights.POSITION))
+    )
+    tail = bool(state & (VehicleLights.POSITION | BEAMS | VehicleLights.FOG))
     lamps.box(rear, (0.1, 0.2, 0.1), RED if brake else ((186, 16, 14) if tail else (104, 16, 16)), glow=brake or tail)
     for on, place, way, color in ((beam, front, 1.0, WHITE), (brake, rear, -1.0, RED)):
         if on:
             _halo(halos, (place[0] + 0.08 * way, place[1], place[2]), 0.42, (way, 0, 0), color)
     for side in (1.0, -1.0):
-        blinks = bool(state & (Lit.RIGHT_BLINKER if side > 0 else Lit.LEFT_BLINKER))
+        blinks = bool(state & (VehicleLights.RIGHT_BLINKER if side > 0 else VehicleLights.LEFT_BLINKER))
         for place, way in ((front, 1.0), (rear, -1.0)):
             at = (place[0] - 0.06 * way, place[1] + 0.2 * side, place[2])
             lamps.box(at, (0.09, 0.11, 0.09), AMBER if blinks else (150, 92, 40), glow=blinks)
@@ -94,10 +96,10 @@ def beam_mesh(type_id: str, box: Box, lit: int) -> Mesh:
     """The light that headlamps (and, in red, brake lamps) cast on the road; added to the picture in the dark."""
     builder = Builder()
     frame = frame_of(type_id, box)
-    state = Lit(lit)
+    state = VehicleLights(lit)
     up: Point = (0.0, 0.0, 1.0)
     if state & BEAMS:
-        reach = 42.0 if state & Lit.HIGH_BEAM else 26.0
+        reach = 42.0 if state & VehicleLights.HIGH_BEAM else 26.0
         start, half = frame.front + 0.4, frame.half
         cuts = ((0.0, 0.8, 0.2, 60), (0.22, 1.6, 0.9, 90), (0.6, 2.6, 1.8, 50), (1.0, 3.4, 2.4, 0))
         for (a, w0, e0, s0), (b, w1, e1, s1) in itertools.pairwise(cuts):
@@ -113,36 +115,40 @@ def beam_mesh(type_id: str, box: Box, lit: int) -> Mesh:
                     (x1, y1, 0.1),
                 ]
                 builder.glowing(wing, BEAM, up, [s0, 0, 0, s1])
-    if state & Lit.BRAKE:
+    if state & VehicleLights.BRAKE:
         half, x = frame.half, frame.rear
         ring = [(x, -half, 0.1), (x - 3.0, -half - 0.5, 0.1), (x - 3.0, half + 0.5, 0.1), (x, half, 0.1)]
         builder.glowing(ring, RED, up, [110, 0, 0, 110])
     return builder.mesh()
 
 
-def _front(lamps: Builder, halos: Builder, frame: Frame, side: float, state: Lit, blinks: bool) -> None:
+def _front(
+    lamps: Builder, halos: Builder, frame: BodyDimensions, side: float, state: VehicleLights, blinks: bool
+) -> None:
     y, x, z = frame.y + side * frame.lamp_half * 0.84, frame.front - 0.01, frame.lamp_z
     on = bool(state & BEAMS)
-    color = WHITE if on else ((250, 246, 226) if state & Lit.POSITION else (206, 212, 216))
-    glow = bool(state & (BEAMS | Lit.POSITION))
+    color = WHITE if on else ((250, 246, 226) if state & VehicleLights.POSITION else (206, 212, 216))
+    glow = bool(state & (BEAMS | VehicleLights.POSITION))
     lamps.box((x - 0.06, y, z), (0.16, 0.34, 0.17), color, glow=glow)
     if on:
-        _halo(halos, (x + 0.06, y, z), 0.8 if state & Lit.HIGH_BEAM else 0.48, (1.0, 0, 0), WHITE)
-    if state & Lit.FOG:
+        _halo(halos, (x + 0.06, y, z), 0.8 if state & VehicleLights.HIGH_BEAM else 0.48, (1.0, 0, 0), WHITE)
+    if state & VehicleLights.FOG:
         lamps.box((x - 0.02, y, z - 0.26), (0.1, 0.2, 0.1), WHITE, glow=True)
     _indicator(lamps, halos, (x - 0.08, frame.y + side * (frame.lamp_half * 1.09), z), (1.0, side), blinks)
 
 
-def _rear(lamps: Builder, halos: Builder, frame: Frame, side: float, state: Lit, blinks: bool, heavy: bool) -> None:
+def _rear(
+    lamps: Builder, halos: Builder, frame: BodyDimensions, side: float, state: VehicleLights, blinks: bool, heavy: bool
+) -> None:
     y, x, z = frame.y + side * frame.lamp_half * 0.86, frame.rear - 0.02, frame.tail_z
-    brake = bool(state & Lit.BRAKE)
-    tail = bool(state & (Lit.POSITION | BEAMS | Lit.FOG))
+    brake = bool(state & VehicleLights.BRAKE)
+    tail = bool(state & (VehicleLights.POSITION | BEAMS | VehicleLights.FOG))
     color = RED if brake else ((186, 16, 14) if tail else (104, 16, 16))
     size = (0.18, 0.34, 0.20) if not heavy else (0.12, 0.26, 0.26)
     lamps.box((x + 0.05, y, z), size, color, glow=brake or tail)
     if brake:
         _halo(halos, (x - 0.08, y, z), 0.62, (-1.0, 0, 0), RED)
-    reverse = bool(state & Lit.REVERSE)
+    reverse = bool(state & VehicleLights.REVERSE)
     inner = y - side * 0.27
     lamps.box((x + 0.05, inner, z - 0.03), (0.16, 0.17, 0.11), WHITE if reverse else (176, 172, 168), glow=reverse)
     if reverse:
@@ -159,7 +165,7 @@ def _indicator(lamps: Builder, halos: Builder, place: Point, way: tuple[float, f
         _halo(halos, (x, y + 0.09 * side, z), 0.45, (0, side, 0), AMBER)
 
 
-def _bar(lamps: Builder, halos: Builder, type_id: str, frame: Frame, flashes: bool, phase: int) -> None:
+def _bar(lamps: Builder, halos: Builder, type_id: str, frame: BodyDimensions, flashes: bool, phase: int) -> None:
     """The light bar of police, ambulance and fire engine; the red lamps of a school bus."""
     if "schoolbus" in type_id:
         for x, side in ((frame.front - 1.44, 1.0), (frame.rear - 0.05, -1.0)):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from carlette.camera.models.lettering import lettering
 from carlette.camera.models.mesh import Builder, Point
-from carlette.camera.models.vehicle_body import SEAM, TYRE, UP, Frame
+from carlette.camera.models.vehicle_body import SEAM, TYRE, UP, BodyDimensions
 
 
-def dress_car(builder: Builder, type_id: str, frame: Frame) -> None:
+def dress_car(builder: Builder, type_id: str, frame: BodyDimensions) -> None:
     """What marks police, ambulance and taxi; the spare wheel of a jeep."""
     if "police" in type_id:
         _police(builder, frame)
@@ -19,7 +19,9 @@ def dress_car(builder: Builder, type_id: str, frame: Frame) -> None:
         builder.cylinder((frame.rear + 0.05, frame.y, 0.95), (frame.rear - 0.08, frame.y, 0.95), 0.34, TYRE, sides=12)
 
 
-def dress_truck(builder: Builder, fire: bool, cola: bool, frame: Frame, place: tuple[float, float, float]) -> None:
+def dress_truck(
+    builder: Builder, fire: bool, cola: bool, frame: BodyDimensions, place: tuple[float, float, float]
+) -> None:
     """Stripes, ladders and words of a truck; `place` is x of its rear and of its cab, and its top."""
     rear, cab, top = place
     middle, span = (rear + cab) / 2, cab - rear
@@ -66,7 +68,7 @@ def dress_truck(builder: Builder, fire: bool, cola: bool, frame: Frame, place: t
             )
 
 
-def dress_school_bus(builder: Builder, frame: Frame, face: float, top: float) -> None:
+def dress_school_bus(builder: Builder, frame: BodyDimensions, face: float, top: float) -> None:
     """Its name over both ends, beside the warning lamps."""
     for x, right, side in ((face + 0.04, (0.0, -1.0, 0.0), 1.0), (frame.rear - 0.03, (0.0, 1.0, 0.0), -1.0)):
         lettering(builder, "SCHOOL BUS", (x, frame.y, top - 0.36), right, UP, 0.26, (16, 16, 16), width_m=1.5)
@@ -74,7 +76,7 @@ def dress_school_bus(builder: Builder, frame: Frame, face: float, top: float) ->
             builder.plate((x - 0.02 * side, frame.y + aside * frame.half, top - 0.34), (0.34, 0.3), (side, 0, 0), SEAM)
 
 
-def _police(builder: Builder, frame: Frame) -> None:
+def _police(builder: Builder, frame: BodyDimensions) -> None:
     height, hl = frame.high - frame.low, frame.length / 2
     for side in (1.0, -1.0):
         y = frame.y + side * (frame.half + 0.016)
@@ -98,7 +100,7 @@ def _police(builder: Builder, frame: Frame) -> None:
     )
 
 
-def _ambulance(builder: Builder, frame: Frame) -> None:
+def _ambulance(builder: Builder, frame: BodyDimensions) -> None:
     height, hl = frame.high - frame.low, frame.length / 2
     for side in (1.0, -1.0):
         y = frame.y + side * (frame.half + 0.02)
@@ -144,7 +146,7 @@ def _ambulance(builder: Builder, frame: Frame) -> None:
     builder.plate((frame.front + 0.03, frame.y, frame.low + 0.36 * height), (1.0, 0.14), (1.0, 0, 0), (210, 24, 24))
 
 
-def _taxi(builder: Builder, frame: Frame) -> None:
+def _taxi(builder: Builder, frame: BodyDimensions) -> None:
     hl = frame.length / 2
     builder.box((frame.middle - 0.18 * hl, frame.y, frame.high + 0.07), (0.18, 0.7, 0.18), (250, 250, 240))
     for side, right in ((1.0, (0.0, -1.0, 0.0)), (-1.0, (0.0, 1.0, 0.0))):

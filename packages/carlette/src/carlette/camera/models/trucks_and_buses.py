@@ -5,10 +5,10 @@ from __future__ import annotations
 from carlette.camera.models.lettering import lettering
 from carlette.camera.models.livery import dress_school_bus, dress_truck
 from carlette.camera.models.mesh import Builder, Color, shade
-from carlette.camera.models.vehicle_body import BUMPER, FIRE_RED, GLASS, SCHOOL_YELLOW, SEAM, UP, Frame, wheels
+from carlette.camera.models.vehicle_body import BUMPER, FIRE_RED, GLASS, SCHOOL_YELLOW, SEAM, UP, BodyDimensions, wheels
 
 
-def build_truck(builder: Builder, type_id: str, frame: Frame, wheelbase_m: float, color: Color) -> None:
+def build_truck(builder: Builder, type_id: str, frame: BodyDimensions, wheelbase_m: float, color: Color) -> None:
     """A cab and a load: fire engine, drinks lorry or a plain box."""
     fire, cola = "firetruck" in type_id, "carlacola" in type_id
     paint = FIRE_RED if fire else ((206, 30, 36) if cola else color)
@@ -36,7 +36,7 @@ def build_truck(builder: Builder, type_id: str, frame: Frame, wheelbase_m: float
     wheels(builder, frame, wheelbase_m, 0.50, frame.half, axles)
 
 
-def build_bus(builder: Builder, type_id: str, frame: Frame, wheelbase_m: float, color: Color) -> None:
+def build_bus(builder: Builder, type_id: str, frame: BodyDimensions, wheelbase_m: float, color: Color) -> None:
     """A city bus, or a school bus with its nose."""
     school = "schoolbus" in type_id
     paint = SCHOOL_YELLOW if school else color
@@ -82,7 +82,7 @@ def build_bus(builder: Builder, type_id: str, frame: Frame, wheelbase_m: float, 
     wheels(builder, frame, wheelbase_m, 0.50, frame.half, axles)
 
 
-def _cab(builder: Builder, frame: Frame, paint: Color, place: tuple[float, float]) -> None:
+def _cab(builder: Builder, frame: BodyDimensions, paint: Color, place: tuple[float, float]) -> None:
     """The cab of a truck from x to the front; `place` is that x and its top."""
     cab, cab_top = place
     height = frame.high - frame.low
@@ -122,7 +122,7 @@ def _cab(builder: Builder, frame: Frame, paint: Color, place: tuple[float, float
         )
 
 
-def _nose(builder: Builder, frame: Frame, paint: Color, nose: float, *, school: bool) -> float:
+def _nose(builder: Builder, frame: BodyDimensions, paint: Color, nose: float, *, school: bool) -> float:
     """The front of a bus; returns x of its windscreen."""
     low, top = 0.42, frame.high
     if school:
@@ -147,7 +147,7 @@ def _nose(builder: Builder, frame: Frame, paint: Color, nose: float, *, school: 
     return frame.front
 
 
-def _windows(builder: Builder, frame: Frame, nose: float, belt: float, *, school: bool) -> None:
+def _windows(builder: Builder, frame: BodyDimensions, nose: float, belt: float, *, school: bool) -> None:
     count = max(4, int((frame.length - nose - 1.2) / 1.15))
     for side in (1.0, -1.0):
         y = frame.y + side * (frame.half + 0.012)

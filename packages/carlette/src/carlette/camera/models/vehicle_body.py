@@ -86,7 +86,7 @@ STYLES: dict[str, Style] = {
 
 
 @dataclass(frozen=True)
-class Frame:
+class BodyDimensions:
     """Dimensions shared by body, lamps and doors, in the actor's frame (m)."""
 
     rear: float
@@ -111,7 +111,7 @@ class Frame:
         return (self.front + self.rear) / 2
 
 
-def frame_of(type_id: str, box: Box) -> Frame:
+def frame_of(type_id: str, box: Box) -> BodyDimensions:
     """The measures of a vehicle's body in its box."""
     (cx, cy, cz), (hx, hy, hz) = box.center, box.extent
     low = max(cz - hz, 0.0)
@@ -122,7 +122,7 @@ def frame_of(type_id: str, box: Box) -> Frame:
     lamp, tail = {"car": (0.375, 0.52), "truck": (0.24, 0.26), "bus": (0.24, 0.26)}[heavy]
     if STYLES.get(type_id) is VAN:
         lamp, tail = 0.33, 0.34
-    return Frame(
+    return BodyDimensions(
         cx - hx + 0.08, cx + hx - 0.08, half, cy, low, high, low + lamp * height, low + tail * height, half * 0.82
     )  # fmt: skip
 
@@ -141,7 +141,12 @@ def body_kind(type_id: str) -> str:
 
 
 def wheels(
-    builder: Builder, frame: Frame, wheelbase_m: float, radius: float, half: float, axles: Sequence[float] | None = None
+    builder: Builder,
+    frame: BodyDimensions,
+    wheelbase_m: float,
+    radius: float,
+    half: float,
+    axles: Sequence[float] | None = None,
 ) -> None:
     """Wheels in dark arches; at `axles` (x), or a wheelbase apart."""
     at = axles or (frame.middle + wheelbase_m / 2, frame.middle - wheelbase_m / 2)

@@ -12,7 +12,7 @@ from carlette.camera.models.vehicle_body import (
     SEDAN,
     STYLES,
     VAN,
-    Frame,
+    BodyDimensions,
     Style,
     body_kind,
     frame_of,
@@ -35,7 +35,7 @@ def vehicle_mesh(type_id: str, box: Box, wheelbase_m: float, color: Color) -> Me
     return builder.mesh()
 
 
-def _car(builder: Builder, type_id: str, frame: Frame, wheelbase_m: float, color: Color) -> None:
+def _car(builder: Builder, type_id: str, frame: BodyDimensions, wheelbase_m: float, color: Color) -> None:
     style = STYLES.get(type_id, SEDAN)
     paint = _paint(type_id, color)
     height, hl = frame.high - frame.low, frame.length / 2
@@ -57,7 +57,7 @@ def _car(builder: Builder, type_id: str, frame: Frame, wheelbase_m: float, color
     dress_car(builder, type_id, frame)
 
 
-def _cabin(builder: Builder, style: Style, frame: Frame, paint: Color) -> None:
+def _cabin(builder: Builder, style: Style, frame: BodyDimensions, paint: Color) -> None:
     hl, height = frame.length / 2, frame.high - frame.low
     rear, front, roof_rear, roof_front = (frame.middle + x * hl for x in style.cabin)
     belt, top = frame.low + style.belt * height, frame.high - 0.05
@@ -94,7 +94,7 @@ def _cabin(builder: Builder, style: Style, frame: Frame, paint: Color) -> None:
 
 def _van_glass(
     builder: Builder,
-    frame: Frame,
+    frame: BodyDimensions,
     levels: tuple[float, float],
     fronts: tuple[float, float],
     halves: tuple[float, float],
@@ -123,14 +123,14 @@ def _van_glass(
     )
 
 
-def _bumpers(builder: Builder, frame: Frame) -> None:
+def _bumpers(builder: Builder, frame: BodyDimensions) -> None:
     z = frame.low + 0.36
     for x, side in ((frame.rear - 0.005, -1.0), (frame.front + 0.005, 1.0)):
         builder.box((x - 0.06 * side, frame.y, z), (0.14, 1.72 * frame.half, 0.16), BUMPER)
         builder.plate((x + 0.02 * side, frame.y, z + 0.06), (0.52, 0.12), (side, 0.0, 0.0), (236, 236, 226))
 
 
-def _seams(builder: Builder, frame: Frame, style: Style, height: float) -> None:
+def _seams(builder: Builder, frame: BodyDimensions, style: Style, height: float) -> None:
     """Door gaps and handles, and a grille between the headlamps."""
     hl = frame.length / 2
     low, high = frame.low + 0.2 * height, frame.low + (style.belt + 0.01) * height

@@ -18,10 +18,10 @@ from carlette.camera.models.props import prop_mesh
 from carlette.camera.models.vehicles import vehicle_mesh
 from carlette.camera.rendering import tags
 from carlette.camera.rendering.lighting import Light
-from carlette.camera.rendering.renderer import Part
+from carlette.camera.rendering.renderer import RenderPart
 from carlette.camera.rendering.view import matrix_of
 from carlette.geometry import Box, Floats, Pose, Rotation, Vector
-from carlette.world.actor import Actor, Kind
+from carlette.world.actor import Actor, ActorKind
 from carlette.world.skeleton import bones
 from carlette.world.world import World
 
@@ -31,19 +31,19 @@ LONGEST_SHADOW = 3.0
 DEFAULT_COLOR: Color = (150, 152, 156)
 
 
-def cast(world: World, light: Light) -> list[Part]:
+def cast(world: World, light: Light) -> list[RenderPart]:
     """All parts of all actors, in the order of their ids."""
-    parts: list[Part] = []
+    parts: list[RenderPart] = []
     doors = _open_doors(world)
     for actor in world.actors.values():
         pose = world.pose(actor)
-        if actor.kind is Kind.VEHICLE:
+        if actor.kind is ActorKind.VEHICLE:
             parts.extend(_vehicle(world, actor, pose, light, doors.get(actor.row, ())))
-        elif actor.kind is Kind.WALKER:
+        elif actor.kind is ActorKind.WALKER:
             parts.extend(_walker(world, actor, pose, light))
-        elif actor.kind is Kind.PROP:
+        elif actor.kind is ActorKind.PROP:
             parts.extend(_prop(actor, pose, light))
-        elif actor.kind is Kind.LIGHT:
+        elif actor.kind is ActorKind.LIGHT:
             parts.extend(_traffic_light(world, actor, pose))
     return parts
 
@@ -68,14 +68,14 @@ def _open_doors(world: World) -> dict[int, list[tuple[int, float]]]:
 
 def _vehicle(
     world: World, actor: Actor, pose: Pose, light: Light, doors: list[tuple[int, float]] | tuple[()]
-) -> Iterator[Part]:
+) -> Iterator[RenderPart]:
     model = load_catalogue().vehicles[actor.type_id]
     color, tag = _color(actor), actor.tags[0]
     matrix = matrix_of(pose)
     radius = _radius(actor.box) + 0.5
 
-    def part(mesh: Mesh, *, is_shade: bool = False, adds: bool = False) -> Part:
-        return Part(mesh, matrix, actor.id, tag, radius, is_shade, adds)
+    def part(mesh: Mesh, *, is_shade: bool = False, adds: bool = False) -> RenderPart:
+        return RenderPart(mesh, matrix, actor.id, tag, radius, is_shade, adds)
 
     lit, phase = lamps.shown(int(world.fleet.light_state[actor.index]), world.elapsed_s)
     lamp, halo = EMPTY, EMPTY
@@ -96,12 +96,12 @@ def _vehicle(
     if len(halo):
         yield part(halo, is_shade=True, adds=True)
     if light.is_dark and len(lamp):
-        beam = _beam(actor.type_id, actor.box, lit & int(lamps.BEAMS | lamps.Lit.BRAKE))
+        beam = _beam(actor.type_id, actor.box, lit & int(lamps.BEAMS | lamps.VehicleLights.BRAKE))
         if len(beam):
-            yield Part(beam, matrix, actor.id, tag, 45.0, True, True)
+            yield RenderPart(beam, matrix, actor.id, tag, 45.0, True, True)
 
 
-def _walker(world: World, actor: Actor, pose: Pose, light: Light) -> Iterator[Part]:
+def _walker(world: World, actor: Actor, pose: Pose, light: Light) -> Iterator[RenderPart]:
     speed = float(np.hypot(*world.bodies.velocity[actor.row, :2]))
     height = 2 * actor.box.extent.z
     matrix = matrix_of(pose)
@@ -117,7 +117,7 @@ def _walker(world: World, actor: Actor, pose: Pose, light: Light) -> Iterator[Pa
     if actor.index >= 0 and world.walkers.dead[actor.index]:
         lying = matrix_of(Pose(Vector(z=0.16 - actor.box.extent.z), Rotation(pitch=-90.0)))
         matrix = matrix @ lying
-    yield Part(mesh, matrix, actor.id, actor.tags[0] if actor.tags else tags.PEDESTRIAN, height)
+    yield RenderPart(mesh, matrix, actor.id, actor.tags[0] if actor.tags else tags.PEDESTRIAN, height)
     yield from _shadows(actor, pose, light)
 
 
@@ -131,13 +131,13 @@ def _joints(actor: Actor) -> tuple[tuple[str, float, float, float], ...]:
     return tuple(joints)
 
 
-def _prop(actor: Actor, pose: Pose, light: Light) -> Iterator[Part]:
+def _prop(actor: Actor, pose: Pose, light: Light) -> Iterator[RenderPart]:
     tag = actor.tags[0] if actor.tags else tags.STATIC
-    yield Part(_prop_mesh(actor.type_id, actor.box), matrix_of(pose), actor.id, tag, _radius(actor.box))
+    yield RenderPart(_prop_mesh(actor.type_id, actor.box), matrix_of(pose), actor.id, tag, _radius(actor.box))
     yield from _shadows(actor, pose, light)
 
 
-def _traffic_light(world: World, actor: Actor, pose: Pose) -> Iterator[Part]:
+def _traffic_light(world: World, actor: Actor, pose: Pose) -> Iterator[RenderPart]:
     color = int(world.signals.lights.color[actor.index])
     arm, matrix = round(actor.box.center.x, 1), matrix_of(pose)
     yield from _heads(actor, matrix, _post(arm), _lights(arm, color))
@@ -148,21 +148,21 @@ def _traffic_light(world: World, actor: Actor, pose: Pose) -> Iterator[Part]:
         yield from _heads(actor, there, traffic_lights.repeater_mesh(), _repeater_lights(color))
 
 
-def _heads(actor: Actor, matrix: Floats, post: Mesh, lights: tuple[Mesh, Mesh]) -> Iterator[Part]:
+def _heads(actor: Actor, matrix: Floats, post: Mesh, lights: tuple[Mesh, Mesh]) -> Iterator[RenderPart]:
     lamp, halo = lights
-    yield Part(post, matrix, actor.id, tags.TRAFFIC_LIGHT, 12.0)
-    yield Part(lamp, matrix, actor.id, tags.TRAFFIC_LIGHT, 12.0)
+    yield RenderPart(post, matrix, actor.id, tags.TRAFFIC_LIGHT, 12.0)
+    yield RenderPart(lamp, matrix, actor.id, tags.TRAFFIC_LIGHT, 12.0)
     if len(halo):
-        yield Part(halo, matrix, actor.id, tags.TRAFFIC_LIGHT, 12.0, True, True)
+        yield RenderPart(halo, matrix, actor.id, tags.TRAFFIC_LIGHT, 12.0, True, True)
 
 
-def _shadows(actor: Actor, pose: Pose, light: Light) -> Iterator[Part]:
+def _shadows(actor: Actor, pose: Pose, light: Light) -> Iterator[RenderPart]:
     """The shadow where the object touches the ground, and the one that it casts in the sun."""
     low = max(actor.box.center.z - actor.box.extent.z, -actor.box.extent.z)
     heading = round(pose.rotation.yaw / 5.0) * 5.0
     sun = light.sun if sum(light.direct) > 0.25 else None
     mesh = _shadow(actor.box, low, heading if sun else 0.0, sun, round(sum(light.direct) / 3, 1))
-    yield Part(mesh, matrix_of(pose), actor.id, 0, _radius(actor.box) * LONGEST_SHADOW, True)
+    yield RenderPart(mesh, matrix_of(pose), actor.id, 0, _radius(actor.box) * LONGEST_SHADOW, True)
 
 
 @lru_cache(maxsize=1024)

@@ -7,7 +7,7 @@ from collections import OrderedDict
 import numpy as np
 
 from carlette.camera.arrays import Bytes, Pixels, Singles
-from carlette.camera.rendering.view import FAR_M, View
+from carlette.camera.rendering.view import FAR_M, CameraView
 
 KEPT_SIZES = 4
 """Buffers are kept for this many sizes of picture."""
@@ -25,7 +25,7 @@ class Raster:
         self._matrix: Singles = np.eye(4, dtype=np.float32)
         self._adds, self._tests_depth = False, True
 
-    def begin(self, view: View, scale: int = 1) -> Pixels:
+    def begin(self, view: CameraView, scale: int = 1) -> Pixels:
         """Begins a picture with an empty depth buffer, `scale` times as large each way as the view's.
 
         Returns the colour buffer, uint32 (height, width), first row on top, its bytes in the order of `draw`'s colours:

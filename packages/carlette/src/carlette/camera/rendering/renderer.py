@@ -17,7 +17,7 @@ from carlette.camera.rendering import tags
 from carlette.camera.rendering.lighting import Light
 from carlette.camera.rendering.raster import Raster
 from carlette.camera.rendering.sky import dome, fill_sky
-from carlette.camera.rendering.view import View
+from carlette.camera.rendering.view import CameraView
 from carlette.camera.rendering.weather_marks import rain_streaks
 from carlette.geometry import Floats
 
@@ -34,7 +34,7 @@ KEPT_COLORS = 2048
 
 
 @dataclass(frozen=True)
-class Part:
+class RenderPart:
     """One rigid piece of an actor."""
 
     mesh: Mesh
@@ -51,11 +51,11 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Shot:
+class CapturedScene:
     """Everything that a picture of one moment shows."""
 
     static_scene: StaticScene
-    parts: Sequence[Part]
+    parts: Sequence[RenderPart]
     light: Light
     frame: int
 
@@ -68,7 +68,7 @@ class Renderer:
         self._raster = Raster()
         self._colors: OrderedDict[tuple[int, int, Light], tuple[Mesh, Bytes]] = OrderedDict()
 
-    def rgb(self, shot: Shot, view: View) -> Bytes:
+    def rgb(self, shot: CapturedScene, view: CameraView) -> Bytes:
         """Colours: (height, width, 4) uint8, bytes B G R A."""
         from carlette.camera.rendering.averaging import halved  # numba takes half a second to load
 
@@ -81,22 +81,22 @@ class Renderer:
         picture |= np.uint32(0xFF000000)
         return _bytes(picture)
 
-    def depth(self, shot: Shot, view: View) -> Singles:
+    def depth(self, shot: CapturedScene, view: CameraView) -> Singles:
         """Distances ahead of the camera's plane in metres, (height, width); 1000 where there is only sky."""
         with self._lock:
             self._raster.begin(view)
             self._draw_flat(self._raster, shot, view, _tag_color)
             return self._raster.depth()
 
-    def tags(self, shot: Shot, view: View) -> Bytes:
+    def tags(self, shot: CapturedScene, view: CameraView) -> Bytes:
         """Tags in red: (height, width, 4) uint8, bytes B G R A."""
         return self._flat_picture(shot, view, _tag_color)
 
-    def instances(self, shot: Shot, view: View) -> Bytes:
+    def instances(self, shot: CapturedScene, view: CameraView) -> Bytes:
         """Tags in red, the actor's id in green (low byte) and blue; ids of things of the map are 0."""
         return self._flat_picture(shot, view, _instance_color)
 
-    def _flat_picture(self, shot: Shot, view: View, code: _Code) -> Bytes:
+    def _flat_picture(self, shot: CapturedScene, view: CameraView, code: _Code) -> Bytes:
         with self._lock:
             buffer = self._raster.begin(view)
             buffer[:] = np.uint32(0xFF000000 | tags.SKY << 16)
@@ -104,7 +104,7 @@ class Renderer:
             picture = buffer.copy()
         return _bytes(picture)
 
-    def _draw_colors(self, raster: Raster, shot: Shot, view: View) -> None:
+    def _draw_colors(self, raster: Raster, shot: CapturedScene, view: CameraView) -> None:
         into, light = view.into_camera(), shot.light
         parts = _seen_parts(shot, view)
         for part in parts:
@@ -124,9 +124,9 @@ class Renderer:
     def _draw_translucent(
         self,
         raster: Raster,
-        shot: Shot,
-        view: View,
-        seen: tuple[Singles, list[tuple[Chunk, float]], list[Part]],
+        shot: CapturedScene,
+        view: CameraView,
+        seen: tuple[Singles, list[tuple[Chunk, float]], list[RenderPart]],
     ) -> None:
         into, chunks, parts = seen
         light = shot.light
@@ -150,7 +150,7 @@ class Renderer:
             raster.use_depth(False)
             raster.draw(*rain_streaks(light.rain, shot.frame), np.eye(4, dtype=np.float32))
 
-    def _draw_flat(self, raster: Raster, shot: Shot, view: View, code: _Code) -> None:
+    def _draw_flat(self, raster: Raster, shot: CapturedScene, view: CameraView, code: _Code) -> None:
         into = view.into_camera()
         for part in _seen_parts(shot, view):
             if not part.is_shade:
@@ -162,7 +162,7 @@ class Renderer:
                     mesh = chunk.layers[layer]
                     raster.draw(mesh.corners, _expanded_code(mesh), into)
 
-    def _part_colors(self, part: Part, light: Light) -> Bytes:
+    def _part_colors(self, part: RenderPart, light: Light) -> Bytes:
         """Lit colours of a part; kept for its heading in steps of six degrees."""
         turn = part.matrix[:3, :3]
         heading = round(math.degrees(math.atan2(turn[1, 0], turn[0, 0])) / 6.0) % 60
@@ -210,7 +210,7 @@ def _corners4(colors: Bytes) -> Bytes:
     return np.repeat(colors[:, None, :], 4, axis=1)
 
 
-def _seen_parts(shot: Shot, view: View) -> list[Part]:
+def _seen_parts(shot: CapturedScene, view: CameraView) -> list[RenderPart]:
     """Parts that may be in the picture, the nearest first."""
     if not shot.parts:
         return []
@@ -222,7 +222,7 @@ def _seen_parts(shot: Shot, view: View) -> list[Part]:
     return [shot.parts[one] for one in order.tolist()]
 
 
-def _seen_chunks(static_scene: StaticScene, view: View, reach_m: float = REACH_M) -> list[tuple[Chunk, float]]:
+def _seen_chunks(static_scene: StaticScene, view: CameraView, reach_m: float = REACH_M) -> list[tuple[Chunk, float]]:
     """Chunks in the picture with their distance, the nearest first."""
     seen = view.sees(static_scene.centers, static_scene.radii, reach_m)
     distance = np.linalg.norm(static_scene.centers - np.array(view.pose.location), axis=1)
@@ -230,7 +230,7 @@ def _seen_chunks(static_scene: StaticScene, view: View, reach_m: float = REACH_M
     return [(static_scene.chunks[one], float(distance[one])) for one in order.tolist()]
 
 
-def _hazed(chunk: Chunk, layer: str, distance: float, view: View, light: Light) -> Bytes:
+def _hazed(chunk: Chunk, layer: str, distance: float, view: CameraView, light: Light) -> Bytes:
     """Colours of a chunk seen through the air."""
     colors = chunk.colors(layer, light)
     if light.fog_per_m <= CLEAR_PER_M:
@@ -250,7 +250,7 @@ def _veiled(colors: Bytes, gap: Singles, light: Light) -> Bytes:
     return veiled
 
 
-def _hazed_part(colors: Bytes, part: Part, view: View, light: Light) -> Bytes:
+def _hazed_part(colors: Bytes, part: RenderPart, view: CameraView, light: Light) -> Bytes:
     if light.fog_per_m <= CLEAR_PER_M:
         return colors
     away = float(np.linalg.norm(part.matrix[:3, 3] - np.array(view.pose.location)))
@@ -276,4 +276,4 @@ def _turned_only(into: Singles) -> Singles:
     return turned
 
 
-__all__ = ["LAYERS", "Part", "Renderer", "Shot"]
+__all__ = ["LAYERS", "CapturedScene", "RenderPart", "Renderer"]

@@ -13,7 +13,7 @@ from carlette.camera.arrays import Bytes, Singles
 from carlette.camera.environment.static_scene import StaticScene, build_static_scene
 from carlette.camera.rendering.actor_parts import cast, contains
 from carlette.camera.rendering.lighting import Light, light_of
-from carlette.camera.rendering.renderer import Part, Renderer, Shot
+from carlette.camera.rendering.renderer import CapturedScene, Renderer, RenderPart
 from carlette.camera.rendering.view import FAR_M
 from carlette.geometry import Vector
 from carlette.opendrive.road_network import RoadNetwork
@@ -22,33 +22,33 @@ from carlette.world.world import World
 
 
 @dataclass(frozen=True)
-class Seen:
-    """What moves, at one moment; with the map's static scene, a `Shot`."""
+class CapturedActors:
+    """What moves, at one moment; with the map's static scene, a `CapturedScene`."""
 
     roads: RoadNetwork
-    parts: list[Part]
+    parts: list[RenderPart]
     light: Light
     frame: int
 
-    def from_inside(self, world: World, carrier: Actor | None, eye: Vector) -> Seen:
+    def from_inside(self, world: World, carrier: Actor | None, eye: Vector) -> CapturedActors:
         """Return the view without the carrier if the camera is inside its body, except for the light that it casts."""
         if carrier is None or not contains(world, carrier, eye):
             return self
         parts = [one for one in self.parts if one.actor_id != carrier.id or one.adds]
         return replace(self, parts=parts)
 
-    def shot(self) -> Shot:
+    def shot(self) -> CapturedScene:
         """Waits until the static scene is built."""
-        return Shot(static_scene_of(self.roads), self.parts, self.light, self.frame)
+        return CapturedScene(static_scene_of(self.roads), self.parts, self.light, self.frame)
 
 
-def notice(world: World) -> Seen:
+def notice(world: World) -> CapturedActors:
     """Capture what is visible of the actors now; after that the world may continue."""
     light = light_of(world.weather)
-    return Seen(world.roads, cast(world, light), light, world.frame)
+    return CapturedActors(world.roads, cast(world, light), light, world.frame)
 
 
-def take(world: World) -> Shot:
+def take(world: World) -> CapturedScene:
     """Everything to be seen in a world at this moment."""
     return notice(world).shot()
 

@@ -13,7 +13,7 @@ from carlette.camera.arrays import Singles
 from carlette.camera.models.mesh import Builder, Color, Mesh, Point, mix, shade
 from carlette.camera.rendering import tags
 from carlette.camera.rendering.lighting import Light
-from carlette.camera.rendering.view import View
+from carlette.camera.rendering.view import CameraView
 
 DISTANCE_M = 880.0
 STEPS = 256
@@ -22,7 +22,7 @@ OVERCAST = 0.8
 """Above this share of clouds they are one grey ceiling."""
 
 
-def fill_sky(buffer: NDArray[np.uint32], view: View, light: Light) -> None:
+def fill_sky(buffer: NDArray[np.uint32], view: CameraView, light: Light) -> None:
     """Paints the background of a picture whose pixels are B G R A."""
     table = _gradient(light)
     axes = view.axes()

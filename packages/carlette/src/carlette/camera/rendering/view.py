@@ -20,7 +20,7 @@ FAR_M = 1000.0
 
 
 @dataclass(frozen=True)
-class View:
+class CameraView:
     """One camera at one moment."""
 
     pose: Pose

@@ -1,6 +1,25 @@
 """Makes OpenDRIVE maps from a plan of nodes and the streets between them."""
 
 from carlette.maps.build.document import map_xml
-from carlette.maps.build.plan import Block, Control, Crossing, End, Node, Plan, PlanError, Street
+from carlette.maps.build.plan import (
+    Control,
+    End,
+    JunctionNode,
+    Plan,
+    PlanError,
+    PlannedStreet,
+    RoadsidePlot,
+    StreetCrossing,
+)
 
-__all__ = ["Block", "Control", "Crossing", "End", "Node", "Plan", "PlanError", "Street", "map_xml"]
+__all__ = [
+    "Control",
+    "End",
+    "JunctionNode",
+    "Plan",
+    "PlanError",
+    "PlannedStreet",
+    "RoadsidePlot",
+    "StreetCrossing",
+    "map_xml",
+]

@@ -8,21 +8,21 @@ from dataclasses import dataclass
 from itertools import count
 from xml.etree.ElementTree import Element, SubElement
 
-from carlette.maps.build.plan import Node
-from carlette.maps.build.sections import KERB, NONE, Lane
-from carlette.maps.build.streets import Arm, complete_road, lane_element, mark_element, road_element
+from carlette.maps.build.plan import JunctionNode
+from carlette.maps.build.sections import KERB, NONE, LaneSpec
+from carlette.maps.build.streets import StreetEnd, complete_road, lane_element, mark_element, road_element
 from carlette.maps.reference_lines import Pose2D, lead
 
 _STRAIGHT_RAD = math.radians(30)
 
 
 @dataclass(frozen=True)
-class Movement:
+class LaneMovement:
     """One lane's path through a junction."""
 
-    incoming: Arm
+    incoming: StreetEnd
     lane_in: int
-    outgoing: Arm
+    outgoing: StreetEnd
     lane_out: int
     at_kerb: bool
     """True if no other movement is between it and the kerb."""
@@ -32,13 +32,13 @@ class Movement:
 class Junction:
     """A node's junction element and the roads in it, each with the arm it comes from."""
 
-    node: Node
-    arms: list[Arm]
+    node: JunctionNode
+    arms: list[StreetEnd]
     element: Element
-    roads: list[tuple[Element, Arm]]
+    roads: list[tuple[Element, StreetEnd]]
 
 
-def build_junction(node: Node, junction_id: int, arms: list[Arm], road_ids: count[int]) -> Junction:
+def build_junction(node: JunctionNode, junction_id: int, arms: list[StreetEnd], road_ids: count[int]) -> Junction:
     """All connecting roads of a node."""
     element = Element("junction", id=str(junction_id), name=node.name)
     roads = []
@@ -60,23 +60,23 @@ def build_junction(node: Node, junction_id: int, arms: list[Arm], road_ids: coun
     return Junction(node, arms, element, roads)
 
 
-def turn_rad(incoming: Arm, outgoing: Arm) -> float:
+def turn_rad(incoming: StreetEnd, outgoing: StreetEnd) -> float:
     """Positive to the left."""
     return math.remainder(outgoing.pose.yaw_rad + math.pi - incoming.pose.yaw_rad, 2 * math.pi)
 
 
-def _movements(arms: list[Arm]) -> Iterator[Movement]:
+def _movements(arms: list[StreetEnd]) -> Iterator[LaneMovement]:
     for incoming in arms:
         last_in = _driving(incoming.incoming)
         exits = [arm for arm in arms if arm is not incoming and _driving(arm.outgoing)]
         for outgoing in exits:
             rightmost = turn_rad(incoming, outgoing) == min(turn_rad(incoming, one) for one in exits)
             for lane_in, lane_out in _lane_pairs(incoming, outgoing):
-                yield Movement(incoming, lane_in, outgoing, lane_out, rightmost and lane_in == last_in)
+                yield LaneMovement(incoming, lane_in, outgoing, lane_out, rightmost and lane_in == last_in)
             yield from _bicycles(incoming, outgoing)
 
 
-def _lane_pairs(incoming: Arm, outgoing: Arm) -> Iterator[tuple[int, int]]:
+def _lane_pairs(incoming: StreetEnd, outgoing: StreetEnd) -> Iterator[tuple[int, int]]:
     """Positions of lanes that a movement joins: left turns inside, right turns outside, straight on all.
 
     Ramps leave from and lead to the outermost lane.
@@ -94,14 +94,14 @@ def _lane_pairs(incoming: Arm, outgoing: Arm) -> Iterator[tuple[int, int]]:
             yield position, position
 
 
-def _bicycles(incoming: Arm, outgoing: Arm) -> Iterator[Movement]:
+def _bicycles(incoming: StreetEnd, outgoing: StreetEnd) -> Iterator[LaneMovement]:
     lane_in, lane_out = _position(incoming.incoming, "biking"), _position(outgoing.outgoing, "biking")
     if lane_in and lane_out and abs(turn_rad(incoming, outgoing)) <= _STRAIGHT_RAD:
-        yield Movement(incoming, lane_in, outgoing, lane_out, False)
+        yield LaneMovement(incoming, lane_in, outgoing, lane_out, False)
 
 
 def _connecting_road(
-    node: Node, movement: Movement, road_id: int, junction_id: int
+    node: JunctionNode, movement: LaneMovement, road_id: int, junction_id: int
 ) -> tuple[Element, list[int | None]]:
     """The road and, for each of its lanes, the incoming lane's id (None where the lane only fills a gap)."""
     incoming, outgoing = movement.incoming, movement.outgoing
@@ -133,31 +133,31 @@ def _connecting_road(
     return road, links
 
 
-def _lanes(movement: Movement) -> Iterator[tuple[Lane, tuple[float, float], tuple[int, int] | None]]:
+def _lanes(movement: LaneMovement) -> Iterator[tuple[LaneSpec, tuple[float, float], tuple[int, int] | None]]:
     """Lanes of a connecting road with their widths at both ends and the positions that they join."""
     lanes_in, lanes_out = movement.incoming.incoming, movement.outgoing.outgoing
     ends = movement.lane_in, movement.lane_out
     first, last = lanes_in[ends[0] - 1], lanes_out[ends[1] - 1]
-    yield Lane(first.kind, first.width_m, NONE), (first.width_m, last.width_m), ends
+    yield LaneSpec(first.kind, first.width_m, NONE), (first.width_m, last.width_m), ends
     walks = _position(lanes_in, "sidewalk"), _position(lanes_out, "sidewalk")
     if movement.at_kerb and walks[0] and walks[1]:
         gaps = (
             sum(lane.width_m for lane in lanes_in[ends[0] : walks[0] - 1]),
             sum(lane.width_m for lane in lanes_out[ends[1] : walks[1] - 1]),
         )
-        yield Lane("shoulder", gaps[0], KERB), gaps, None
+        yield LaneSpec("shoulder", gaps[0], KERB), gaps, None
         walk = lanes_in[walks[0] - 1]
         yield walk, (walk.width_m, lanes_out[walks[1] - 1].width_m), (walks[0], walks[1])
 
 
-def _inner_edge(pose: Pose2D, lanes: tuple[Lane, ...], position: int) -> Pose2D:
+def _inner_edge(pose: Pose2D, lanes: tuple[LaneSpec, ...], position: int) -> Pose2D:
     return pose.moved(0.0, -sum(lane.width_m for lane in lanes[: position - 1]))
 
 
-def _driving(lanes: tuple[Lane, ...]) -> int:
+def _driving(lanes: tuple[LaneSpec, ...]) -> int:
     return sum(lane.kind == "driving" for lane in lanes)
 
 
-def _position(lanes: tuple[Lane, ...], kind: str) -> int:
+def _position(lanes: tuple[LaneSpec, ...], kind: str) -> int:
     """The position of the first lane of a kind; 0 where there is none."""
     return next((position for position, lane in enumerate(lanes, 1) if lane.kind == kind), 0)

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from carlette.maps.build.sections import Section
+from carlette.maps.build.sections import CrossSection
 from carlette.maps.reference_lines import Pose2D
 
 Control = Literal["light", "stop", "yield", "none"]
 
 
 @dataclass(frozen=True)
-class Node:
+class JunctionNode:
     """A junction. Its streets begin `reach_m` from its middle, and it is flat."""
 
     name: str
@@ -42,7 +42,7 @@ class End:
 
 
 @dataclass(frozen=True)
-class Crossing:
+class StreetCrossing:
     """A crosswalk, `at_m` along the street; `level` makes it a level crossing, with its signs."""
 
     at_m: float
@@ -50,7 +50,7 @@ class Crossing:
 
 
 @dataclass(frozen=True)
-class Block:
+class RoadsidePlot:
     """A building or place beside the street."""
 
     name: str
@@ -62,18 +62,18 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Street:
+class PlannedStreet:
     """A street from one node to another through given poses."""
 
     name: str
     start: End
     end: End
-    section: Section
+    section: CrossSection
     via: tuple[Pose2D, ...] = ()
     heights: tuple[tuple[float, float], ...] = ()
     """(share of the length, height in metres) between the two nodes' own heights; level at each."""
-    crossings: tuple[Crossing, ...] = ()
-    blocks: tuple[Block, ...] = ()
+    crossings: tuple[StreetCrossing, ...] = ()
+    blocks: tuple[RoadsidePlot, ...] = ()
 
 
 class PlanError(ValueError):
@@ -85,8 +85,8 @@ class Plan:
     """A whole map. Raises `PlanError` if a street ends at no node or two nodes share a name."""
 
     name: str
-    nodes: Sequence[Node]
-    streets: Sequence[Street]
+    nodes: Sequence[JunctionNode]
+    streets: Sequence[PlannedStreet]
 
     def __post_init__(self) -> None:
         names = [node.name for node in self.nodes]

@@ -13,8 +13,8 @@ from itertools import count
 from xml.etree.ElementTree import Element, SubElement
 
 from carlette.maps.build.junctions import Junction
-from carlette.maps.build.plan import Block, Crossing
-from carlette.maps.build.streets import Arm, Road, number
+from carlette.maps.build.plan import RoadsidePlot, StreetCrossing
+from carlette.maps.build.streets import StreetEnd, StreetRoad, number
 
 LIGHT, STOP, YIELD, LIMIT, PEDESTRIANS, RAILS = "1000001", "206", "205", "274", "133", "201"
 _NAMES = {
@@ -53,7 +53,7 @@ def junction_roadside(
     return controllers, _at_arms(junction, lights, ids)
 
 
-def street_roadside(road: Road, ids: count[int]) -> Roadside:
+def street_roadside(road: StreetRoad, ids: count[int]) -> Roadside:
     """Speed limits at both ends, crossings and buildings of a street."""
     for arm, lanes in ((road.first, road.first.outgoing), (road.last, road.last.outgoing)):
         driving = [position for position, lane in enumerate(lanes, 1) if lane.kind == "driving"]
@@ -67,7 +67,7 @@ def street_roadside(road: Road, ids: count[int]) -> Roadside:
         yield road.first.road_id, "objects", _building(block, next(ids))
 
 
-def _at_arms(junction: Junction, lights: Mapping[Arm, int], ids: count[int]) -> Roadside:
+def _at_arms(junction: Junction, lights: Mapping[StreetEnd, int], ids: count[int]) -> Roadside:
     for arm in junction.arms:
         driving = [position for position, lane in enumerate(arm.incoming, 1) if lane.kind == "driving"]
         if junction.node.crosswalks and _has_sidewalk(arm):
@@ -88,9 +88,9 @@ def _at_arms(junction: Junction, lights: Mapping[Arm, int], ids: count[int]) -> 
             yield int(road.get("id", "")), "signals", _reference(lights[arm])
 
 
-def _phases(junction: Junction) -> list[list[Arm]]:
+def _phases(junction: Junction) -> list[list[StreetEnd]]:
     """Arms whose lights are green together."""
-    groups: list[list[Arm]] = []
+    groups: list[list[StreetEnd]] = []
     for arm in junction.arms:
         if arm.end.control != "light":
             continue
@@ -103,7 +103,7 @@ def _phases(junction: Junction) -> list[list[Arm]]:
     return groups
 
 
-def _beside(arm: Arm, before_end_m: float, leaving: bool = False) -> dict[str, str]:
+def _beside(arm: StreetEnd, before_end_m: float, leaving: bool = False) -> dict[str, str]:
     """A place at the right kerb of traffic that approaches the node (or leaves it), facing that traffic."""
     forward = arm.at_end is not leaving
     lanes = arm.outgoing if leaving else arm.incoming
@@ -142,7 +142,7 @@ def _reference(light_id: int) -> Element:
     return element
 
 
-def _crosswalk_at(arm: Arm, object_id: int) -> Element:
+def _crosswalk_at(arm: StreetEnd, object_id: int) -> Element:
     """A crosswalk from kerb to kerb, just inside the junction, so that cars that stop at its edge do not stand on
     it.
     """
@@ -151,7 +151,7 @@ def _crosswalk_at(arm: Arm, object_id: int) -> Element:
     return _crosswalk(arm, arm.station(0.0), (near_m, far_m), object_id)
 
 
-def _crosswalk(arm: Arm, s: float, along_m: tuple[float, float], object_id: int) -> Element:
+def _crosswalk(arm: StreetEnd, s: float, along_m: tuple[float, float], object_id: int) -> Element:
     section = arm.street.section
     right = sum(lane.width_m for lane in section.right if lane.kind != "sidewalk") + _BEYOND_KERB_M
     left = sum(lane.width_m for lane in section.left if lane.kind != "sidewalk") + _BEYOND_KERB_M
@@ -164,7 +164,7 @@ def _crosswalk(arm: Arm, s: float, along_m: tuple[float, float], object_id: int)
     return element
 
 
-def _stop_line(arm: Arm, lanes: int, object_id: int) -> Element:
+def _stop_line(arm: StreetEnd, lanes: int, object_id: int) -> Element:
     """Paint across the lanes that come in, at their end."""
     side = -1 if arm.at_end else 1
     width_m = sum(lane.width_m for lane in arm.incoming[:lanes])
@@ -173,7 +173,7 @@ def _stop_line(arm: Arm, lanes: int, object_id: int) -> Element:
     return element
 
 
-def _crossing(road: Road, crossing: Crossing, ids: count[int]) -> Roadside:
+def _crossing(road: StreetRoad, crossing: StreetCrossing, ids: count[int]) -> Roadside:
     """A crosswalk or rails in mid-street, with a sign before them for each way."""
     arm, rails = road.first, crossing.kind == "rails"
     if rails:
@@ -191,7 +191,7 @@ def _crossing(road: Road, crossing: Crossing, ids: count[int]) -> Roadside:
             yield arm.road_id, "signals", _signal(RAILS if rails else PEDESTRIANS, next(ids), place, ends)
 
 
-def _building(block: Block, object_id: int) -> Element:
+def _building(block: RoadsidePlot, object_id: int) -> Element:
     element = _object(block.name, "building", object_id, block.at_m, block.t_m)
     element.attrib.update(length=number(block.length_m), width=number(block.width_m), height=number(block.height_m))
     return element
@@ -203,5 +203,5 @@ def _object(name: str, kind: str, object_id: int, s: float, t: float) -> Element
     return element
 
 
-def _has_sidewalk(arm: Arm) -> bool:
+def _has_sidewalk(arm: StreetEnd) -> bool:
     return any(lane.kind == "sidewalk" for lane in (*arm.incoming, *arm.outgoing))

@@ -15,7 +15,7 @@ SIDEWALK_M = 2.5
 
 
 @dataclass(frozen=True)
-class Mark:
+class LaneMarking:
     """A line between two lanes. A broken line permits lane changes, all others forbid them."""
 
     paint: Literal["broken", "solid", "solid solid", "curb", "none"]
@@ -30,22 +30,22 @@ class Mark:
 
 
 @dataclass(frozen=True)
-class Lane:
+class LaneSpec:
     """One lane, with the line on its outer side."""
 
     kind: LaneKind
     width_m: float
-    mark: Mark
+    mark: LaneMarking
 
 
 @dataclass(frozen=True)
-class Section:
+class CrossSection:
     """Lanes on both sides of the reference line, from there outwards. Driving lanes come first on each side."""
 
     name: str
-    right: tuple[Lane, ...]
-    left: tuple[Lane, ...]
-    centre: Mark
+    right: tuple[LaneSpec, ...]
+    left: tuple[LaneSpec, ...]
+    centre: LaneMarking
     limit_kmh: float
     kind: Literal["town", "rural", "motorway"] = "town"
 
@@ -54,30 +54,30 @@ class Section:
         return max(sum(lane.width_m for lane in side if lane.kind != "sidewalk") for side in (self.left, self.right))
 
 
-NONE = Mark("none")
-BROKEN = Mark("broken")
-SOLID = Mark("solid")
-KERB = Mark("curb")
-PASSING = Mark("broken", "yellow", between_directions=True)
-NO_PASSING = Mark("solid", "yellow", between_directions=True)
-DIVIDED = Mark("solid solid", "yellow", between_directions=True)
+NONE = LaneMarking("none")
+BROKEN = LaneMarking("broken")
+SOLID = LaneMarking("solid")
+KERB = LaneMarking("curb")
+PASSING = LaneMarking("broken", "yellow", between_directions=True)
+NO_PASSING = LaneMarking("solid", "yellow", between_directions=True)
+DIVIDED = LaneMarking("solid solid", "yellow", between_directions=True)
 
-SIDEWALK = Lane("sidewalk", SIDEWALK_M, NONE)
-KERB_STRIP = Lane("shoulder", KERB_STRIP_M, KERB)
-PARKING = Lane("parking", PARKING_M, KERB)
-BIKING = Lane("biking", BIKING_M, KERB)
-BUS = Lane("restricted", BUS_M, KERB)
+SIDEWALK = LaneSpec("sidewalk", SIDEWALK_M, NONE)
+KERB_STRIP = LaneSpec("shoulder", KERB_STRIP_M, KERB)
+PARKING = LaneSpec("parking", PARKING_M, KERB)
+BIKING = LaneSpec("biking", BIKING_M, KERB)
+BUS = LaneSpec("restricted", BUS_M, KERB)
 
 
-def lanes(count: int, edge: Mark, *beside: Lane) -> tuple[Lane, ...]:
+def lanes(count: int, edge: LaneMarking, *beside: LaneSpec) -> tuple[LaneSpec, ...]:
     """One side: driving lanes with broken lines between them, `edge` beyond the last one, then the lanes `beside`."""
-    inner = tuple(Lane("driving", LANE_M, BROKEN) for _ in range(count - 1))
-    return (*inner, Lane("driving", LANE_M, edge), *beside)
+    inner = tuple(LaneSpec("driving", LANE_M, BROKEN) for _ in range(count - 1))
+    return (*inner, LaneSpec("driving", LANE_M, edge), *beside)
 
 
-def two_way(name: str, side: tuple[Lane, ...], centre: Mark, limit_kmh: float) -> Section:
+def two_way(name: str, side: tuple[LaneSpec, ...], centre: LaneMarking, limit_kmh: float) -> CrossSection:
     """Return a section with the same lanes in both directions."""
-    return Section(name, side, side, centre, limit_kmh)
+    return CrossSection(name, side, side, centre, limit_kmh)
 
 
 SLOW_STREET = two_way("school street", lanes(1, NONE, KERB_STRIP, SIDEWALK), NO_PASSING, 30)
@@ -85,30 +85,30 @@ PARKING_STREET = two_way("parking street", lanes(1, NONE, PARKING, SIDEWALK), PA
 BIKE_STREET = two_way("bicycle street", lanes(1, SOLID, BIKING, SIDEWALK), PASSING, 40)
 AVENUE = two_way("avenue", lanes(2, SOLID, KERB_STRIP, SIDEWALK), DIVIDED, 50)
 BUS_AVENUE = two_way("bus avenue", lanes(2, SOLID, BUS, SIDEWALK), DIVIDED, 50)
-ONE_WAY = Section(
-    "one-way street", lanes(2, NONE, PARKING, SIDEWALK), (Lane("shoulder", KERB_STRIP_M, KERB), SIDEWALK), SOLID, 30
+ONE_WAY = CrossSection(
+    "one-way street", lanes(2, NONE, PARKING, SIDEWALK), (LaneSpec("shoulder", KERB_STRIP_M, KERB), SIDEWALK), SOLID, 30
 )
 RING_LANE_M = 5.0
-RING = Section(
+RING = CrossSection(
     "roundabout",
-    (Lane("driving", RING_LANE_M, NONE), KERB_STRIP, SIDEWALK),
-    (Lane("shoulder", KERB_STRIP_M, KERB),),
+    (LaneSpec("driving", RING_LANE_M, NONE), KERB_STRIP, SIDEWALK),
+    (LaneSpec("shoulder", KERB_STRIP_M, KERB),),
     SOLID,
     30,
 )
 
-_VERGE = Lane("shoulder", 1.5, NONE)
-_HARD_SHOULDER = Lane("shoulder", 3.0, NONE)
-_INNER_EDGE = (Lane("shoulder", 1.0, NONE),)
-RURAL = Section("main road", lanes(1, SOLID, _VERGE), lanes(1, SOLID, _VERGE), PASSING, 70, "rural")
-RURAL_BENDS = Section("bends", lanes(1, SOLID, _VERGE), lanes(1, SOLID, _VERGE), NO_PASSING, 50, "rural")
-LANE_ROAD = Section("side road", lanes(1, NONE, _VERGE), lanes(1, NONE, _VERGE), PASSING, 50, "rural")
+_VERGE = LaneSpec("shoulder", 1.5, NONE)
+_HARD_SHOULDER = LaneSpec("shoulder", 3.0, NONE)
+_INNER_EDGE = (LaneSpec("shoulder", 1.0, NONE),)
+RURAL = CrossSection("main road", lanes(1, SOLID, _VERGE), lanes(1, SOLID, _VERGE), PASSING, 70, "rural")
+RURAL_BENDS = CrossSection("bends", lanes(1, SOLID, _VERGE), lanes(1, SOLID, _VERGE), NO_PASSING, 50, "rural")
+LANE_ROAD = CrossSection("side road", lanes(1, NONE, _VERGE), lanes(1, NONE, _VERGE), PASSING, 50, "rural")
 NARROW_M = 2.1
 """Two cars cannot pass each other on two such lanes."""
-_NARROW = (Lane("driving", NARROW_M, NONE), Lane("shoulder", 0.4, NONE))
-NARROW = Section("narrow lane", _NARROW, _NARROW, Mark("none", between_directions=True), 30, "rural")
+_NARROW = (LaneSpec("driving", NARROW_M, NONE), LaneSpec("shoulder", 0.4, NONE))
+NARROW = CrossSection("narrow lane", _NARROW, _NARROW, LaneMarking("none", between_directions=True), 30, "rural")
 VILLAGE = two_way("village street", lanes(1, NONE, PARKING, SIDEWALK), PASSING, 40)
-MOTORWAY = Section("motorway", lanes(3, SOLID, _HARD_SHOULDER), _INNER_EDGE, SOLID, 90, "motorway")
-MOTORWAY_WITH_AUXILIARY = Section("motorway", lanes(4, SOLID, _HARD_SHOULDER), _INNER_EDGE, SOLID, 90, "motorway")
-RAMP = Section("ramp", lanes(1, SOLID, _VERGE), _INNER_EDGE, SOLID, 50, "motorway")
-SLOW_RAMP = Section("slow ramp", lanes(1, SOLID, _VERGE), _INNER_EDGE, SOLID, 30, "motorway")
+MOTORWAY = CrossSection("motorway", lanes(3, SOLID, _HARD_SHOULDER), _INNER_EDGE, SOLID, 90, "motorway")
+MOTORWAY_WITH_AUXILIARY = CrossSection("motorway", lanes(4, SOLID, _HARD_SHOULDER), _INNER_EDGE, SOLID, 90, "motorway")
+RAMP = CrossSection("ramp", lanes(1, SOLID, _VERGE), _INNER_EDGE, SOLID, 50, "motorway")
+SLOW_RAMP = CrossSection("slow ramp", lanes(1, SOLID, _VERGE), _INNER_EDGE, SOLID, 30, "motorway")

@@ -8,18 +8,18 @@ from dataclasses import dataclass
 from itertools import pairwise
 from xml.etree.ElementTree import Element, SubElement
 
-from carlette.maps.build.plan import End, Node, Street
-from carlette.maps.build.sections import Lane, Mark, Section
+from carlette.maps.build.plan import End, JunctionNode, PlannedStreet
+from carlette.maps.build.sections import CrossSection, LaneMarking, LaneSpec
 from carlette.maps.reference_lines import Pose2D, Segment, end_of, lead
 
 PAINT_M = 0.125
 
 
 @dataclass(frozen=True)
-class Arm:
+class StreetEnd:
     """The end of a street at a node."""
 
-    street: Street
+    street: PlannedStreet
     road_id: int
     length_m: float
     at_end: bool
@@ -29,12 +29,12 @@ class Arm:
     """The end of the reference line, looking into the node."""
 
     @property
-    def incoming(self) -> tuple[Lane, ...]:
+    def incoming(self) -> tuple[LaneSpec, ...]:
         """Lanes into the node, from the reference line outwards."""
         return self.street.section.right if self.at_end else self.street.section.left
 
     @property
-    def outgoing(self) -> tuple[Lane, ...]:
+    def outgoing(self) -> tuple[LaneSpec, ...]:
         """Lanes out of the node, from the reference line outwards."""
         return self.street.section.left if self.at_end else self.street.section.right
 
@@ -52,17 +52,19 @@ class Arm:
 
 
 @dataclass(frozen=True)
-class Road:
+class StreetRoad:
     """A street's road with its two arms."""
 
-    street: Street
+    street: PlannedStreet
     element: Element
     length_m: float
-    first: Arm
-    last: Arm
+    first: StreetEnd
+    last: StreetEnd
 
 
-def build_street(street: Street, road_id: int, nodes: Mapping[str, Node], junction_ids: Mapping[str, int]) -> Road:
+def build_street(
+    street: PlannedStreet, road_id: int, nodes: Mapping[str, JunctionNode], junction_ids: Mapping[str, int]
+) -> StreetRoad:
     """The road of a street; its links name the junctions at its nodes."""
     start, end = nodes[street.start.node], nodes[street.end.node]
     first, last = _pose(start, street.start), _pose(end, street.end)
@@ -75,10 +77,10 @@ def build_street(street: Street, road_id: int, nodes: Mapping[str, Node], juncti
     complete_road(element, street.section.kind, street.section.limit_kmh, _heights(street, start, end, length_m))
     _add_lanes(element, street.section)
     arms = (
-        Arm(street, road_id, length_m, at_end, where, pose)
+        StreetEnd(street, road_id, length_m, at_end, where, pose)
         for at_end, where, pose in ((False, street.start, first), (True, street.end, last))
     )
-    return Road(street, element, length_m, *arms)
+    return StreetRoad(street, element, length_m, *arms)
 
 
 def road_element(road_id: int, name: str, start: Pose2D, segments: Iterable[Segment], junction: int = -1) -> Element:
@@ -124,7 +126,7 @@ def complete_road(road: Element, kind: str, limit_kmh: float, heights: list[tupl
     SubElement(road, "lateralProfile")
 
 
-def lane_element(lane_id: int, kind: str, width: tuple[float, float], length_m: float, mark: Mark) -> Element:
+def lane_element(lane_id: int, kind: str, width: tuple[float, float], length_m: float, mark: LaneMarking) -> Element:
     """A lane whose width changes smoothly from the first value to the second (m), without a kink at the ends."""
     lane = Element("lane", id=str(lane_id), type=kind, level="false")
     c, d = _ease(width[0], width[1], length_m)
@@ -133,7 +135,7 @@ def lane_element(lane_id: int, kind: str, width: tuple[float, float], length_m: 
     return lane
 
 
-def mark_element(mark: Mark) -> Element:
+def mark_element(mark: LaneMarking) -> Element:
     """A lane's outer line."""
     what = {"type": mark.paint, "weight": "standard", "color": mark.color, "laneChange": mark.change}
     return Element("roadMark", {"sOffset": "0", "width": number(PAINT_M), **what})
@@ -151,7 +153,7 @@ def _ease(first: float, last: float, length: float) -> tuple[str, str]:
     return repr(round(c, 15) + 0.0), repr(round(d, 15) + 0.0)
 
 
-def _pose(node: Node, end: End) -> Pose2D:
+def _pose(node: JunctionNode, end: End) -> Pose2D:
     reach_m = node.reach_m if end.reach_m is None else end.reach_m
     return Pose2D(node.x, node.y, math.radians(end.bearing_deg)).moved(reach_m, end.left_m).reversed()
 
@@ -160,12 +162,14 @@ def _line(poses: list[Pose2D]) -> list[Segment]:
     return [segment for one, next_one in pairwise(poses) for segment in lead(one, next_one)]
 
 
-def _heights(street: Street, start: Node, end: Node, length_m: float) -> list[tuple[float, float]]:
+def _heights(
+    street: PlannedStreet, start: JunctionNode, end: JunctionNode, length_m: float
+) -> list[tuple[float, float]]:
     inner = [(share * length_m, z) for share, z in street.heights]
     return [(0.0, start.z), *inner, (length_m, end.z)]
 
 
-def _add_lanes(road: Element, section: Section) -> None:
+def _add_lanes(road: Element, section: CrossSection) -> None:
     holder = SubElement(SubElement(road, "lanes"), "laneSection", s="0")
     sides = {"left": list(enumerate(section.left, 1))[::-1]}
     sides["right"] = [(-i, lane) for i, lane in enumerate(section.right, 1)]

@@ -23,7 +23,7 @@ from scenariogeneration import xodr
 
 from carlette.maps.cross_sections import AVENUE, STREET
 from carlette.maps.reference_lines import Pose2D, Segment, arc, end_of
-from carlette.maps.road_chains import Chain, chain
+from carlette.maps.road_chains import RoadChain, chain
 from carlette.maps.signalized_junction import SignalisedJunction
 
 GEO_REFERENCE = (
@@ -63,7 +63,7 @@ def town_xml() -> str:
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
-def _layout() -> list[Chain]:
+def _layout() -> list[RoadChain]:
     """The ring's two halves and the street, each from the western junction to the eastern one."""
     street_start = Pose2D(_REACH_M, 0.0, 0.0)
     east = end_of(street_start, _STREET).moved(_REACH_M)
@@ -92,7 +92,7 @@ def _layout() -> list[Chain]:
     ]
 
 
-def _complete_header(root: ElementTree.Element, chains: list[Chain]) -> None:
+def _complete_header(root: ElementTree.Element, chains: list[RoadChain]) -> None:
     """Replaces the time of day by a constant, and adds the town's extent."""
     header = root[0]
     east = chains[0].last.pose.x

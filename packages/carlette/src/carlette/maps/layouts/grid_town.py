@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from carlette.maps.build.plan import Block, Control, Crossing, End, Node, Plan, Street
+from carlette.maps.build.plan import Control, End, JunctionNode, Plan, PlannedStreet, RoadsidePlot, StreetCrossing
 from carlette.maps.build.sections import (
     AVENUE,
     BIKE_STREET,
@@ -27,7 +27,7 @@ from carlette.maps.build.sections import (
     PARKING_STREET,
     RING,
     SLOW_STREET,
-    Section,
+    CrossSection,
 )
 from carlette.maps.reference_lines import Pose2D
 
@@ -44,7 +44,7 @@ _LIT = {(1, 1), (2, 1), (3, 1), (2, 2), (2, 0), (2, 3), (0, 1), (4, 1)}
 
 def plan() -> Plan:
     """The town."""
-    nodes = [Node(_name(c, r), _X[c], _Y[r]) for r in range(4) for c in range(5) if _is_junction(c, r)]
+    nodes = [JunctionNode(_name(c, r), _X[c], _Y[r]) for r in range(4) for c in range(5) if _is_junction(c, r)]
     return Plan("grid_town", [*nodes, *_ring_nodes()], [*_ring_road(), *_rows(), *_columns(), *_roundabout()])
 
 
@@ -80,7 +80,7 @@ def _control(column: int, row: int, bearing_deg: float) -> Control:
     return "none" if bearing_deg in along_ring else stems.get((column, row), "none")
 
 
-def _ring_road() -> list[Street]:
+def _ring_road() -> list[PlannedStreet]:
     """The four sides and corners, anticlockwise from the south-west."""
     streets = []
     sides = [
@@ -91,10 +91,10 @@ def _ring_road() -> list[Street]:
     ]
     for index, (name, places, bearing) in enumerate(sides):
         for one, other in pairwise(places):
-            streets.append(Street(name, _end(*one, bearing), _end(*other, (bearing + 180) % 360), AVENUE))
+            streets.append(PlannedStreet(name, _end(*one, bearing), _end(*other, (bearing + 180) % 360), AVENUE))
         _, following, next_bearing = sides[(index + 1) % 4]
         start, end = _end(*places[-1], bearing), _end(*following[0], (next_bearing + 180) % 360)
-        streets.append(Street(f"{name} corner", start, end, AVENUE, _corner(bearing)))
+        streets.append(PlannedStreet(f"{name} corner", start, end, AVENUE, _corner(bearing)))
     return streets
 
 
@@ -106,16 +106,16 @@ def _corner(bearing_deg: float) -> tuple[Pose2D, Pose2D]:
     return corner.moved(-_CORNER_M), after.moved(_CORNER_M)
 
 
-def _rows() -> list[Street]:
+def _rows() -> list[PlannedStreet]:
     return [
-        Street(name, _end(column, row, _EAST), _end(column + 1, row, _WEST), section)
+        PlannedStreet(name, _end(column, row, _EAST), _end(column + 1, row, _WEST), section)
         for row, name, section in ((1, "Market Avenue", AVENUE), (2, "Station Street", BIKE_STREET))
         for column in range(4)
     ]
 
 
-def _columns() -> list[Street]:
-    kinds: dict[tuple[int, int], tuple[str, Section]] = {
+def _columns() -> list[PlannedStreet]:
+    kinds: dict[tuple[int, int], tuple[str, CrossSection]] = {
         (1, 0): ("Mill Street", PARKING_STREET),
         (1, 1): ("Mill Street", PARKING_STREET),
         (1, 2): ("Mill Street North", ONE_WAY),
@@ -131,34 +131,34 @@ def _columns() -> list[Street]:
         south, north = _end(column, row, _NORTH), _end(column, row + 1, _SOUTH)
         is_school = section is SLOW_STREET
         streets.append(
-            Street(
+            PlannedStreet(
                 name,
                 south,
                 north,
                 section,
-                crossings=(Crossing(110.0),) if is_school else (),
-                blocks=(Block("School", 110.0, 30.0),) if is_school else (),
+                crossings=(StreetCrossing(110.0),) if is_school else (),
+                blocks=(RoadsidePlot("School", 110.0, 30.0),) if is_school else (),
             )
         )
     return streets
 
 
-def _ring_nodes() -> list[Node]:
+def _ring_nodes() -> list[JunctionNode]:
     middle = Pose2D(_X[_ROUNDABOUT[0]], _Y[_ROUNDABOUT[1]], 0.0)
     nodes = []
     for bearing_deg in (_EAST, _NORTH, _WEST, _SOUTH):
         at = Pose2D(middle.x, middle.y, math.radians(bearing_deg)).moved(_RING_M)
-        nodes.append(Node(f"{_name(*_ROUNDABOUT)} {bearing_deg:.0f}", at.x, at.y, crosswalks=False))
+        nodes.append(JunctionNode(f"{_name(*_ROUNDABOUT)} {bearing_deg:.0f}", at.x, at.y, crosswalks=False))
     return nodes
 
 
-def _roundabout() -> list[Street]:
+def _roundabout() -> list[PlannedStreet]:
     """One street for each quarter of the ring, anticlockwise, between the nodes where the arms meet it."""
     streets = []
     for bearing_deg in (_EAST, _NORTH, _WEST, _SOUTH):
         following = (bearing_deg + 90) % 360
         start, end = _on_ring(bearing_deg, _RING_HALF_DEG), _on_ring(following, -_RING_HALF_DEG)
-        streets.append(Street("Mill Circle", start, end, RING))
+        streets.append(PlannedStreet("Mill Circle", start, end, RING))
     return streets
 
 

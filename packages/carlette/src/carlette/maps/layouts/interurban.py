@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from carlette.maps.build.plan import Control, Crossing, End, Node, Plan, Street
+from carlette.maps.build.plan import Control, End, JunctionNode, Plan, PlannedStreet, StreetCrossing
 from carlette.maps.build.sections import LANE_ROAD, NARROW, RURAL, RURAL_BENDS, VILLAGE
 from carlette.maps.reference_lines import Pose2D
 
@@ -43,34 +43,44 @@ def plan() -> Plan:
         "K": (740.0, -35.0, 1.0),
         "M": (740.0, 500.0, 4.0),
     }
-    nodes = [Node(name, *place, reach_m=_REACH_M, crosswalks=name in "GHM") for name, place in places.items()]
+    nodes = [JunctionNode(name, *place, reach_m=_REACH_M, crosswalks=name in "GHM") for name, place in places.items()]
     return Plan("interurban", nodes, [*_main_road(), *_side_roads()])
 
 
-def _main_road() -> list[Street]:
+def _main_road() -> list[PlannedStreet]:
     """Anticlockwise from A; between B and C, C and D, E and F, F and A it turns by 90 degrees."""
     return [
-        Street("Valley Road", End("A", _EAST), End("K", _WEST), RURAL, heights=((0.5, -2.0),)),
-        Street("Valley Road", End("K", _EAST), End("B", _WEST), RURAL),
-        Street("Valley Road", End("B", _EAST), End("C", _SOUTH), RURAL, (_pose(1370.0, 130.0, 45.0),)),
-        Street("Hill Road", End("C", _NORTH), End("D", _EAST), RURAL, (_pose(1370.0, 870.0, 135.0),), ((0.4, 16.0),)),
-        Street("Hill Road", End("D", _WEST), End("E", _EAST), RURAL, (_pose(740.0, 1040.0, _WEST),)),
-        Street("West Road", End("E", _WEST), End("F", _NORTH), RURAL, (_pose(130.0, 870.0, 225.0),), ((0.5, 8.0),)),
-        Street("West Road", End("F", _SOUTH), End("A", _WEST), RURAL, (_pose(130.0, 130.0, 315.0),)),
+        PlannedStreet("Valley Road", End("A", _EAST), End("K", _WEST), RURAL, heights=((0.5, -2.0),)),
+        PlannedStreet("Valley Road", End("K", _EAST), End("B", _WEST), RURAL),
+        PlannedStreet("Valley Road", End("B", _EAST), End("C", _SOUTH), RURAL, (_pose(1370.0, 130.0, 45.0),)),
+        PlannedStreet(
+            "Hill Road", End("C", _NORTH), End("D", _EAST), RURAL, (_pose(1370.0, 870.0, 135.0),), ((0.4, 16.0),)
+        ),
+        PlannedStreet("Hill Road", End("D", _WEST), End("E", _EAST), RURAL, (_pose(740.0, 1040.0, _WEST),)),
+        PlannedStreet(
+            "West Road", End("E", _WEST), End("F", _NORTH), RURAL, (_pose(130.0, 870.0, 225.0),), ((0.5, 8.0),)
+        ),
+        PlannedStreet("West Road", End("F", _SOUTH), End("A", _WEST), RURAL, (_pose(130.0, 130.0, 315.0),)),
     ]
 
 
-def _side_roads() -> list[Street]:
+def _side_roads() -> list[PlannedStreet]:
     return [
-        Street("Mill Lane", _stem("A", _NORTH), End("H", _SOUTH, "stop"), RURAL_BENDS, _winding(380.0, 0.0, 70.0)),
-        Street("Abbey Lane", End("H", _NORTH, "stop"), _stem("E", _SOUTH), RURAL_BENDS, _winding(380.0, 500.0, -70.0)),
-        Street("Wood Lane", End("G", _NORTH, "stop"), _stem("D", _SOUTH), RURAL_BENDS, _winding(1100.0, 500.0, 60.0)),
-        Street("Church Lane", _stem("B", _NORTH), End("G", _SOUTH, "stop"), LANE_ROAD, crossings=_rails(230.0)),
-        Street("Quarry Lane", End("G", _EAST, "stop"), _stem("C", _WEST), LANE_ROAD, crossings=_rails(180.0)),
-        Street("Rail Lane", _stem("F", _EAST), End("H", _WEST), LANE_ROAD, crossings=_rails(170.0)),
-        Street("Village Street", End("H", _EAST), End("M", _WEST), VILLAGE),
-        Street("Village Street", End("M", _EAST), End("G", _WEST, "stop"), VILLAGE),
-        Street("Drovers Lane", _stem("K", _NORTH), End("M", _SOUTH, "stop"), NARROW),
+        PlannedStreet(
+            "Mill Lane", _stem("A", _NORTH), End("H", _SOUTH, "stop"), RURAL_BENDS, _winding(380.0, 0.0, 70.0)
+        ),
+        PlannedStreet(
+            "Abbey Lane", End("H", _NORTH, "stop"), _stem("E", _SOUTH), RURAL_BENDS, _winding(380.0, 500.0, -70.0)
+        ),
+        PlannedStreet(
+            "Wood Lane", End("G", _NORTH, "stop"), _stem("D", _SOUTH), RURAL_BENDS, _winding(1100.0, 500.0, 60.0)
+        ),
+        PlannedStreet("Church Lane", _stem("B", _NORTH), End("G", _SOUTH, "stop"), LANE_ROAD, crossings=_rails(230.0)),
+        PlannedStreet("Quarry Lane", End("G", _EAST, "stop"), _stem("C", _WEST), LANE_ROAD, crossings=_rails(180.0)),
+        PlannedStreet("Rail Lane", _stem("F", _EAST), End("H", _WEST), LANE_ROAD, crossings=_rails(170.0)),
+        PlannedStreet("Village Street", End("H", _EAST), End("M", _WEST), VILLAGE),
+        PlannedStreet("Village Street", End("M", _EAST), End("G", _WEST, "stop"), VILLAGE),
+        PlannedStreet("Drovers Lane", _stem("K", _NORTH), End("M", _SOUTH, "stop"), NARROW),
     ]
 
 
@@ -79,8 +89,8 @@ def _stem(node: str, bearing_deg: float) -> End:
     return End(node, bearing_deg, _STEMS[node])
 
 
-def _rails(at_m: float) -> tuple[Crossing, ...]:
-    return (Crossing(at_m, "rails"),)
+def _rails(at_m: float) -> tuple[StreetCrossing, ...]:
+    return (StreetCrossing(at_m, "rails"),)
 
 
 def _winding(x: float, south: float, swing_m: float) -> tuple[Pose2D, ...]:

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from carlette.maps.build.plan import End, Node, Plan, Street
-from carlette.maps.build.sections import LANE_M, MOTORWAY, MOTORWAY_WITH_AUXILIARY, RAMP, SLOW_RAMP, Section
+from carlette.maps.build.plan import End, JunctionNode, Plan, PlannedStreet
+from carlette.maps.build.sections import LANE_M, MOTORWAY, MOTORWAY_WITH_AUXILIARY, RAMP, SLOW_RAMP, CrossSection
 from carlette.maps.reference_lines import Pose2D
 
 _STRAIGHT_M = 1700.0
@@ -30,12 +30,12 @@ _SIDES = ("south", "north")
 
 def plan() -> Plan:
     """The motorway."""
-    nodes: list[Node] = []
-    streets: list[Street] = []
+    nodes: list[JunctionNode] = []
+    streets: list[PlannedStreet] = []
     for carriageway in _CARRIAGEWAYS:
         names = [f"{carriageway} {side} {index}" for side in _order(carriageway) for index in range(4)]
         poses = {name: _place(name) for name in names}
-        nodes.extend(Node(name, at.x, at.y, crosswalks=False) for name, at in poses.items())
+        nodes.extend(JunctionNode(name, at.x, at.y, crosswalks=False) for name, at in poses.items())
         streets.extend(_motorway(carriageway, one, other, poses) for one, other in pairwise([*names, names[0]]))
         streets.extend(
             _collector(f"{carriageway} {side}", first, section, poses)
@@ -64,11 +64,11 @@ def _place(name: str) -> Pose2D:
     return _start_of(carriageway, side).moved(_EXITS_AND_ENTRIES_M[int(index)])
 
 
-def _motorway(carriageway: str, one: str, other: str, poses: dict[str, Pose2D]) -> Street:
+def _motorway(carriageway: str, one: str, other: str, poses: dict[str, Pose2D]) -> PlannedStreet:
     start, end = poses[one], poses[other]
     auxiliary = carriageway == "outer" and one.endswith("1")
     turns = one.endswith("3")
-    return Street(
+    return PlannedStreet(
         f"Motorway {carriageway}",
         End(one, math.degrees(start.yaw_rad), reach_m=_JOINT_M),
         End(other, math.degrees(end.yaw_rad) + 180, reach_m=0.0),
@@ -92,13 +92,13 @@ def _half_circle(carriageway: str, at: Pose2D) -> tuple[Pose2D, ...]:
     )
 
 
-def _collector(straight: str, first: int, section: Section, poses: dict[str, Pose2D]) -> Street:
+def _collector(straight: str, first: int, section: CrossSection, poses: dict[str, Pose2D]) -> PlannedStreet:
     """From an exit to the entry after it."""
     leave, join = f"{straight} {first}", f"{straight} {first + 1}"
     start, end = poses[leave], poses[join]
     heading_deg = math.degrees(start.yaw_rad)
     away, back = start.moved(_JOINT_M * 2.5, -_COLLECTOR_M), end.moved(-_JOINT_M * 1.5, -_COLLECTOR_M)
-    return Street(
+    return PlannedStreet(
         f"Collector {straight}",
         End(leave, heading_deg, left_m=-_RAMP_LEFT_M, reach_m=_JOINT_M, ramp=True),
         End(join, heading_deg + 180, "yield", left_m=_RAMP_LEFT_M, reach_m=0.0, ramp=True),

@@ -6,10 +6,10 @@ from typing import Any
 
 from carlette.blueprints import load_catalogue
 from carlette.blueprints.sensor_definitions import IN_THE_CLIENT
-from carlette.errors import RequestError
+from carlette.errors import CompletionRequestError
 from carlette.geometry import Box, Vector
 from carlette.rpc.registry import Methods
-from carlette.rpc.session import Session
+from carlette.rpc.session import ClientSession
 from carlette.sensors import make_sensor
 from carlette.wire import encode
 from carlette.world.actor import Actor
@@ -22,41 +22,48 @@ MOST_TEXT = 20_000
 
 
 @methods.value("get_actor_definitions")
-def get_actor_definitions(session: Session) -> Any:
+def get_actor_definitions(session: ClientSession) -> Any:
     simulator = session.simulator
     definitions = load_catalogue().definitions
     return [encode.definition(simulator.uids[one.id], one, simulator.version) for one in definitions.values()]
 
 
 @methods.value("get_spectator")
-def get_spectator(session: Session) -> Any:
+def get_spectator(session: ClientSession) -> Any:
     return session.wire(session.world.spectator)
 
 
 @methods.value("get_actors_by_id")
-def get_actors_by_id(session: Session, ids: list[int]) -> Any:
+def get_actors_by_id(session: ClientSession, ids: list[int]) -> Any:
     actors = session.world.actors
     return [session.wire(actors[one]) for one in dict.fromkeys(ids) if one in actors]
 
 
 @methods.value("spawn_actor")
-def spawn_actor(session: Session, description: list[Any], transform: list[Any]) -> Any:
+def spawn_actor(session: ClientSession, description: list[Any], transform: list[Any]) -> Any:
     return session.wire(bring_in(session, description, transform))
 
 
 @methods.value("spawn_actor_with_parent")
 def spawn_actor_with_parent(
-    session: Session, description: list[Any], transform: list[Any], parent: int, attachment: int = 0, socket: str = ""
+    session: ClientSession,
+    description: list[Any],
+    transform: list[Any],
+    parent: int,
+    attachment: int = 0,
+    socket: str = "",
 ) -> Any:
     del attachment, socket  # all attachments are rigid
     return session.wire(bring_in(session, description, transform, parent))
 
 
-def bring_in(session: Session, description: list[Any], transform: list[Any], parent: int = 0) -> Actor:
+def bring_in(session: ClientSession, description: list[Any], transform: list[Any], parent: int = 0) -> Actor:
     """Spawn what the request describes."""
     type_id, attributes = description[1], encode.read_attributes(description[2], session.simulator.version)
     if sum(len(name) + len(text) for name, (_, text) in attributes.items()) > MOST_TEXT:
-        raise RequestError(f"Spawn of '{type_id}' refused: its attributes have more than {MOST_TEXT:,} characters")
+        raise CompletionRequestError(
+            f"Spawn of '{type_id}' refused: its attributes have more than {MOST_TEXT:,} characters"
+        )
     if type_id.startswith("sensor.") and type_id not in IN_THE_CLIENT:
         # What cannot be created is refused before it exists.
         scenery = make_sensor(type_id, attributes).load(session.world)
@@ -66,10 +73,10 @@ def bring_in(session: Session, description: list[Any], transform: list[Any], par
 
 
 @methods.value("destroy_actor")
-def destroy_actor(session: Session, actor_id: int) -> bool:
+def destroy_actor(session: ClientSession, actor_id: int) -> bool:
     actor = session.world.actors.get(actor_id)
     if actor is not None and (actor is session.world.spectator or actor.type_id.startswith("traffic.")):
-        raise RequestError(
+        raise CompletionRequestError(
             f"destroy_actor: actor {actor_id} ({actor.type_id}) is part of the map and cannot be destroyed"
         )
     if actor is not None and actor.stream_id:
@@ -78,7 +85,7 @@ def destroy_actor(session: Session, actor_id: int) -> bool:
 
 
 @methods.value("get_actor_bounding_box")
-def get_actor_bounding_box(session: Session, actor_id: int) -> Any:
+def get_actor_bounding_box(session: ClientSession, actor_id: int) -> Any:
     """Return an actor's box; for an actor that no longer exists, a box without size.
 
     The traffic manager of 0.9.16 asks in a thread in which an error would end the client's process.
@@ -88,7 +95,7 @@ def get_actor_bounding_box(session: Session, actor_id: int) -> Any:
 
 
 @methods.value("get_actor_component_names", "get_actor_bone_names", "get_actor_socket_names")
-def no_names(session: Session, actor_id: int) -> list[str]:
+def no_names(session: ClientSession, actor_id: int) -> list[str]:
     session.actor(actor_id, "get_actor_component_names")
     return []
 
@@ -100,18 +107,18 @@ def no_names(session: Session, actor_id: int) -> list[str]:
     "get_actor_socket_relative_transforms",
     "get_vehicle_bone_world_transforms",
 )
-def no_transforms(session: Session, actor_id: int) -> list[Any]:
+def no_transforms(session: ClientSession, actor_id: int) -> list[Any]:
     session.actor(actor_id, "get_actor_bone_world_transforms")
     return []
 
 
 @methods.value("get_actor_component_world_transform", "get_actor_component_relative_transform")
-def component_transform(session: Session, actor_id: int, name: str) -> Any:
+def component_transform(session: ClientSession, actor_id: int, name: str) -> Any:
     session.actor(actor_id, "get_actor_component_world_transform")
-    raise RequestError(f"actor {actor_id} has no component '{name}'; this server's actors are boxes")
+    raise CompletionRequestError(f"actor {actor_id} has no component '{name}'; this server's actors are boxes")
 
 
 @methods.void("send")
-def send(session: Session, actor_id: int, message: str) -> None:
+def send(session: ClientSession, actor_id: int, message: str) -> None:
     del message  # V2X arrives with the sensors
     session.actor(actor_id, "send")

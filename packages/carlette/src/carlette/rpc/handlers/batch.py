@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from carlette.errors import RequestError
+from carlette.errors import CompletionRequestError
 from carlette.rpc.handlers import actors, motion, traffic_lights, vehicles, walkers
 from carlette.rpc.registry import BAD_ARGUMENTS, Methods
-from carlette.rpc.session import Session
+from carlette.rpc.session import ClientSession
 from carlette.wire import encode
 
 methods = Methods()
@@ -19,12 +19,12 @@ MOST_COMMANDS = 10_000
 SPAWN_ACTOR, DESTROY_ACTOR, VEHICLE_CONTROL, CONSOLE_COMMAND = 0, 1, 2, 20
 
 
-def _destroy(session: Session, actor_id: int) -> None:
+def _destroy(session: ClientSession, actor_id: int) -> None:
     if not actors.destroy_actor(session, actor_id):
-        raise RequestError(f"unable to destroy actor: actor {actor_id} not found")
+        raise CompletionRequestError(f"unable to destroy actor: actor {actor_id} not found")
 
 
-def _lights(session: Session, actor_id: int, state: int) -> None:
+def _lights(session: ClientSession, actor_id: int, state: int) -> None:
     vehicles.set_vehicle_light_state(session, actor_id, [state])
 
 
@@ -54,7 +54,7 @@ COMMANDS: dict[int, Callable[..., Any]] = {
 
 
 @methods.bare("apply_batch")
-def apply_batch(session: Session, commands: Sequence[Sequence[Any]], do_tick: bool = False) -> Any:
+def apply_batch(session: ClientSession, commands: Sequence[Sequence[Any]], do_tick: bool = False) -> Any:
     """Run the commands in order, and then tick once if requested; return one answer for each command."""
     number = _count(commands)
     if number > MOST_COMMANDS:
@@ -84,7 +84,7 @@ def _is_spawn(command: Any) -> bool:
     return isinstance(inner, list) and len(inner) > 1 and inner[0] == SPAWN_ACTOR and isinstance(inner[1], list)
 
 
-def _run(session: Session, index: int, payload: Payload) -> Any:
+def _run(session: ClientSession, index: int, payload: Payload) -> Any:
     try:
         if index == SPAWN_ACTOR:
             return encode.value(_spawn(session, payload))
@@ -95,13 +95,13 @@ def _run(session: Session, index: int, payload: Payload) -> Any:
             return encode.failure(f"command {index} is not known to this server")
         command(session, *payload)
         return encode.value(payload[0])
-    except RequestError as error:
+    except CompletionRequestError as error:
         return encode.failure(str(error))
     except BAD_ARGUMENTS as error:
         return encode.failure(f"command {index}: the arguments cannot be read ({error})")
 
 
-def _spawn(session: Session, payload: Payload) -> int:
+def _spawn(session: ClientSession, payload: Payload) -> int:
     description, transform, parent, *_, after = payload
     actor = actors.bring_in(session, description, transform, int(parent[1]) if parent[0] else 0)
     for command in after:

@@ -6,17 +6,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from carlette.errors import RequestError
-from carlette.recorder import Recorder, Replay, make_room, path_in, read_tape, report
+from carlette.errors import CompletionRequestError
+from carlette.recorder import LogRecorder, Replay, make_room, path_in, read_tape, report
 from carlette.rpc.registry import Methods
-from carlette.rpc.session import Session
+from carlette.rpc.session import ClientSession
 from carlette.simulator import Simulator
 
 methods = Methods()
 
 
 @methods.value("start_recorder")
-def start_recorder(session: Session, name: str, additional: bool = False) -> str:
+def start_recorder(session: ClientSession, name: str, additional: bool = False) -> str:
     del additional  # there is nothing more to record
     stop_recorder(session)
     return _told(lambda: _begin(session.simulator, _path(session, name)))
@@ -24,34 +24,38 @@ def start_recorder(session: Session, name: str, additional: bool = False) -> str
 
 def _begin(simulator: Simulator, path: Path) -> str:
     make_room(path)
-    simulator.recorder = Recorder(path, simulator.world)
+    simulator.recorder = LogRecorder(path, simulator.world)
     return str(path)
 
 
 @methods.void("stop_recorder")
-def stop_recorder(session: Session) -> None:
+def stop_recorder(session: ClientSession) -> None:
     if session.simulator.recorder is not None:
         session.simulator.recorder.stop()
         session.simulator.recorder = None
 
 
 @methods.value("show_recorder_file_info")
-def show_recorder_file_info(session: Session, name: str, show_all: bool = False) -> str:
+def show_recorder_file_info(session: ClientSession, name: str, show_all: bool = False) -> str:
     return _told(lambda: report.file_info(read_tape(_path(session, name)), show_all))
 
 
 @methods.value("show_recorder_collisions")
-def show_recorder_collisions(session: Session, name: str, first: Any = "a", second: Any = "a") -> str:
+def show_recorder_collisions(session: ClientSession, name: str, first: Any = "a", second: Any = "a") -> str:
     return _told(lambda: report.collisions(read_tape(_path(session, name)), _letter(first), _letter(second)))
 
 
 @methods.value("show_recorder_actors_blocked")
-def show_recorder_actors_blocked(session: Session, name: str, least_s: float = 30.0, least_m: float = 10.0) -> str:
+def show_recorder_actors_blocked(
+    session: ClientSession, name: str, least_s: float = 30.0, least_m: float = 10.0
+) -> str:
     return _told(lambda: report.blocked(read_tape(_path(session, name)), float(least_s), float(least_m)))
 
 
 @methods.value("replay_file")
-def replay_file(session: Session, name: str, start_s: float, duration_s: float, follow_id: int, *more: Any) -> str:
+def replay_file(
+    session: ClientSession, name: str, start_s: float, duration_s: float, follow_id: int, *more: Any
+) -> str:
     """Begin to replay a recorded file on the session's world; a replay that still runs ends.
 
     Args:
@@ -79,35 +83,35 @@ def replay_file(session: Session, name: str, start_s: float, duration_s: float, 
 
 
 @methods.void("stop_replayer")
-def stop_replayer(session: Session, keep_actors: bool = False) -> None:
+def stop_replayer(session: ClientSession, keep_actors: bool = False) -> None:
     session.simulator.end_replay(bool(keep_actors))
 
 
 @methods.void("set_replayer_time_factor")
-def set_replayer_time_factor(session: Session, factor: float) -> None:
+def set_replayer_time_factor(session: ClientSession, factor: float) -> None:
     if not 0.0 <= factor <= 1000.0:
-        raise RequestError(f"set_replayer_time_factor: {factor} is not a factor from 0 to 1000")
+        raise CompletionRequestError(f"set_replayer_time_factor: {factor} is not a factor from 0 to 1000")
     session.simulator.replay_options.time_factor = float(factor)
 
 
 @methods.void("set_replayer_ignore_hero")
-def set_replayer_ignore_hero(session: Session, ignore: bool) -> None:
+def set_replayer_ignore_hero(session: ClientSession, ignore: bool) -> None:
     session.simulator.replay_options.ignores_hero = bool(ignore)
 
 
 @methods.void("set_replayer_ignore_spectator")
-def set_replayer_ignore_spectator(session: Session, ignore: bool) -> None:
+def set_replayer_ignore_spectator(session: ClientSession, ignore: bool) -> None:
     session.simulator.replay_options.ignores_spectator = bool(ignore)
 
 
 def _told(tell: Callable[[], str]) -> str:
     try:
         return tell()
-    except RequestError as error:
+    except CompletionRequestError as error:
         return str(error)
 
 
-def _path(session: Session, name: str) -> Path:
+def _path(session: ClientSession, name: str) -> Path:
     return path_in(session.simulator.recordings, name)
 
 

@@ -8,10 +8,10 @@ from typing import Any
 from carlette.camera.environment.repeater_lights import repeaters_of
 from carlette.camera.models.mesh import Point
 from carlette.camera.models.traffic_lights import HEAD_HALF, REPEATER_HEAD, heads
-from carlette.errors import RequestError
+from carlette.errors import CompletionRequestError
 from carlette.geometry import Box, Vector
 from carlette.rpc.registry import Methods
-from carlette.rpc.session import Session
+from carlette.rpc.session import ClientSession
 from carlette.wire import encode
 from carlette.world.traffic_lights import Color
 
@@ -19,59 +19,59 @@ methods = Methods()
 
 
 @methods.void("set_traffic_light_state")
-def set_traffic_light_state(session: Session, actor_id: int, state: int) -> None:
+def set_traffic_light_state(session: ClientSession, actor_id: int, state: int) -> None:
     light = session.light(actor_id, "set_traffic_light_state")
     session.world.signals.set_color(light.index, Color(state))
 
 
-def _set_time(session: Session, actor_id: int, color: Color, seconds: float) -> None:
+def _set_time(session: ClientSession, actor_id: int, color: Color, seconds: float) -> None:
     light = session.light(actor_id, "set_traffic_light_time")
     if not (math.isfinite(seconds) and seconds >= 0):
-        raise RequestError(f"the time of a traffic light cannot be {seconds} s; give 0 or more")
+        raise CompletionRequestError(f"the time of a traffic light cannot be {seconds} s; give 0 or more")
     session.world.signals.set_time(light.index, color, seconds)
 
 
 @methods.void("set_traffic_light_green_time")
-def set_traffic_light_green_time(session: Session, actor_id: int, seconds: float) -> None:
+def set_traffic_light_green_time(session: ClientSession, actor_id: int, seconds: float) -> None:
     _set_time(session, actor_id, Color.GREEN, seconds)
 
 
 @methods.void("set_traffic_light_yellow_time")
-def set_traffic_light_yellow_time(session: Session, actor_id: int, seconds: float) -> None:
+def set_traffic_light_yellow_time(session: ClientSession, actor_id: int, seconds: float) -> None:
     _set_time(session, actor_id, Color.YELLOW, seconds)
 
 
 @methods.void("set_traffic_light_red_time")
-def set_traffic_light_red_time(session: Session, actor_id: int, seconds: float) -> None:
+def set_traffic_light_red_time(session: ClientSession, actor_id: int, seconds: float) -> None:
     _set_time(session, actor_id, Color.RED, seconds)
 
 
 @methods.void("freeze_traffic_light")
-def freeze_traffic_light(session: Session, actor_id: int, freeze: bool) -> None:
+def freeze_traffic_light(session: ClientSession, actor_id: int, freeze: bool) -> None:
     light = session.light(actor_id, "freeze_traffic_light")
     session.world.signals.freeze(freeze, light.index)
 
 
 @methods.void("freeze_all_traffic_lights")
-def freeze_all_traffic_lights(session: Session, freeze: bool) -> None:
+def freeze_all_traffic_lights(session: ClientSession, freeze: bool) -> None:
     session.world.signals.freeze(freeze)
 
 
 @methods.void("reset_traffic_light_group")
-def reset_traffic_light_group(session: Session, actor_id: int) -> None:
+def reset_traffic_light_group(session: ClientSession, actor_id: int) -> None:
     light = session.light(actor_id, "reset_traffic_light_group")
     signals = session.world.signals
     signals.reset([int(signals.lights.group[light.index])])
 
 
 @methods.void("reset_all_traffic_lights")
-def reset_all_traffic_lights(session: Session) -> None:
+def reset_all_traffic_lights(session: ClientSession) -> None:
     signals = session.world.signals
     signals.reset(range(len(signals.groups)))
 
 
 @methods.value("get_group_traffic_lights")
-def get_group_traffic_lights(session: Session, actor_id: int) -> list[int]:
+def get_group_traffic_lights(session: ClientSession, actor_id: int) -> list[int]:
     light = session.light(actor_id, "get_group_traffic_lights")
     signals = session.world.signals
     rows = signals.lights.row[signals.members(light.index)]
@@ -80,7 +80,7 @@ def get_group_traffic_lights(session: Session, actor_id: int) -> list[int]:
 
 
 @methods.value("get_light_boxes")
-def get_light_boxes(session: Session, actor_id: int) -> Any:
+def get_light_boxes(session: ClientSession, actor_id: int) -> Any:
     """Boxes of the heads in the world, as the cameras draw them, those of a second post included."""
     light = session.light(actor_id, "get_light_boxes")
     pose = session.world.pose(light)
@@ -89,7 +89,7 @@ def get_light_boxes(session: Session, actor_id: int) -> Any:
     return [encode.box(one) for one in boxes]
 
 
-def _repeated(session: Session, index: int) -> list[Point]:
+def _repeated(session: ClientSession, index: int) -> list[Point]:
     foot = repeaters_of(session.world.roads)[index]
     if foot is None:
         return []

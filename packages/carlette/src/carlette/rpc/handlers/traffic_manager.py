@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from carlette.errors import RequestError
+from carlette.errors import CompletionRequestError
 from carlette.rpc.registry import Methods
-from carlette.rpc.session import Session
+from carlette.rpc.session import ClientSession
 
 methods = Methods()
 
@@ -15,22 +15,25 @@ LAST_PORT = 65535
 
 
 @methods.value("is_traffic_manager_running")
-def is_traffic_manager_running(session: Session, port: int) -> bool:
+def is_traffic_manager_running(session: ClientSession, port: int) -> bool:
     return port in session.simulator.traffic_managers
 
 
 @methods.value("get_traffic_manager_running")
-def get_traffic_manager_running(session: Session, port: int) -> Any:
+def get_traffic_manager_running(session: ClientSession, port: int) -> Any:
     address = session.simulator.traffic_managers.get(port)
     return ["", 0] if address is None else [address, port]
 
 
 @methods.value("add_traffic_manager_running")
-def add_traffic_manager_running(session: Session, endpoint: list[Any]) -> bool:
-    """Register where a client's TrafficManager listens; False if the port is taken. Raise `RequestError` if invalid."""
+def add_traffic_manager_running(session: ClientSession, endpoint: list[Any]) -> bool:
+    """Register where a client's TrafficManager listens; False if the port is taken.
+
+    Raise `CompletionRequestError` if invalid.
+    """
     address, port = str(endpoint[0]), int(endpoint[1])
     if not 0 < port <= LAST_PORT or len(address) > LONGEST_ADDRESS:
-        raise RequestError(
+        raise CompletionRequestError(
             f"add_traffic_manager_running: port {port} at '{address[:40]}'; give a port from 1 to {LAST_PORT} "
             f"and an address of at most {LONGEST_ADDRESS} characters"
         )
@@ -42,6 +45,6 @@ def add_traffic_manager_running(session: Session, endpoint: list[Any]) -> bool:
 
 
 @methods.value("destroy_traffic_manager")
-def destroy_traffic_manager(session: Session, port: int) -> bool:
+def destroy_traffic_manager(session: ClientSession, port: int) -> bool:
     session.connection.traffic_managers.discard(port)
     return session.simulator.traffic_managers.pop(port, None) is not None

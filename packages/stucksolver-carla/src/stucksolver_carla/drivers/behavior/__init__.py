@@ -4,17 +4,17 @@ from stucksolver_carla.drivers.behavior.behavior_driver import BehaviorDriver
 from stucksolver_carla.drivers.behavior.options import DriverOptions
 from stucksolver_carla.drivers.behavior.routing import RouteError, trace_route
 from stucksolver_carla.drivers.behavior.swept_path import Hazard
-from stucksolver_carla.drivers.driver_interface import DrivePoint, Driver, DrivesPath, HasRoute, RoutePoint
+from stucksolver_carla.drivers.driver_interface import DrivePoint, Driver, PathFollower, RouteHolder, RoutePoint
 
 __all__ = [
     "BehaviorDriver",
     "DrivePoint",
     "Driver",
     "DriverOptions",
-    "DrivesPath",
-    "HasRoute",
     "Hazard",
+    "PathFollower",
     "RouteError",
+    "RouteHolder",
     "RoutePoint",
     "trace_route",
 ]

@@ -8,13 +8,13 @@ from typing import NamedTuple
 
 from stucksolver_carla.drivers.behavior.controllers import SteerController
 from stucksolver_carla.drivers.behavior.local_planner import LocalPlanner
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.options import DriverOptions
-from stucksolver_carla.drivers.behavior.path import Path, Pose, flipped
+from stucksolver_carla.drivers.behavior.path import Path, PlanarPose, flipped
 from stucksolver_carla.drivers.behavior.profiles import (
     KMH,
     STANDING_MPS,
-    Profile,
+    DriverProfile,
     cruise_speed,
     emergency,
     look_ahead,
@@ -36,34 +36,36 @@ STANDS_MPS = 0.05
 _TURNS = ("left", "right")
 
 
-class Motion(NamedTuple):
+class EgoMotion(NamedTuple):
     """The ego at one tick, seen in the direction in which it should drive."""
 
-    pose: Pose
+    pose: PlanarPose
     z: float
     speed: float
     """Speed along the pose's heading (m/s); negative while it still rolls the other way."""
     yaw_rate: float
 
-    def backwards(self) -> Motion:
+    def backwards(self) -> EgoMotion:
         """The same motion for a vehicle that backs up."""
-        return Motion(flipped(self.pose), self.z, -self.speed, self.yaw_rate)
+        return EgoMotion(flipped(self.pose), self.z, -self.speed, self.yaw_rate)
 
 
-class Pace(NamedTuple):
+class PaceFactors(NamedTuple):
     """How brisk a drive is: acceleration above the usual one (m/s²), and a factor on the speed in bends."""
 
     more_mps2: float
     bends: float
 
 
-USUAL = Pace(0.0, 1.0)
+USUAL = PaceFactors(0.0, 1.0)
 
 
-class Concerns:
+class AccelerationLimits:
     """The accelerations that the profile allows for the line being driven and the bodies around."""
 
-    def __init__(self, profile: Profile, options: DriverOptions, model: VehicleModel, planner: LocalPlanner) -> None:
+    def __init__(
+        self, profile: DriverProfile, options: DriverOptions, model: VehicleModel, planner: LocalPlanner
+    ) -> None:
         self._profile = profile
         self._options = options
         self._model = model
@@ -75,7 +77,7 @@ class Concerns:
         following = self._planner.following
         return self._options.follow_deceleration if following else self._profile.deceleration
 
-    def cruise(self, path: Path, speed: float, limit_kmh: float, command: str, pace: Pace) -> float:
+    def cruise(self, path: Path, speed: float, limit_kmh: float, command: str, pace: PaceFactors) -> float:
         """Keep to the path's bounds and, on the route, to the speed limit and the speed of junction turns.
 
         `pace` says how much brisker than usual to drive.
@@ -121,8 +123,8 @@ class Concerns:
     def hazards(
         self,
         path: Path,
-        motion: Motion,
-        around: NearbyBodies,
+        motion: EgoMotion,
+        around: NearbyObjects,
         side_margin_m: float | None = None,
         doubt_m: float = 0.0,
     ) -> list[Hazard]:

@@ -9,30 +9,30 @@ from typing import Any, ClassVar
 
 import carla
 
-from stucksolver_carla.drivers.behavior.acceleration_limits import USUAL, Concerns, Motion
-from stucksolver_carla.drivers.behavior.conflict_paths import UPSTREAM_M, Meeting, meetings
+from stucksolver_carla.drivers.behavior.acceleration_limits import USUAL, AccelerationLimits, EgoMotion
+from stucksolver_carla.drivers.behavior.conflict_paths import UPSTREAM_M, JunctionConflicts, meetings
 from stucksolver_carla.drivers.behavior.controllers import MAX_STEER, PedalController, SteerController
-from stucksolver_carla.drivers.behavior.flow_speed import PacedConcerns, pace_behind_mps
-from stucksolver_carla.drivers.behavior.junction_yield import FREE, LOOKING_MPS, GiveWay, GiveWayDecision, Moving
+from stucksolver_carla.drivers.behavior.flow_speed import PacedAccelerationLimits, rear_flow_speed_mps
+from stucksolver_carla.drivers.behavior.junction_yield import FREE, LOOKING_MPS, EgoSpeeds, JunctionYield, YieldDecision
 from stucksolver_carla.drivers.behavior.lane_graph import lane_graph
 from stucksolver_carla.drivers.behavior.local_planner import LocalPlanner
-from stucksolver_carla.drivers.behavior.nearby_objects import BODILESS, RANGE_M, NearbyBodies, bodies_around
+from stucksolver_carla.drivers.behavior.nearby_objects import BODILESS, RANGE_M, NearbyObjects, bodies_around
 from stucksolver_carla.drivers.behavior.options import DriverOptions
-from stucksolver_carla.drivers.behavior.path import Path, Pose
-from stucksolver_carla.drivers.behavior.predictive_braking import entering, slow_beside
+from stucksolver_carla.drivers.behavior.path import Path, PlanarPose
+from stucksolver_carla.drivers.behavior.predictive_braking import entering, slow_adjacent_vehicles
 from stucksolver_carla.drivers.behavior.profiles import STANDING_MPS, profile_named
 from stucksolver_carla.drivers.behavior.pull_out import (
     BESIDE_M,
     SIDE_MARGIN_M,
     accepted_gap_s,
-    clear_way_out,
+    find_pull_out_path,
+    is_traffic_approaching,
     moving,
-    somebody_comes,
 )
 from stucksolver_carla.drivers.behavior.route_bodies import on_route
 from stucksolver_carla.drivers.behavior.route_line import rejoining_length
 from stucksolver_carla.drivers.behavior.routing import trace_route
-from stucksolver_carla.drivers.behavior.sensor_lane_changes import Changing, OnLine
+from stucksolver_carla.drivers.behavior.sensor_lane_changes import LineSituation, SensorLaneChanges
 from stucksolver_carla.drivers.behavior.stop_signs import StopSignWatch, stop_places
 from stucksolver_carla.drivers.behavior.swept_path import Hazard
 from stucksolver_carla.drivers.behavior.traffic_light_stops import LightWatch, stop_lines
@@ -70,9 +70,9 @@ class BehaviorDriver:
         self._profile = profile_named(behavior)
         self._model = vehicle_model(vehicle)
         self._planner = LocalPlanner(self._profile.lateral_accel, self._profile.deceleration)
-        self._concerns = Concerns(self._profile, self._options, self._model, self._planner)
+        self._concerns = AccelerationLimits(self._profile, self._options, self._model, self._planner)
         self._perception = bodies_around(vehicle, self.sees_m, (*BODILESS, *DRIVEN_OVER))
-        self._paced = PacedConcerns(self._profile, self._options, self._model, self._planner)
+        self._paced = PacedAccelerationLimits(self._profile, self._options, self._model, self._planner)
         if self._perception.doubt_m > 0.0:
             self._concerns = self._paced
         self._side_margin_m = SIDE_MARGIN_M + self._perception.doubt_m
@@ -81,7 +81,7 @@ class BehaviorDriver:
         self._lights = LightWatch([])
         self._signs = StopSignWatch([], self._model.half_length)
         self._give_way = self._giving_way([])
-        self._changing: Changing | None = None
+        self._changing: SensorLaneChanges | None = None
         """Its lane changes, by sensors."""
         self._behind_mps = 0.0
         """By sensors, the speed of who follows it in its lane (m/s); 0 if nobody does."""
@@ -148,7 +148,7 @@ class BehaviorDriver:
         self._holding = False
         self._watch_line()
         doubt_m = self._perception.doubt_m
-        self._changing = Changing(self._route, self._planner.route_line, doubt_m) if doubt_m > 0.0 else None
+        self._changing = SensorLaneChanges(self._route, self._planner.route_line, doubt_m) if doubt_m > 0.0 else None
 
     def _watch_line(self) -> None:
         """Find the lights, stop signs and junctions of the route's line."""
@@ -223,24 +223,24 @@ class BehaviorDriver:
             self._steer(path, way), min(wanted, -self._options.follow_deceleration) if stays else wanted, way
         )
 
-    def _decide(self, motion: Motion, around: NearbyBodies) -> None:
+    def _decide(self, motion: EgoMotion, around: NearbyObjects) -> None:
         """Called before each step, to choose the line: its route. By sensors, lanes are changed in gaps."""
         planner, line, profile = self._planner, self._planner.route_line, self._profile
         if self._changing is None or line is None or planner.following or self._holding or planner.arrived:
             return
         bodies = on_route(line, planner.route_s, around)
         limit_kmh, half_m = self._vehicle.get_speed_limit(), self._model.half_length
-        self._behind_mps = pace_behind_mps(bodies, planner.route_s, planner.beside_m, motion.speed, half_m)
+        self._behind_mps = rear_flow_speed_mps(bodies, planner.route_s, planner.beside_m, motion.speed, half_m)
         joined = self._give_way.flow_mps if self._give_way.going else 0.0
-        self._paced.heed(max(joined, self._changing.pace_mps), self._behind_mps, limit_kmh, self._tick_s())
+        self._paced.set_flow_speed(max(joined, self._changing.pace_mps), self._behind_mps, limit_kmh, self._tick_s())
         cruise = self._concerns.top_speed(limit_kmh)
-        here = OnLine(planner.route_s, planner.beside_m, max(motion.speed, 0.0), cruise, bodies, self._model)
+        here = LineSituation(planner.route_s, planner.beside_m, max(motion.speed, 0.0), cruise, bodies, self._model)
         other = self._changing.other_line(line, here, profile.lateral_accel, profile.deceleration)
         if other is not None:
             planner.take(other, motion.pose)
 
-    def _giving_way(self, met: Sequence[Meeting]) -> GiveWay:
-        return GiveWay(met, self._profile, self._model, sensed=self._perception.doubt_m > 0.0)
+    def _giving_way(self, met: Sequence[JunctionConflicts]) -> JunctionYield:
+        return JunctionYield(met, self._profile, self._model, sensed=self._perception.doubt_m > 0.0)
 
     @property
     def _at_the_roadside(self) -> bool:
@@ -248,7 +248,7 @@ class BehaviorDriver:
         meant = 0.0 if self._changing is None else self._changing.meant_m(planner.route_s)
         return planner.route_line is not None and not planner.following and abs(planner.beside_m - meant) > BESIDE_M
 
-    def _pulls_out(self, motion: Motion, around: NearbyBodies) -> bool:
+    def _pulls_out(self, motion: EgoMotion, around: NearbyObjects) -> bool:
         """True if the ego may return to its lane now. While it stands, the way there is searched for as well."""
         planner, line = self._planner, self._planner.route_line
         if line is None or planner.arrived:
@@ -256,7 +256,7 @@ class BehaviorDriver:
         if motion.speed < STANDING_MPS:
             gentle = rejoining_length(planner.beside_m, 0.0)
             ways = partial(planner.way_back, motion.pose)
-            way = clear_way_out(ways, gentle, motion.pose, around, self._model, self._side_margin_m)
+            way = find_pull_out_path(ways, gentle, motion.pose, around, self._model, self._side_margin_m)
             self._clear = way is not None
             if way is not None:
                 planner.take(way, motion.pose)
@@ -267,10 +267,10 @@ class BehaviorDriver:
             # the own lane is what has been passed: it would be waited for forever.
             passed = self._clear and self._perception.doubt_m > 0.0
             others = moving(around) if passed else around
-            self._leaving = not somebody_comes(line, planner.route_s, motion.speed, others, self._model, gap_s)
+            self._leaving = not is_traffic_approaching(line, planner.route_s, motion.speed, others, self._model, gap_s)
         return self._leaving
 
-    def _steer(self, path: Path, way: Motion) -> float:
+    def _steer(self, path: Path, way: EgoMotion) -> float:
         speed, where = max(way.speed, 0.0), self._planner.where
         if way.speed < _WRONG_WAY_MPS:
             return self._steering.straighten()
@@ -279,10 +279,10 @@ class BehaviorDriver:
             limit = FOLLOW_MAX_STEER if tight else MAX_STEER
             return self._steering.step(path, where, speed, limit)
         pose, reach = way.pose, self._model.rear_axle
-        axle = Pose(pose.x + reach * math.cos(pose.yaw), pose.y + reach * math.sin(pose.yaw), pose.yaw)
+        axle = PlanarPose(pose.x + reach * math.cos(pose.yaw), pose.y + reach * math.sin(pose.yaw), pose.yaw)
         return self._steering.step_backwards(path, path.project(axle, where.s), speed, FOLLOW_MAX_STEER)
 
-    def _acceleration(self, path: Path, way: Motion, around: NearbyBodies) -> float:
+    def _acceleration(self, path: Path, way: EgoMotion, around: NearbyObjects) -> float:
         """Return the lowest acceleration that anything allows (m/s²)."""
         speed, concerns = way.speed, self._concerns
         lines = self._for_lines(speed)
@@ -315,7 +315,7 @@ class BehaviorDriver:
             return math.inf
         return self._changing.allowed(self._concerns, speed, self._behind_mps)
 
-    def _pulling_out(self, path: Path, around: NearbyBodies, speed: float) -> list[Hazard]:
+    def _pulling_out(self, path: Path, around: NearbyObjects, speed: float) -> list[Hazard]:
         """By sensors, return who pulls out into the way from beside it: once it is in the way it is too late."""
         if self._changing is None or self._planner.following:
             return []
@@ -324,16 +324,16 @@ class BehaviorDriver:
         # Seen from a line that leads into their lane, those who drive there seem to pull out.
         others = seen.part(~seen.among(self._changing.entered))
         found = entering(others, where, self._model, speed)
-        slow = slow_beside(seen, where, self._model)
+        slow = slow_adjacent_vehicles(seen, where, self._model)
         return found + [one for one in slow if self._is_off_the_lanes(around, one.actor_id)]
 
-    def _is_off_the_lanes(self, around: NearbyBodies, actor_id: int) -> bool:
+    def _is_off_the_lanes(self, around: NearbyObjects, actor_id: int) -> bool:
         """True if a body is on no lane of moving traffic."""
         k = around.actor_id.index(actor_id)
         place = carla.Location(float(around.x[k]), float(around.y[k]), float(around.bottom[k]))
         return self._map.get_waypoint(place, project_to_road=False) is None
 
-    def _others_first(self, speed: float, around: NearbyBodies, held: bool) -> GiveWayDecision:
+    def _others_first(self, speed: float, around: NearbyObjects, held: bool) -> YieldDecision:
         """Return who comes at the next junction of the route. On a given path whoever gave it has checked.
 
         `held`: a light or a stop sign stops the ego anyway.
@@ -348,7 +348,7 @@ class BehaviorDriver:
         paced = self._concerns is self._paced
         limit_kmh = self._vehicle.get_speed_limit()
         top = self._paced.own_top_speed(limit_kmh) if paced else self._concerns.top_speed(limit_kmh)
-        return self._give_way.look(line, planner.route_s, Moving(speed, top), around, self._tick_s())
+        return self._give_way.look(line, planner.route_s, EgoSpeeds(speed, top), around, self._tick_s())
 
     def _for_lines(self, speed: float) -> float:
         """Return what lights and stop signs allow."""
@@ -380,17 +380,17 @@ class BehaviorDriver:
         index = int(self._planner.route_s / line.length * (len(self._route) - 1))
         return self._route[min(max(index, 0), len(self._route) - 1)].command
 
-    def _motion(self) -> Motion:
+    def _motion(self) -> EgoMotion:
         transform, velocity = self._vehicle.get_transform(), self._vehicle.get_velocity()
         place, yaw = transform.location, math.radians(transform.rotation.yaw)
         speed = velocity.x * math.cos(yaw) + velocity.y * math.sin(yaw)
         yaw_rate = math.radians(self._vehicle.get_angular_velocity().z)
-        return Motion(Pose(place.x, place.y, yaw), place.z, speed, yaw_rate)
+        return EgoMotion(PlanarPose(place.x, place.y, yaw), place.z, speed, yaw_rate)
 
     def _tick_s(self) -> float:
         return self._world.get_snapshot().timestamp.delta_seconds or _DEFAULT_TICK_S
 
-    def _control(self, steer: float, acceleration: float, way: Motion) -> carla.VehicleControl:
+    def _control(self, steer: float, acceleration: float, way: EgoMotion) -> carla.VehicleControl:
         # Still rolling the other way: stop before changing gear.
         turning_back = way.speed < _WRONG_WAY_MPS
         wanted = -self._options.follow_deceleration if turning_back else acceleration

@@ -36,7 +36,7 @@ _FROM_THE_RIGHT_RAD = math.radians(30.0)
 
 
 @dataclass(frozen=True, eq=False)
-class MeetingWay:
+class ConflictPath:
     """A way through a junction that crosses or joins the route; samples about a metre apart, upstream first."""
 
     x: Array
@@ -67,11 +67,11 @@ class MeetingWay:
 
 
 @dataclass(frozen=True, eq=False)
-class Meeting:
+class JunctionConflicts:
     """One junction of the route: where to wait before it (arc length, m), and the ways met there."""
 
     wait_s: float
-    ways: tuple[MeetingWay, ...]
+    ways: tuple[ConflictPath, ...]
 
     @property
     def first_s(self) -> float:
@@ -91,7 +91,7 @@ def meetings(
     lights: Sequence[carla.TrafficLight],
     stops_s: Sequence[float],
     upstream_m: float = UPSTREAM_M,
-) -> list[Meeting]:
+) -> list[JunctionConflicts]:
     """Return the junctions of a route at which others may come.
 
     Of two ways the turning one gives way, left turns to all. If both turn alike, the one that bends more gives way
@@ -116,7 +116,7 @@ def meetings(
         stop_sign = any(-15.0 < here.enter_s - s < 15.0 for s in stops_s)
         ways = tuple(way for way in here.ways(stop_sign))
         if ways:
-            found.append(Meeting(here.enter_s, ways))
+            found.append(JunctionConflicts(here.enter_s, ways))
     return found
 
 
@@ -146,7 +146,7 @@ class _Junction:
         self._yaw = line.yaw[self._stretch]
         self._turn, self._bend = _turn(self._yaw), float(np.abs(np.diff(self._yaw)).sum())
 
-    def ways(self, stop_sign: bool) -> Iterator[MeetingWay]:
+    def ways(self, stop_sign: bool) -> Iterator[ConflictPath]:
         """Yield those that cross or join the route, each with as much road before and behind as matters."""
         for key in self._graph.lanes_of_junction(self._junction_id):
             if key not in self._own and not self._graph.before(key) & self._before:
@@ -154,7 +154,7 @@ class _Junction:
                 if way is not None:
                     yield way
 
-    def _way(self, key: LaneKey, stop_sign: bool) -> MeetingWay | None:
+    def _way(self, key: LaneKey, stop_sign: bool) -> ConflictPath | None:
         first, last = self._indices(key)
         inside = np.array(self._graph.xy[first : last + 1])
         own_x, own_y = self._line.x[self._stretch], self._line.y[self._stretch]
@@ -180,7 +180,7 @@ class _Junction:
         through = yaw[begins : begins + len(inside)]
         kept = (s > s[begins] - self._upstream_m) & (s < s[parts] + DOWNSTREAM_M)
         joins = bool(near[:, -1].any()) and bool(self._graph.after(key) & self._own)
-        return MeetingWay(
+        return ConflictPath(
             x=xy[kept, 0],
             y=xy[kept, 1],
             yaw=yaw[kept],

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import carla
 import numpy as np
 
-from stucksolver_carla.drivers.behavior.conflict_paths import MeetingWay
+from stucksolver_carla.drivers.behavior.conflict_paths import ConflictPath
 from stucksolver_carla.drivers.behavior.lane_graph import LaneKey
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 
 LEAST_MPS = 0.5
 """Who is slower than this (m/s) stands."""
@@ -34,7 +34,7 @@ junction are not expected to take it.
 """
 
 
-class OtherOnWay(NamedTuple):
+class ConflictingVehicle(NamedTuple):
     """A vehicle on another way."""
 
     actor_id: int
@@ -44,7 +44,7 @@ class OtherOnWay(NamedTuple):
     half_width: float
 
 
-def on_way(way: MeetingWay, others: NearbyBodies) -> list[OtherOnWay]:
+def vehicles_on_path(way: ConflictPath, others: NearbyObjects) -> list[ConflictingVehicle]:
     """Return those of the others that drive along a way."""
     if len(others) == 0:
         return []
@@ -58,7 +58,7 @@ def on_way(way: MeetingWay, others: NearbyBodies) -> list[OtherOnWay]:
     on_it = (np.abs(aside) < _ON_WAY_M) & (speed > _ALONG_COS * np.hypot(others.vx, others.vy))
     on_it &= np.abs(along) < others.half_length + 1.0
     return [
-        OtherOnWay(
+        ConflictingVehicle(
             others.actor_id[i],
             float(way.s[nearest[i]] + along[i]),
             float(speed[i]),
@@ -69,7 +69,9 @@ def on_way(way: MeetingWay, others: NearbyBodies) -> list[OtherOnWay]:
     ]
 
 
-def of_one_pace(seen: Sequence[tuple[MeetingWay, OtherOnWay]]) -> list[tuple[MeetingWay, OtherOnWay]]:
+def with_flow_speed(
+    seen: Sequence[tuple[ConflictPath, ConflictingVehicle]],
+) -> list[tuple[ConflictPath, ConflictingVehicle]]:
     """Return them with the median speed of their stream, where their own differs from it by no more than noise."""
     paces = {}
     for way in {id(way): way for way, _ in seen}.values():
@@ -82,12 +84,12 @@ def of_one_pace(seen: Sequence[tuple[MeetingWay, OtherOnWay]]) -> list[tuple[Mee
     ]
 
 
-def pace_of_flow(coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> float:
+def flow_speed_mps(coming: Sequence[tuple[ConflictPath, ConflictingVehicle]]) -> float:
     """Return the speed of priority traffic where the route joins it (m/s); unlimited without any."""
     return max((one.speed for way, one in coming if way.joins and way.goes_first), default=math.inf)
 
 
-def comes(way: MeetingWay, other: OtherOnWay) -> bool:
+def comes(way: ConflictPath, other: ConflictingVehicle) -> bool:
     """True if it has the right of way, or will not stop without it."""
     front = other.s + other.half_length
     to_line = way.inside_s - front
@@ -104,12 +106,12 @@ def is_red(light: carla.TrafficLight) -> bool:
     return bool(light.state == carla.TrafficLightState.Red)
 
 
-def moving(around: NearbyBodies) -> NearbyBodies:
+def moving(around: NearbyObjects) -> NearbyObjects:
     """Return those who drive or ride faster than `LEAST_MPS`."""
     return around.part((np.hypot(around.vx, around.vy) > LEAST_MPS) & ~around.is_walker)
 
 
-class Habits:
+class TurnStatistics:
     """The ways that traffic from each lane has been seen to take at one junction.
 
     A vehicle nearer than `shown_m` to the junction may still take any of them.
@@ -117,15 +119,15 @@ class Habits:
 
     def __init__(self, shown_m: float = SHOWN_M) -> None:
         self._shown_m = shown_m
-        self._took: dict[LaneKey, dict[int, MeetingWay]] = {}
+        self._took: dict[LaneKey, dict[int, ConflictPath]] = {}
 
-    def see(self, seen: Sequence[tuple[MeetingWay, OtherOnWay]]) -> None:
+    def see(self, seen: Sequence[tuple[ConflictPath, ConflictingVehicle]]) -> None:
         """Note who is where the ways meet."""
         for way, other in seen:
             if way.meets_s < other.s < way.parts_s:
                 self._took.setdefault(way.approach, {})[other.actor_id] = way
 
-    def expect(self, way: MeetingWay, other: OtherOnWay) -> bool:
+    def expect(self, way: ConflictPath, other: ConflictingVehicle) -> bool:
         """True if the vehicle may take this way, as far as one can tell."""
         took = self._took.get(way.approach, {}).values()
         near = way.inside_s - other.s - other.half_length < self._shown_m

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from stucksolver.scene.boxes import separation
-from stucksolver_carla.drivers.behavior.conflict_paths import MeetingWay
-from stucksolver_carla.drivers.behavior.conflicting_traffic import LEAST_MPS, OtherOnWay
+from stucksolver_carla.drivers.behavior.conflict_paths import ConflictPath
+from stucksolver_carla.drivers.behavior.conflicting_traffic import LEAST_MPS, ConflictingVehicle
 from stucksolver_carla.drivers.behavior.path import Array, Path
-from stucksolver_carla.drivers.behavior.profiles import Profile, toward_speed
+from stucksolver_carla.drivers.behavior.profiles import DriverProfile, toward_speed
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 
 STEP_S = 0.1
@@ -46,10 +46,10 @@ class LeadVehicle(NamedTuple):
     speed: float
 
 
-class Met(NamedTuple):
+class PredictedConflict(NamedTuple):
     """Whom the ego would meet."""
 
-    met: tuple[MeetingWay, ...]
+    met: tuple[ConflictPath, ...]
     """The ways on which it would meet them."""
     passing: frozenset[int]
     leader: LeadVehicle | None
@@ -62,7 +62,7 @@ def can_stop(speed: float, room: float, deceleration: float) -> bool:
     return room >= 0.0 and speed * speed <= 2.0 * deceleration * room
 
 
-class Drive:
+class EgoRollout:
     """The predicted positions of the ego if it goes now."""
 
     def __init__(
@@ -87,9 +87,9 @@ class Drive:
             self._yaw = self._yaw - np.arcsin(np.clip(sine, -0.8, 0.8))
         self._model = model
 
-    def judge(self, coming: Sequence[tuple[MeetingWay, OtherOnWay]], margin: Margin) -> Met:
+    def judge(self, coming: Sequence[tuple[ConflictPath, ConflictingVehicle]], margin: Margin) -> PredictedConflict:
         """Return whom of the traffic it would meet, or come too near to."""
-        met, passing, leaders = list[tuple[MeetingWay, int]](), set[int](), list[LeadVehicle]()
+        met, passing, leaders = list[tuple[ConflictPath, int]](), set[int](), list[LeadVehicle]()
         pass_soon = True
         for way, other in coming:
             surely, likely = self._comes_behind(way, other)
@@ -103,13 +103,13 @@ class Drive:
                 if self._followers or leader.gap_m > -2.0 * self._model.half_length:
                     leaders.append(leader)
         clear = passing.difference(actor_id for _, actor_id in met)
-        return Met(tuple(way for way, _ in met), frozenset(clear), min(leaders, default=None), pass_soon)
+        return PredictedConflict(tuple(way for way, _ in met), frozenset(clear), min(leaders, default=None), pass_soon)
 
-    def _arrives_s(self, way: MeetingWay) -> float:
+    def _arrives_s(self, way: ConflictPath) -> float:
         """Return when its front reaches the place where the ways meet (s)."""
         return float(np.interp(way.route_meets_s - self._model.half_length, self._s, self._t))
 
-    def _comes_behind(self, way: MeetingWay, other: OtherOnWay, later_s: float = 0.0) -> tuple[bool, bool]:
+    def _comes_behind(self, way: ConflictPath, other: ConflictingVehicle, later_s: float = 0.0) -> tuple[bool, bool]:
         """Return whether the other will have passed, or be ahead on the common way, when the ego arrives:
         (surely, likely). `later_s`: the ego arrives so much later (s).
         """
@@ -117,12 +117,12 @@ class Drive:
         arrives_s = self._arrives_s(way) + later_s
         return other.speed * _EARLY * arrives_s > left, other.speed * arrives_s > left
 
-    def _leader(self, way: MeetingWay, other: OtherOnWay) -> LeadVehicle:
+    def _leader(self, way: ConflictPath, other: ConflictingVehicle) -> LeadVehicle:
         """Return the other as if it were as far along the route as it is along its way."""
         front = float(self._s[0]) + self._model.half_length
         return LeadVehicle(other.s - other.half_length - way.meets_s - (front - way.route_meets_s), other.speed)
 
-    def _meets(self, way: MeetingWay, other: OtherOnWay, margin: Margin) -> bool:
+    def _meets(self, way: ConflictPath, other: ConflictingVehicle, margin: Margin) -> bool:
         """True if it would come nearer to the other than the margin while their ways meet."""
         half = self._model.half_length
         t_in = self._arrives_s(way)
@@ -150,12 +150,12 @@ class Drive:
         return bool((gap <= 0.0).any())
 
 
-def foretold(
+def predict_drive(
     line: Path,
     s: float,
     speed: float,
     top_mps: float,
-    profile: Profile,
+    profile: DriverProfile,
     bends: float,
     lag_s: float,
     pull: Callable[[float], float] | None = None,

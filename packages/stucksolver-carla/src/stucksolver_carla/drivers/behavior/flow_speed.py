@@ -10,14 +10,19 @@ import math
 
 import numpy as np
 
-from stucksolver_carla.drivers.behavior.acceleration_limits import HALTS_MPS2, STANDS_MPS, Concerns, Pace
+from stucksolver_carla.drivers.behavior.acceleration_limits import (
+    HALTS_MPS2,
+    STANDS_MPS,
+    AccelerationLimits,
+    PaceFactors,
+)
 from stucksolver_carla.drivers.behavior.junction_yield import FASTER_MPS, FASTEST_MPS
 from stucksolver_carla.drivers.behavior.path import Path
 from stucksolver_carla.drivers.behavior.profiles import toward_gap
-from stucksolver_carla.drivers.behavior.route_bodies import RouteBodies
+from stucksolver_carla.drivers.behavior.route_bodies import RouteObjects
 from stucksolver_carla.drivers.behavior.swept_path import Hazard
 
-HURRIED = Pace(2.0, 1.4)
+HURRIED = PaceFactors(2.0, 1.4)
 """How to drive into a gap of such a stream: up to 4 m/s² ahead, and some 4 m/s² sideways."""
 LEAST_GAP_M = 2.5
 """Bumper gap to the leader in a stream, while traffic comes up from behind."""
@@ -40,7 +45,7 @@ KEEPS_S = 4.0
 """The pace of a stream is kept for so long after it has been joined: those behind come round the corner (s)."""
 
 
-class FlowConcerns(Concerns):
+class FlowAccelerationLimits(AccelerationLimits):
     """The driver's concerns, with a stream's pace instead of a lower limit, and close behind its leader there."""
 
     flow_mps = 0.0
@@ -48,18 +53,18 @@ class FlowConcerns(Concerns):
     _joins = False
     """True if that is faster than the limit, as of the last look at the cruising speed."""
 
-    def cruise(self, path: Path, speed: float, limit_kmh: float, command: str, pace: Pace) -> float:
+    def cruise(self, path: Path, speed: float, limit_kmh: float, command: str, pace: PaceFactors) -> float:
         """Keep to the path's bounds and to the limit, or to the stream's pace if that is faster."""
         self._joins = self.flow_mps > super().top_speed(limit_kmh)
         command, pace = ("", max(pace, HURRIED)) if self._joins else (command, pace)
         return super().cruise(path, speed, limit_kmh, command, pace)
 
     def top_speed(self, limit_kmh: float) -> float:
-        """See `Concerns`; the stream's pace if that is faster."""
+        """See `AccelerationLimits`; the stream's pace if that is faster."""
         return max(super().top_speed(limit_kmh), self.flow_mps)
 
     def wait(self, distance: float, speed: float) -> float:
-        """See `Concerns`; with less room than wanted, no creeping.
+        """See `AccelerationLimits`; with less room than wanted, no creeping.
 
         A start that is given up would otherwise end a metre further on, with the nose in the way of those who come.
         """
@@ -71,12 +76,12 @@ class FlowConcerns(Concerns):
         return super().top_speed(limit_kmh)
 
     def hazard(self, hazard: Hazard, speed: float) -> float:
-        """See `Concerns`; in a stream the gap to a leader that drives away is not opened by falling back."""
+        """See `AccelerationLimits`; in a stream the gap to a leader that drives away is not opened by falling back."""
         usual = super().hazard(hazard, speed)
         return max(usual, self._close_behind(hazard.gap, hazard.speed, speed))
 
     def behind(self, gap: float, lead_speed: float, speed: float) -> float:
-        """See `Concerns` and `hazard`."""
+        """See `AccelerationLimits` and `hazard`."""
         return max(super().behind(gap, lead_speed, speed), self._close_behind(gap, lead_speed, speed))
 
     def _close_behind(self, gap: float, lead_speed: float, speed: float) -> float:
@@ -87,7 +92,7 @@ class FlowConcerns(Concerns):
         return toward_gap(speed, gap - LEAST_GAP_M, lead_speed - SLOWER_MPS, self._profile.deceleration, 0.0)
 
 
-class PacedConcerns(FlowConcerns):
+class PacedAccelerationLimits(FlowAccelerationLimits):
     """The concerns of the driver by sensors, which finds the pace by `heed`."""
 
     _joined_mps, _since_s = 0.0, 0.0
@@ -96,7 +101,9 @@ class PacedConcerns(FlowConcerns):
     """True if a stream faster than the limit follows it."""
 
     def _close_behind(self, gap: float, lead_speed: float, speed: float) -> float:
-        """See `FlowConcerns`; a leader's speed is off by some m/s now and then, which the others' pace corrects."""
+        """See `FlowAccelerationLimits`; a leader's speed is off by some m/s now and then, which the others' pace
+        corrects.
+        """
         believed = max(lead_speed, min(self.flow_mps, lead_speed + gap / CLOSES_S))
         found = super()._close_behind(gap, believed, speed)
         if not (self._followed and self._joins) or gap < FOLLOWED_GAP_M or believed + SAME_PACE_MPS < self.flow_mps:
@@ -104,7 +111,7 @@ class PacedConcerns(FlowConcerns):
         room = gap - FOLLOWED_GAP_M
         return max(found, toward_gap(speed, room, believed, self._profile.deceleration, 0.0))
 
-    def heed(self, joined_mps: float, behind_mps: float, limit_kmh: float, dt_s: float) -> None:
+    def set_flow_speed(self, joined_mps: float, behind_mps: float, limit_kmh: float, dt_s: float) -> None:
         """Take the pace of a stream (m/s) that the ego joins, or of who is behind, if it is clearly above the limit.
 
         `dt_s` is the time since the last call (s).
@@ -123,7 +130,7 @@ class PacedConcerns(FlowConcerns):
         self.flow_mps = min(pace, FASTEST_MPS) if pace > slow else 0.0
 
 
-def pace_behind_mps(bodies: RouteBodies, s_m: float, d_m: float, speed_mps: float, half_length_m: float) -> float:
+def rear_flow_speed_mps(bodies: RouteObjects, s_m: float, d_m: float, speed_mps: float, half_length_m: float) -> float:
     """Return the speed of traffic behind an ego in its lane, now or soon (m/s); 0 without any.
 
     An ego that kept to its own pace until the traffic is close, and fell back to it afterwards, would be hit.

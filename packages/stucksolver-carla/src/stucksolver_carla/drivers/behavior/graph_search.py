@@ -24,7 +24,7 @@ Edges = dict[int, dict[int, Edge]]
 """Each place with the edges that start there, by the place where they end."""
 
 
-class NoWay(Exception):
+class NoRouteError(Exception):
     """The target cannot be reached."""
 
 
@@ -62,7 +62,7 @@ def shortest_way(edges: Edges, source: int, target: int, at_least_m: Callable[[i
             best_m[neighbour] = there_m
             estimate_m = there_m + at_least_m(neighbour, target)
             heapq.heappush(queue, (estimate_m, next(order), neighbour, there_m, place))
-    raise NoWay
+    raise NoRouteError
 
 
 def _way_to(place: int, before: dict[int, int | None]) -> list[int]:

@@ -11,36 +11,36 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import ClassVar, NamedTuple
 
-from stucksolver_carla.drivers.behavior.acceleration_limits import Pace
-from stucksolver_carla.drivers.behavior.conflict_paths import Meeting, MeetingWay
+from stucksolver_carla.drivers.behavior.acceleration_limits import PaceFactors
+from stucksolver_carla.drivers.behavior.conflict_paths import ConflictPath, JunctionConflicts
 from stucksolver_carla.drivers.behavior.conflicting_traffic import (
     LEAST_MPS,
     SHOWN_M,
-    Habits,
-    OtherOnWay,
+    ConflictingVehicle,
+    TurnStatistics,
     comes,
+    flow_speed_mps,
     is_red,
     moving,
-    of_one_pace,
-    on_way,
-    pace_of_flow,
+    vehicles_on_path,
+    with_flow_speed,
 )
 from stucksolver_carla.drivers.behavior.ego_rollout import (
     HORIZON_S,
-    Drive,
+    EgoRollout,
     LeadVehicle,
     Margin,
-    Met,
+    PredictedConflict,
     can_stop,
-    foretold,
+    predict_drive,
 )
-from stucksolver_carla.drivers.behavior.lane_speed_prior import LanePace
-from stucksolver_carla.drivers.behavior.nearby_objects import FIRST_FAR_ID, NearbyBodies
+from stucksolver_carla.drivers.behavior.lane_speed_prior import LaneSpeedPrior
+from stucksolver_carla.drivers.behavior.nearby_objects import FIRST_FAR_ID, NearbyObjects
 from stucksolver_carla.drivers.behavior.path import Path
-from stucksolver_carla.drivers.behavior.profiles import Profile
+from stucksolver_carla.drivers.behavior.profiles import DriverProfile
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 
-BRISK = Pace(1.3, 1.2)
+BRISK = PaceFactors(1.3, 1.2)
 """How to drive into a gap."""
 _LOOKS_M = 20.0
 _LOOKS_S = 4.0
@@ -79,8 +79,8 @@ TO_GO_ON = Margin(0.5, 0.1, 0.0, 0.0)
 """For a vehicle that has set off: smaller, so that it does not hesitate."""
 
 
-class GiveWayDecision(NamedTuple):
-    """The result of `GiveWay` for one tick."""
+class YieldDecision(NamedTuple):
+    """The result of `JunctionYield` for one tick."""
 
     wait_m: float | None
     """Distance from the front bumper to the waiting place (m); None if the way is free."""
@@ -92,30 +92,30 @@ class GiveWayDecision(NamedTuple):
     """The vehicle behind which to join the flow."""
 
 
-FREE = GiveWayDecision(None, frozenset())
+FREE = YieldDecision(None, frozenset())
 
 
-class Moving(NamedTuple):
+class EgoSpeeds(NamedTuple):
     """The ego's speed along its route, and its speed if nothing held it back (m/s)."""
 
     speed: float
     top_mps: float
 
 
-class GiveWay:
+class JunctionYield:
     """Remembers, for one route, at which junction the ego has set off."""
 
     shown_m: ClassVar[float] = SHOWN_M
-    """See `Habits`."""
+    """See `TurnStatistics`."""
     waits_with_its_nose_in: ClassVar[bool] = False
     """True if it waits as by sensors, see `NOSE_M`, with ground truth as well."""
 
     def __init__(
         self,
-        meetings: Sequence[Meeting],
-        profile: Profile,
+        meetings: Sequence[JunctionConflicts],
+        profile: DriverProfile,
         model: VehicleModel,
-        pace: Pace = BRISK,
+        pace: PaceFactors = BRISK,
         *,
         sensed: bool = False,
     ) -> None:
@@ -127,15 +127,15 @@ class GiveWay:
         """How to drive into a gap."""
         self._profile = replace(profile, acceleration=profile.acceleration + pace.more_mps2)
         self._model = model
-        self._going: Meeting | None = None
+        self._going: JunctionConflicts | None = None
         self._waited_s = 0.0
-        self._habits = Habits(self.shown_m)
-        self._pace_before, self._now_s = LanePace(), 0.0
+        self._habits = TurnStatistics(self.shown_m)
+        self._pace_before, self._now_s = LaneSpeedPrior(), 0.0
         self.flow_mps = 0.0
         """By sensors: pace of a faster stream that the ego joins at the junction ahead (m/s); 0 without one."""
 
     @property
-    def waits_at(self) -> tuple[Meeting | None, float]:
+    def waits_at(self) -> tuple[JunctionConflicts | None, float]:
         """The junction ahead, if any, and how long it has waited there so far (s)."""
         return (self._due[0] if self._due else None), self._waited_s
 
@@ -148,7 +148,7 @@ class GiveWay:
         """Something else stops the ego: it has not set off."""
         self._going = None
 
-    def look(self, line: Path, s: float, motion: Moving, around: NearbyBodies, dt_s: float) -> GiveWayDecision:
+    def look(self, line: Path, s: float, motion: EgoSpeeds, around: NearbyObjects, dt_s: float) -> YieldDecision:
         """Decide whether the ego must wait, with its centre at arc length `s` of the route's `line`.
 
         `dt_s` is the time since the last look (s).
@@ -173,48 +173,52 @@ class GiveWay:
         going = self._going is meeting
         found = own.judge(coming, TO_GO_ON if going else self._margin())
         if self._sensed and going and found.met and found.pass_soon:
-            return GiveWayDecision(room, frozenset())
+            return YieldDecision(room, frozenset())
         self._clear_s = 0.0 if found.met else self._clear_s + dt_s
         self._met_s = self._met_s + dt_s if found.met else 0.0
         if self._sensed and going and 0.0 < self._met_s < SETTLED_S:
-            return GiveWayDecision(None, found.passing, None, found.leader)
+            return YieldDecision(None, found.passing, None, found.leader)
         if self._sensed and going and found.met and not own.judge(_not_yet_there(coming), self._margin()).met:
             # It set off faster than foretold behind someone who is passing: giving up would take the gap away.
-            return GiveWayDecision(room, frozenset())
+            return YieldDecision(room, frozenset())
         if self._sensed and not going and speed < LEAST_MPS and not found.met and self._clear_s < SETTLED_S:
-            return GiveWayDecision(room, frozenset())
+            return YieldDecision(room, frozenset())
         self._waited_s += dt_s if speed < LEAST_MPS and room < _AT_THE_LINE_M else 0.0
         decided = room < _AT_THE_LINE_M or not can_stop(speed, room, self._profile.deceleration)
         self._going = None if found.met or not (going or decided) else meeting
         if found.met:
-            return GiveWayDecision(room, frozenset())
+            return YieldDecision(room, frozenset())
         look_m = room if front <= meeting.wait_s and _asks_to_look(meeting, line) else None
-        return GiveWayDecision(None, found.passing, look_m, found.leader)
+        return YieldDecision(None, found.passing, look_m, found.leader)
 
     def _forget(self, s: float) -> None:
         """Drop the junctions that an ego with its centre at `s` has left."""
         while self._due and s - self._model.half_length > self._due[0].last_s:
             self._due.pop(0)
-            self._going, self._waited_s, self._habits = None, 0.0, Habits(self.shown_m)
+            self._going, self._waited_s, self._habits = None, 0.0, TurnStatistics(self.shown_m)
 
-    def _coming(self, meeting: Meeting, around: NearbyBodies) -> list[tuple[MeetingWay, OtherOnWay]]:
+    def _coming(
+        self, meeting: JunctionConflicts, around: NearbyObjects
+    ) -> list[tuple[ConflictPath, ConflictingVehicle]]:
         """Return those who come by a junction's ways and are not expected to wait or to turn off."""
         others = moving(around)
-        under_way = [(way, one) for way in meeting.ways for one in on_way(way, others)]
+        under_way = [(way, one) for way in meeting.ways for one in vehicles_on_path(way, others)]
         self._habits.see([seen for seen in under_way if not (self._sensed and seen[1].actor_id >= FIRST_FAR_ID)])
         if self._sensed:
             paced = self._pace_before.of(under_way, self._now_s)
             # Who has set off gives up for what is measured: a fast car's trailing returns may be a new track, too, and
             # of whom only the camera sees just the nearest possible place is told, up to 20 m before the true one.
             measured = [seen for seen in under_way if seen[1].actor_id < FIRST_FAR_ID]
-            under_way = of_one_pace(measured if self.going else paced)
+            under_way = with_flow_speed(measured if self.going else paced)
         return [(way, one) for way, one in under_way if comes(way, one) and self._habits.expect(way, one)]
 
-    def _drive(self, line: Path, s: float, speed: float, top_mps: float) -> Drive:
+    def _drive(self, line: Path, s: float, speed: float, top_mps: float) -> EgoRollout:
         """Return the ego's drive if it goes now."""
         horizon_s = SENSED_HORIZON_S if self._sensed else HORIZON_S
-        gone = foretold(line, s, speed, top_mps, self._profile, self.pace.bends, self._lag_s(), horizon_s=horizon_s)
-        return Drive(line, gone, self._model, followers=not self._sensed)
+        gone = predict_drive(
+            line, s, speed, top_mps, self._profile, self.pace.bends, self._lag_s(), horizon_s=horizon_s
+        )
+        return EgoRollout(line, gone, self._model, followers=not self._sensed)
 
     def _must_go(self, speed: float, room: float) -> bool:
         """True if the ego can no longer stop before the others' way, `room` metres ahead; see `NOSE_M`."""
@@ -229,21 +233,21 @@ class GiveWay:
         """
         return 0.0 if self._sensed and self.going else START_LAG_S
 
-    def _top_mps(self, motion: Moving, coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> float:
+    def _top_mps(self, motion: EgoSpeeds, coming: Sequence[tuple[ConflictPath, ConflictingVehicle]]) -> float:
         """Return the ego's highest speed with the present traffic (m/s)."""
-        pace = pace_of_flow(coming)
+        pace = flow_speed_mps(coming)
         fast = self._sensed and motion.top_mps + FASTER_MPS < pace < math.inf
         self.flow_mps = min(pace, FASTEST_MPS) if fast else 0.0
         return self.flow_mps or min(motion.top_mps, pace)
 
-    def _gone(self, meeting: Meeting, found: Met, front: float, speed: float) -> GiveWayDecision:
+    def _gone(self, meeting: JunctionConflicts, found: PredictedConflict, front: float, speed: float) -> YieldDecision:
         """Past the waiting place, still brake for whoever comes regardless, but not in another's way."""
         rooms = [way.route_meets_s - front for way in found.met if self._may_stop_before(way, meeting, front)]
         room = min(rooms, default=-1.0)
         stops = can_stop(speed, room, FULL_MPS2)
-        return GiveWayDecision(room, frozenset()) if stops else GiveWayDecision(None, found.passing, None, found.leader)
+        return YieldDecision(room, frozenset()) if stops else YieldDecision(None, found.passing, None, found.leader)
 
-    def _may_stop_before(self, way: MeetingWay, meeting: Meeting, front: float) -> bool:
+    def _may_stop_before(self, way: ConflictPath, meeting: JunctionConflicts, front: float) -> bool:
         if way.route_meets_s <= front:
             return False
         rear = way.route_meets_s - 2.0 * self._model.half_length - 1.0
@@ -257,12 +261,14 @@ class GiveWay:
         return Margin(*(a + share * (b - a) for a, b in zip(TO_GO, AFTER_WAITING, strict=True)))
 
 
-def _not_yet_there(coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> list[tuple[MeetingWay, OtherOnWay]]:
+def _not_yet_there(
+    coming: Sequence[tuple[ConflictPath, ConflictingVehicle]],
+) -> list[tuple[ConflictPath, ConflictingVehicle]]:
     """Return them without those whose front is where their way crosses the route, or past that."""
     return [(way, one) for way, one in coming if way.joins or one.s + one.half_length < way.meets_s]
 
 
-def _asks_to_look(meeting: Meeting, line: Path) -> bool:
+def _asks_to_look(meeting: JunctionConflicts, line: Path) -> bool:
     """True for a turn with a way that has priority and is not held by a light."""
     inside = (line.s >= meeting.wait_s) & (line.s <= meeting.last_s)
     if float(line.speed[inside].min()) > _A_TURN_MPS:

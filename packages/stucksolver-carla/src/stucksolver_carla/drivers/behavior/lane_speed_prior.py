@@ -12,8 +12,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stucksolver_carla.drivers.behavior.conflict_paths import MeetingWay
-from stucksolver_carla.drivers.behavior.conflicting_traffic import OtherOnWay
+from stucksolver_carla.drivers.behavior.conflict_paths import ConflictPath
+from stucksolver_carla.drivers.behavior.conflicting_traffic import ConflictingVehicle
 from stucksolver_carla.drivers.behavior.nearby_objects import FIRST_FAR_ID
 
 NEW_S = 0.7
@@ -28,7 +28,7 @@ KNOWN_S = 12.0
 """... who drove there within this time (s)."""
 
 
-class LanePace:
+class LaneSpeedPrior:
     """Remembers how fast vehicles drove on the ways of one junction."""
 
     def __init__(self) -> None:
@@ -38,7 +38,9 @@ class LanePace:
         self._drove: dict[int, dict[int, tuple[float, float]]] = {}
         """By way and vehicle: when it last drove there (s), and its highest speed (m/s)."""
 
-    def of(self, seen: Sequence[tuple[MeetingWay, OtherOnWay]], now_s: float) -> list[tuple[MeetingWay, OtherOnWay]]:
+    def of(
+        self, seen: Sequence[tuple[ConflictPath, ConflictingVehicle]], now_s: float
+    ) -> list[tuple[ConflictPath, ConflictingVehicle]]:
         """Return them, the new ones with the pace of their way (m/s) if they seem slower, those that only the camera
         sees with little more than others drove if they seem faster.
         """
@@ -52,10 +54,10 @@ class LanePace:
         self._paces |= {way: (now_s, float(np.median(some))) for way, some in speeds.items()}
         return [(way, self._believed(way, one, now_s)) for way, one in seen]
 
-    def _is_new(self, way: MeetingWay, one: OtherOnWay, now_s: float) -> bool:
+    def _is_new(self, way: ConflictPath, one: ConflictingVehicle, now_s: float) -> bool:
         return now_s - self._since[id(way), one.actor_id] < NEW_S
 
-    def _believed(self, way: MeetingWay, one: OtherOnWay, now_s: float) -> OtherOnWay:
+    def _believed(self, way: ConflictPath, one: ConflictingVehicle, now_s: float) -> ConflictingVehicle:
         speed = max(one.speed, self._pace(id(way), now_s)) if self._is_new(way, one, now_s) else one.speed
         most = self._most(id(way), now_s) if one.actor_id >= FIRST_FAR_ID else math.inf
         return one._replace(speed=min(speed, most))

@@ -14,7 +14,7 @@ from stucksolver_carla.drivers.behavior.path import Array, Path
 from stucksolver_carla.drivers.behavior.route_line import beside, slowed, smooth_step
 
 
-class Shift(NamedTuple):
+class LateralShift(NamedTuple):
     """Out to an offset, along it, and home again."""
 
     offset_m: float
@@ -33,7 +33,7 @@ class Shift(NamedTuple):
         return np.asarray(self.offset_m * (out - home))
 
 
-def offset_of(shifts: Sequence[Shift], s: Array) -> Array:
+def offset_of(shifts: Sequence[LateralShift], s: Array) -> Array:
     """Return the offset of all together: on each side the farthest counts, and the two sides add up."""
     right, left = np.zeros_like(s), np.zeros_like(s)
     for shift in shifts:
@@ -46,7 +46,7 @@ def shifted_path(
     line: Path,
     s_m: float,
     d_m: float,
-    shifts: Sequence[Shift],
+    shifts: Sequence[LateralShift],
     join_m: float,
     lateral_accel: float,
     deceleration: float,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stucksolver_carla.drivers.behavior.path import Path, Pose, Projection, flipped, limited_speed
+from stucksolver_carla.drivers.behavior.path import Path, PlanarPose, Projection, flipped, limited_speed
 from stucksolver_carla.drivers.behavior.route_line import (
     curve_speed,
     given_path,
@@ -62,18 +62,18 @@ class LocalPlanner:
         """True within two metres of the route's end."""
         return self._route_line is not None and self._route_s >= self._route_line.length - ARRIVED_M
 
-    def set_route(self, route: Sequence[RoutePoint], pose: Pose, speed: float) -> None:
+    def set_route(self, route: Sequence[RoutePoint], pose: PlanarPose, speed: float) -> None:
         """Drive `route` from the ego's position."""
         self.set_line(route_path(route), pose, speed)
 
-    def set_line(self, line: Path, pose: Pose, speed: float) -> None:
+    def set_line(self, line: Path, pose: PlanarPose, speed: float) -> None:
         """Drive `line` as the route's, from the ego's position, no faster than its bends allow."""
         bounds = limited_speed(line.s, curve_speed(line.curvature, self._lateral_accel), self._deceleration)
         self._route_line = Path(line.s, line.x, line.y, line.z, line.yaw, line.curvature, bounds)
         self._route_s = self._located(self._route_line, pose, 0.0).s
         self.release(pose, speed)
 
-    def follow(self, points: Sequence[DrivePoint], pose: Pose, z: float, reverse: bool) -> None:
+    def follow(self, points: Sequence[DrivePoint], pose: PlanarPose, z: float, reverse: bool) -> None:
         """Drive `points` at height `z`; points already passed are skipped."""
         line = given_path(points, z)
         bounds = limited_speed(line.s, line.speed, self._deceleration)
@@ -82,7 +82,7 @@ class LocalPlanner:
         self.following = True
         self.reversing = reverse
 
-    def release(self, pose: Pose, speed: float) -> None:
+    def release(self, pose: PlanarPose, speed: float) -> None:
         """Drive the route again from the nearest point of it ahead, returning smoothly from beside it."""
         self.following = self.reversing = False
         path = self._path = self._route_line
@@ -95,7 +95,7 @@ class LocalPlanner:
             here = self._path.project(pose)
         self._where = here
 
-    def way_back(self, pose: Pose, length: float) -> Path:
+    def way_back(self, pose: PlanarPose, length: float) -> Path:
         """Return the route from here on, joined from beside it within `length` metres, no faster than the turn
         allows.
         """
@@ -104,11 +104,11 @@ class LocalPlanner:
         path = rejoining_path(self._route_line, here.s, here.lateral, length)
         return slowed(path, self._lateral_accel, self._deceleration)
 
-    def take(self, path: Path, pose: Pose) -> None:
+    def take(self, path: Path, pose: PlanarPose) -> None:
         """Drive the route by another way back to it."""
         self._path, self._where = path, path.project(pose)
 
-    def update(self, pose: Pose) -> None:
+    def update(self, pose: PlanarPose) -> None:
         """Note the ego's position."""
         if self._route_line is not None:
             self._advance_route(pose)
@@ -116,13 +116,13 @@ class LocalPlanner:
             seen = flipped(pose) if self.reversing else pose
             self._where = self._located(self._path, seen, self._where.s)
 
-    def _advance_route(self, pose: Pose) -> None:
+    def _advance_route(self, pose: PlanarPose) -> None:
         assert self._route_line is not None
         here = self._located(self._route_line, pose, self._route_s)
         self._route_s, self.beside_m = here.s, here.lateral
 
     @staticmethod
-    def _located(path: Path, pose: Pose, near_s: float) -> Projection:
+    def _located(path: Path, pose: PlanarPose, near_s: float) -> Projection:
         """Search near the last place first, and everywhere if the ego was moved elsewhere."""
         near = path.project(pose, near_s)
         x, y, _ = path.at(np.array([near.s]))

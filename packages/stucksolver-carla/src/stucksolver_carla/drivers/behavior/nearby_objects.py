@@ -29,7 +29,7 @@ careful: where that is says nothing of the way that they take.
 _UNKNOWN_HALF_SIZE_M = 0.3
 
 
-class Body(NamedTuple):
+class ActorBox(NamedTuple):
     """Box of one actor, measured once: half sizes and the box's place in the actor's frame (m, rad)."""
 
     actor_id: int
@@ -42,7 +42,7 @@ class Body(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class NearbyBodies:
+class NearbyObjects:
     """Oriented boxes of the actors within range; CARLA's world frame, metres, radians, m/s; equal lengths."""
 
     actor_id: tuple[int, ...]
@@ -60,33 +60,33 @@ class NearbyBodies:
     def __len__(self) -> int:
         return len(self.actor_id)
 
-    def part(self, which: np.ndarray[Any, np.dtype[np.bool_]]) -> NearbyBodies:
+    def part(self, which: np.ndarray[Any, np.dtype[np.bool_]]) -> NearbyObjects:
         """Some of them."""
         ids = tuple(i for i, wanted in zip(self.actor_id, which.tolist(), strict=True) if wanted)
         columns = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name != "actor_id"}
-        return NearbyBodies(actor_id=ids, **columns)
+        return NearbyObjects(actor_id=ids, **columns)
 
 
-class SeesBodies(Protocol):
-    """Returns the bodies around: `Perception` from the client, a vehicle's own perception from its sensors."""
+class ObjectSource(Protocol):
+    """Returns the bodies around: `GroundTruthObjects` from the client, a vehicle's own perception from its sensors."""
 
     doubt_m: ClassVar[float]
     """How far the ego and stationary bodies may be from where they are taken to be (m); 0 for ground truth."""
 
-    def read(self, ego_x: float, ego_y: float) -> NearbyBodies:
+    def read(self, ego_x: float, ego_y: float) -> NearbyObjects:
         """Return the bodies within range of a point of CARLA's world."""
 
 
-def bodies_around(vehicle: Any, range_m: float, unseen: tuple[str, ...]) -> SeesBodies:
+def bodies_around(vehicle: Any, range_m: float, unseen: tuple[str, ...]) -> ObjectSource:
     """Return the vehicle's own perception (`SensedVehicle.perceiver`), or else the client's ground truth."""
     own = getattr(vehicle, "perceiver", None)
     if own is None:
-        return Perception(vehicle.get_world(), vehicle.id, range_m, unseen)
-    found: SeesBodies = own.within(range_m)
+        return GroundTruthObjects(vehicle.get_world(), vehicle.id, range_m, unseen)
+    found: ObjectSource = own.within(range_m)
     return found
 
 
-class Perception:
+class GroundTruthObjects:
     """Reads the world for one ego; requests actors and their sizes only if the set of ids changes."""
 
     doubt_m: ClassVar[float] = 0.0
@@ -99,9 +99,9 @@ class Perception:
         self._range_m = range_m
         self._unseen = unseen
         self._ids: frozenset[int] = frozenset()
-        self._bodies: dict[int, Body | None] = {}
+        self._bodies: dict[int, ActorBox | None] = {}
 
-    def read(self, ego_x: float, ego_y: float) -> NearbyBodies:
+    def read(self, ego_x: float, ego_y: float) -> NearbyObjects:
         """Return the bodies within range (a square) of a point of CARLA's world."""
         snapshot = self._world.get_snapshot()
         self._refresh(frozenset(actor.id for actor in snapshot))
@@ -127,7 +127,7 @@ class Perception:
             ids = ids - (new - listed.keys())
         self._ids = ids
 
-    def _measure(self, actor: carla.Actor) -> Body | None:
+    def _measure(self, actor: carla.Actor) -> ActorBox | None:
         if actor.id == self._ego_id or actor.type_id.startswith(self._unseen):
             return None
         if actor.parent is not None and actor.parent.id == self._ego_id:
@@ -135,7 +135,7 @@ class Perception:
         return body_of(actor)
 
 
-def body_of(actor: carla.Actor) -> Body | None:
+def body_of(actor: carla.Actor) -> ActorBox | None:
     """Return the box of a `carla.Actor`; None for one that is too flat to matter."""
     # Old clients know the boxes of vehicles and walkers only.
     box = getattr(actor, "bounding_box", None) or carla.BoundingBox()
@@ -149,10 +149,10 @@ def body_of(actor: carla.Actor) -> Body | None:
     if not all(map(math.isfinite, offset)):
         offset = (0.0, 0.0, size[2])
     yaw = math.radians(box.rotation.yaw)
-    return Body(actor.id, actor.type_id.startswith(("walker.", "animal.")), size[0], size[1], size[2], offset, yaw)
+    return ActorBox(actor.id, actor.type_id.startswith(("walker.", "animal.")), size[0], size[1], size[2], offset, yaw)
 
 
-def _row(body: Body, actor: carla.ActorSnapshot) -> tuple[float, float, float, float, float, float, float]:
+def _row(body: ActorBox, actor: carla.ActorSnapshot) -> tuple[float, float, float, float, float, float, float]:
     """x, y, yaw, bottom, top, vx, vy of the box's centre."""
     transform, velocity = actor.get_transform(), actor.get_velocity()
     place, yaw = transform.location, math.radians(transform.rotation.yaw)
@@ -170,10 +170,10 @@ def _row(body: Body, actor: carla.ActorSnapshot) -> tuple[float, float, float, f
     )
 
 
-def _surroundings(rows: Sequence[tuple[Body, tuple[float, ...]]]) -> NearbyBodies:
+def _surroundings(rows: Sequence[tuple[ActorBox, tuple[float, ...]]]) -> NearbyObjects:
     columns = np.array([row for _, row in rows], dtype=np.float64).reshape(len(rows), 7).T
     x, y, yaw, bottom, top, vx, vy = columns
-    return NearbyBodies(
+    return NearbyObjects(
         actor_id=tuple(body.actor_id for body, _ in rows),
         is_walker=np.array([body.is_walker for body, _ in rows], dtype=np.bool_),
         x=x,

@@ -22,7 +22,7 @@ _CURVATURE_BASE_M = 1.0
 _MIN_STEP_M = 0.02
 
 
-class Pose(NamedTuple):
+class PlanarPose(NamedTuple):
     """A place and heading in CARLA's world frame; metres and radians."""
 
     x: float
@@ -30,9 +30,9 @@ class Pose(NamedTuple):
     yaw: float
 
 
-def flipped(pose: Pose) -> Pose:
+def flipped(pose: PlanarPose) -> PlanarPose:
     """The same place with the opposite heading, as a reversing car sees its way."""
-    return Pose(pose.x, pose.y, pose.yaw + math.pi)
+    return PlanarPose(pose.x, pose.y, pose.yaw + math.pi)
 
 
 class Projection(NamedTuple):
@@ -81,7 +81,7 @@ class Path:
         """Speed bound (m/s) at arc length `s`."""
         return float(np.interp(s, self.s, self.speed))
 
-    def project(self, pose: Pose, near_s: float | None = None, window_m: float = 30.0) -> Projection:
+    def project(self, pose: PlanarPose, near_s: float | None = None, window_m: float = 30.0) -> Projection:
         """Find the nearest point of the path, from a little behind `near_s` to `window_m` ahead of it.
 
         Points whose heading differs by more than 90 degrees are taken only if there are no others, so that a path that

@@ -11,9 +11,9 @@ import math
 import numpy as np
 
 from stucksolver.scene.boxes import separation
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import Array, Path, Projection
-from stucksolver_carla.drivers.behavior.route_bodies import Flags, RouteBodies
+from stucksolver_carla.drivers.behavior.route_bodies import Flags, RouteObjects
 from stucksolver_carla.drivers.behavior.swept_path import Hazard
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 
@@ -56,8 +56,8 @@ def allowed_acceleration(
     where: Projection,
     speed: float,
     wished: float,
-    bodies: RouteBodies,
-    around: NearbyBodies,
+    bodies: RouteObjects,
+    around: NearbyObjects,
     turning: Array,
     model: VehicleModel,
 ) -> float:
@@ -98,7 +98,7 @@ def allowed_acceleration(
     return best
 
 
-def entering(bodies: RouteBodies, where: Projection, model: VehicleModel, passing_mps: float = 0.0) -> list[Hazard]:
+def entering(bodies: RouteObjects, where: Projection, model: VehicleModel, passing_mps: float = 0.0) -> list[Hazard]:
     """Return vehicles ahead beside the ego's way that pull out into it, as if they were in it already.
 
     `passing_mps`: the ego's speed (m/s), if those do not count whom it will have passed by then. By sensors, whoever is
@@ -114,7 +114,7 @@ def entering(bodies: RouteBodies, where: Projection, model: VehicleModel, passin
     return _beside(bodies, where, model, (bodies.speed > _MOVES_MPS) & towards)
 
 
-def slow_beside(bodies: RouteBodies, where: Projection, model: VehicleModel) -> list[Hazard]:
+def slow_adjacent_vehicles(bodies: RouteObjects, where: Projection, model: VehicleModel) -> list[Hazard]:
     """Return vehicles ahead beside the ego's way that drive slowly, as if they were in it already.
 
     If they are at the roadside they have set off and will pull out. Sensors notice a start after some 0.8 s, and a turn
@@ -123,7 +123,7 @@ def slow_beside(bodies: RouteBodies, where: Projection, model: VehicleModel) -> 
     return _beside(bodies, where, model, (bodies.speed > SETS_OFF_MPS) & (bodies.vs < SLOW_MPS))
 
 
-def _beside(bodies: RouteBodies, where: Projection, model: VehicleModel, which: Flags) -> list[Hazard]:
+def _beside(bodies: RouteObjects, where: Projection, model: VehicleModel, which: Flags) -> list[Hazard]:
     """Return those of the vehicles ahead beside the ego's way that drive in its direction, as hazards in it."""
     free = np.abs(bodies.d - where.lateral) - bodies.aside - model.half_width
     gap = bodies.s - bodies.along - where.s - model.half_length
@@ -132,7 +132,7 @@ def _beside(bodies: RouteBodies, where: Projection, model: VehicleModel, which: 
     return [Hazard(int(bodies.actor_id[k]), max(float(gap[k]), 0.0), float(bodies.vs[k]), False) for k in found]
 
 
-def _concern_us(bodies: RouteBodies, where: Projection, model: VehicleModel) -> Flags:
+def _concern_us(bodies: RouteObjects, where: Projection, model: VehicleModel) -> Flags:
     """True for those that move, are near, do not come towards us, and neither follow nor lead us in the lane."""
     along = bodies.s - where.s
     near = (np.abs(along) < NEAR_M) & (bodies.speed > _MOVES_MPS) & ~bodies.is_walker
@@ -143,7 +143,7 @@ def _concern_us(bodies: RouteBodies, where: Projection, model: VehicleModel) -> 
     return np.asarray(near & ~comes & ~behind & ~leads)
 
 
-def _along_the_road(path: Path, others: NearbyBodies, seen: RouteBodies, t: Array) -> tuple[Array, Array, Array]:
+def _along_the_road(path: Path, others: NearbyObjects, seen: RouteObjects, t: Array) -> tuple[Array, Array, Array]:
     """Poses (times x bodies): along the ego's way if they drive along it, else straight on."""
     gone = t[:, None]
     x, y = others.x + others.vx * gone, others.y + others.vy * gone
@@ -159,7 +159,7 @@ def _along_the_road(path: Path, others: NearbyBodies, seen: RouteBodies, t: Arra
     return x, y, others.yaw + turned
 
 
-def _as_they_turn(others: NearbyBodies, rate: Array, t: Array) -> tuple[Array, Array, Array]:
+def _as_they_turn(others: NearbyObjects, rate: Array, t: Array) -> tuple[Array, Array, Array]:
     """Poses (times x bodies) with constant turn rate and velocity."""
     turned = rate * np.minimum(t, _TURNS_S)[:, None]
     course = np.arctan2(others.vy, others.vx) + turned
@@ -176,7 +176,7 @@ class TurnRates:
         self._seen: dict[int, tuple[float, float]] = {}
         """Course (rad) and smoothed rate (rad/s)."""
 
-    def see(self, around: NearbyBodies, dt_s: float) -> Array:
+    def see(self, around: NearbyObjects, dt_s: float) -> Array:
         """Return the rates of the bodies around, in their order (rad/s); 0 for standing and new ones."""
         speed = np.hypot(around.vx, around.vy).tolist()
         course = np.arctan2(around.vy, around.vx).tolist()

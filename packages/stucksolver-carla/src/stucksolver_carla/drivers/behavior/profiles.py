@@ -22,7 +22,7 @@ _LEADER_BRAKING_MPS2 = 20.0
 
 
 @dataclass(frozen=True)
-class Profile:
+class DriverProfile:
     """One published behaviour. The first six values are BehaviorAgent's; the others make them smooth."""
 
     max_speed_kmh: float
@@ -46,13 +46,13 @@ class Profile:
 
 
 PROFILES = {
-    "cautious": Profile(40.0, 6.0, 12.0, 3.0, 12.0, 6.0, 0.5, 2.0, 1.6, 1.5),
-    "normal": Profile(50.0, 3.0, 10.0, 3.0, 10.0, 5.0, 0.3, 2.5, 2.2),
-    "aggressive": Profile(70.0, 1.0, 8.0, 3.0, 8.0, 4.0, 0.2, 3.0, 3.0, 2.3),
+    "cautious": DriverProfile(40.0, 6.0, 12.0, 3.0, 12.0, 6.0, 0.5, 2.0, 1.6, 1.5),
+    "normal": DriverProfile(50.0, 3.0, 10.0, 3.0, 10.0, 5.0, 0.3, 2.5, 2.2),
+    "aggressive": DriverProfile(70.0, 1.0, 8.0, 3.0, 8.0, 4.0, 0.2, 3.0, 3.0, 2.3),
 }
 
 
-def profile_named(name: str) -> Profile:
+def profile_named(name: str) -> DriverProfile:
     """Return the profile of that name.
 
     Raises:
@@ -63,7 +63,7 @@ def profile_named(name: str) -> Profile:
     return PROFILES[name]
 
 
-def cruise_speed(profile: Profile, speed_limit_kmh: float) -> float:
+def cruise_speed(profile: DriverProfile, speed_limit_kmh: float) -> float:
     """Return the target speed (m/s): the profile's own, or a margin below the limit."""
     return max(min(profile.max_speed_kmh, speed_limit_kmh - profile.speed_limit_margin_kmh), 5.0) * KMH
 
@@ -73,20 +73,20 @@ def turn_speed(speed_limit_kmh: float) -> float:
     return max(speed_limit_kmh - 5.0, 5.0) * KMH
 
 
-def look_ahead(profile: Profile, speed: float) -> float:
+def look_ahead(profile: DriverProfile, speed: float) -> float:
     """Return how far ahead of the bumper bodies are looked for (m) at `speed` (m/s)."""
     stopping = speed * speed / (2.0 * profile.deceleration)
     return profile.min_proximity_m + max(stopping + speed, profile.safety_time_s * speed)
 
 
-def wanted_gap(profile: Profile, standing_m: float, lead_speed: float) -> float:
+def wanted_gap(profile: DriverProfile, standing_m: float, lead_speed: float) -> float:
     """Return the bumper gap behind a leader (m): `standing_m` at rest, more with headway and braking distance at
     speed.
     """
     return standing_m + profile.headway_s * lead_speed + lead_speed * lead_speed / (2.0 * _LEADER_BRAKING_MPS2)
 
 
-def toward_speed(speed: float, target: float, profile: Profile) -> float:
+def toward_speed(speed: float, target: float, profile: DriverProfile) -> float:
     """Return the acceleration (m/s²) that leads from `speed` to `target` (m/s)."""
     wanted = _SPEED_GAIN * (target - speed)
     return min(max(wanted, -profile.deceleration), profile.acceleration)

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies
-from stucksolver_carla.drivers.behavior.path import Path, Pose
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
+from stucksolver_carla.drivers.behavior.path import Path, PlanarPose
 from stucksolver_carla.drivers.behavior.swept_path import nearest_hazards, sweep
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 
@@ -32,11 +32,11 @@ _ROOM_M = 1.0
 _LANE_M = 1.75
 
 
-def clear_way_out(
+def find_pull_out_path(
     ways: Callable[[float], Path],
     gentle_m: float,
-    pose: Pose,
-    around: NearbyBodies,
+    pose: PlanarPose,
+    around: NearbyObjects,
     model: VehicleModel,
     margin_m: float = SIDE_MARGIN_M,
 ) -> Path | None:
@@ -50,7 +50,7 @@ def clear_way_out(
     return None
 
 
-def moving(around: NearbyBodies) -> NearbyBodies:
+def moving(around: NearbyObjects) -> NearbyObjects:
     """Return the bodies that do not stand."""
     return around.part(np.hypot(around.vx, around.vy) >= _STANDS_MPS)
 
@@ -60,14 +60,16 @@ def accepted_gap_s(waited_s: float) -> float:
     return GAP_S + min(waited_s / PATIENCE_S, 1.0) * (LEAST_GAP_S - GAP_S)
 
 
-def somebody_comes(
-    line: Path, route_s: float, own_mps: float, around: NearbyBodies, model: VehicleModel, gap_s: float = GAP_S
+def is_traffic_approaching(
+    line: Path, route_s: float, own_mps: float, around: NearbyObjects, model: VehicleModel, gap_s: float = GAP_S
 ) -> bool:
     """True if anybody is abreast of the ego in the route's lane, or will be within `gap_s`."""
     for x, y, yaw, length, vx, vy in zip(
         around.x, around.y, around.yaw, around.half_length, around.vx, around.vy, strict=True
     ):
-        place = line.project(Pose(float(x), float(y), float(yaw)), route_s - _SEEN_M + 3.0, window_m=_SEEN_M + 10.0)
+        place = line.project(
+            PlanarPose(float(x), float(y), float(yaw)), route_s - _SEEN_M + 3.0, window_m=_SEEN_M + 10.0
+        )
         gap = route_s - place.s - float(length) - model.half_length
         abreast = -2.0 * (float(length) + model.half_length) - _ROOM_M
         closing = max(float(np.hypot(vx, vy)) - own_mps, 0.0)

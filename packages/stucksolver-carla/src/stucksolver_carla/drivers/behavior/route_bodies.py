@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import SPACING_M, Array, Path
 
 BEHIND_M = 80.0
@@ -23,7 +23,7 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 @dataclass(frozen=True, eq=False)
-class RouteBodies:
+class RouteObjects:
     """Boxes along a route; arrays of equal length."""
 
     actor_id: np.ndarray[Any, np.dtype[np.int64]]
@@ -49,12 +49,12 @@ class RouteBodies:
         """True for those with one of these ids."""
         return np.isin(self.actor_id, list(ids))
 
-    def part(self, which: Flags) -> RouteBodies:
+    def part(self, which: Flags) -> RouteObjects:
         """Return some of them."""
-        return RouteBodies(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+        return RouteObjects(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
 
 
-def on_route(line: Path, s_m: float, around: NearbyBodies) -> RouteBodies:
+def on_route(line: Path, s_m: float, around: NearbyObjects) -> RouteObjects:
     """Return the bodies `around` that are not above or below a route's `line`, seen from its arc length `s_m`."""
     low = int(np.searchsorted(line.s, s_m - BEHIND_M))
     high = max(int(np.searchsorted(line.s, s_m + AHEAD_M)), low + 2)
@@ -67,7 +67,7 @@ def on_route(line: Path, s_m: float, around: NearbyBodies) -> RouteBodies:
     dx, dy = dx[rows, nearest], dy[rows, nearest]
     turn = around.yaw - yaws[nearest]
     across, ahead = np.abs(np.sin(turn)), np.abs(np.cos(turn))
-    found = RouteBodies(
+    found = RouteObjects(
         np.array(around.actor_id, dtype=np.int64),
         around.is_walker,
         places[nearest] + dx * cos + dy * sin,

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from stucksolver_carla.drivers.behavior.junction_yield import FASTER_MPS
-from stucksolver_carla.drivers.behavior.lateral_offsets import Shift
+from stucksolver_carla.drivers.behavior.lateral_offsets import LateralShift
 from stucksolver_carla.drivers.behavior.path import Array, Path
-from stucksolver_carla.drivers.behavior.route_bodies import RouteBodies
+from stucksolver_carla.drivers.behavior.route_bodies import RouteObjects
 from stucksolver_carla.drivers.behavior.route_line import LEAST_STEP_M, change_length, rejoining_length, smooth_step
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 from stucksolver_carla.drivers.driver_interface import RoutePoint
@@ -52,7 +52,7 @@ _MOVES_MPS = 0.5
 _SAME_M = 1.0
 
 
-class OnRoute(Protocol):
+class RouteSituation(Protocol):
     """The ego in the route's frame, and who is around."""
 
     @property
@@ -72,7 +72,7 @@ class OnRoute(Protocol):
         """Its speed if nothing held it back (m/s)."""
 
     @property
-    def bodies(self) -> RouteBodies:
+    def bodies(self) -> RouteObjects:
         """The bodies around."""
 
     @property
@@ -155,7 +155,7 @@ def _one_after_another(changes: Sequence[LaneChange]) -> list[LaneChange]:
     return found
 
 
-class ChangeWatch:
+class LaneChangePlanner:
     """Decides, for one route, when each change begins."""
 
     def __init__(self, changes: Sequence[LaneChange], doubt_m: float = 0.0) -> None:
@@ -176,18 +176,18 @@ class ChangeWatch:
         self.judged: frozenset[int] = frozenset()
         """Ids of those in that lane against whom the current change was proven."""
 
-    def shifts(self) -> list[Shift]:
+    def shifts(self) -> list[LateralShift]:
         """Distance of the ego's line from the route's."""
         found = []
         for change, (start, length) in self._starts.items():
             own = (change.begins_m, change.begins_m + change.length_m)
             if start < change.begins_m:
-                found.append(Shift(change.lateral_m, start, start + length, *own))
+                found.append(LateralShift(change.lateral_m, start, start + length, *own))
             else:
-                found.append(Shift(-change.lateral_m, *own, start, start + length))
+                found.append(LateralShift(-change.lateral_m, *own, start, start + length))
         return found
 
-    def look(self, here: OnRoute) -> None:
+    def look(self, here: RouteSituation) -> None:
         """Take a tick into account."""
         self.wait_m, self.pace_mps, self.most_mps, self.judged = None, 0.0, math.inf, frozenset()
         while self._due and here.s_m > self._ends(self._due[0]):
@@ -225,7 +225,7 @@ class ChangeWatch:
 class _Lane:
     """The lane that will be entered, and the vehicles in it."""
 
-    def __init__(self, here: OnRoute, change: LaneChange, doubt_m: float) -> None:
+    def __init__(self, here: RouteSituation, change: LaneChange, doubt_m: float) -> None:
         self._here, self._change, self._doubt_m = here, change, doubt_m
         bodies = here.bodies
         self._e = bodies.d + change.line_at(bodies.s)

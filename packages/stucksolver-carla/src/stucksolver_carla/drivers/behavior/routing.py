@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from stucksolver_carla.drivers.behavior.graph_search import Edge, NoWay, shortest_way
+from stucksolver_carla.drivers.behavior.graph_search import Edge, NoRouteError, shortest_way
 from stucksolver_carla.drivers.behavior.lane_graph import LaneGraph, lane_graph, lane_key
 from stucksolver_carla.drivers.driver_interface import RoutePoint
 
@@ -42,7 +42,7 @@ def trace_route(carla_map: carla.Map, start: Any, end: Any) -> list[RoutePoint]:
     last = _locate(carla_map, graph, end, (start, end))
     try:
         indices, commands = _search(graph, first, last)
-    except NoWay as error:
+    except NoRouteError as error:
         remedy = "choose a destination that can be driven to, or allow another start lane"
         raise RouteError(start, end, "the lanes do not connect", remedy) from error
     points = [graph.samples[i] for i in indices]

@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stucksolver_carla.drivers.behavior.acceleration_limits import Concerns
-from stucksolver_carla.drivers.behavior.lateral_offsets import Shift, offset_of, shifted_path
+from stucksolver_carla.drivers.behavior.acceleration_limits import AccelerationLimits
+from stucksolver_carla.drivers.behavior.lateral_offsets import LateralShift, offset_of, shifted_path
 from stucksolver_carla.drivers.behavior.path import Path
-from stucksolver_carla.drivers.behavior.route_bodies import RouteBodies
-from stucksolver_carla.drivers.behavior.route_lane_changes import SLOWER_MPS2, ChangeWatch, lane_changes
+from stucksolver_carla.drivers.behavior.route_bodies import RouteObjects
+from stucksolver_carla.drivers.behavior.route_lane_changes import SLOWER_MPS2, LaneChangePlanner, lane_changes
 from stucksolver_carla.drivers.behavior.route_line import rejoining_length
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 from stucksolver_carla.drivers.driver_interface import RoutePoint
@@ -27,24 +27,24 @@ ON_LINE_M = 1.0
 """An ego farther from its intended place does not choose another one (m)."""
 
 
-class OnLine(NamedTuple):
+class LineSituation(NamedTuple):
     """See `lane_changes.OnRoute`."""
 
     s_m: float
     d_m: float
     speed_mps: float
     cruise_mps: float
-    bodies: RouteBodies
+    bodies: RouteObjects
     model: VehicleModel
 
 
-class Changing:
+class SensorLaneChanges:
     """The lane changes of one route, each begun in a gap."""
 
     def __init__(self, route: Sequence[RoutePoint], line: Path | None, doubt_m: float) -> None:
         """`doubt_m`: how far bodies may be from where sensors see them (m)."""
-        self._watch = ChangeWatch([] if line is None else lane_changes(route, line), doubt_m)
-        self._shifts: list[Shift] = []
+        self._watch = LaneChangePlanner([] if line is None else lane_changes(route, line), doubt_m)
+        self._shifts: list[LateralShift] = []
         self._lost = False
         """True if the ego is not where it means to be: then it looks for no gap."""
 
@@ -66,7 +66,7 @@ class Changing:
         """Return the intended offset from the route's line at an arc length of it (m, right positive)."""
         return float(offset_of(self._shifts, np.array([s_m]))[0])
 
-    def other_line(self, line: Path, here: OnLine, lateral_accel: float, deceleration: float) -> Path | None:
+    def other_line(self, line: Path, here: LineSituation, lateral_accel: float, deceleration: float) -> Path | None:
         """Look at the lane that is changed to. Return the line to drive from now on, if it is another one."""
         self._lost = abs(here.d_m - self.meant_m(here.s_m)) > ON_LINE_M
         if self._lost:
@@ -79,7 +79,7 @@ class Changing:
         join_m = rejoining_length(JOINS_FROM_M, here.speed_mps)
         return shifted_path(line, here.s_m, here.d_m, wanted, join_m, lateral_accel, deceleration)
 
-    def allowed(self, concerns: Concerns, speed: float, behind_mps: float) -> float:
+    def allowed(self, concerns: AccelerationLimits, speed: float, behind_mps: float) -> float:
         """Return the acceleration that waiting for a gap allows: slower than the lane beside, to the end of its own.
 
         `behind_mps`: speed of who follows in the own lane (m/s). An ego that became slower than that would be hit.

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver.scene.boxes import axis_gaps
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies
-from stucksolver_carla.drivers.behavior.path import Array, Path, Pose, Projection
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
+from stucksolver_carla.drivers.behavior.path import Array, Path, PlanarPose, Projection
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 
 STEP_M = 0.5
@@ -44,7 +44,7 @@ class Hazard(NamedTuple):
     is_walker: bool
 
 
-class Sweep(NamedTuple):
+class SweptPath(NamedTuple):
     """Poses of the ego's body along the path ahead, the present one first; metres and radians."""
 
     travel: Array
@@ -55,8 +55,8 @@ class Sweep(NamedTuple):
 
 
 def sweep(
-    path: Path, where: Projection, pose: Pose, model: VehicleModel, reach: float, length: float, side: int = 1
-) -> Sweep:
+    path: Path, where: Projection, pose: PlanarPose, model: VehicleModel, reach: float, length: float, side: int = 1
+) -> SweptPath:
     """Return the body's poses over the next `length` metres; the present offset fades over about `reach`.
 
     `side` is 1 for driving ahead and -1 for backing up; `pose` is then the flipped one.
@@ -72,11 +72,16 @@ def sweep(
     slip = side * np.arcsin(np.clip(model.rear_axle * curvature, -0.8, 0.8))
     yaw = yaw - slip + (where.heading + slip[0]) * np.exp(-travel / reach)
     x[0], y[0], yaw[0] = pose
-    return Sweep(travel, x, y, np.interp(s, path.s, path.z), yaw)
+    return SweptPath(travel, x, y, np.interp(s, path.s, path.z), yaw)
 
 
 def nearest_hazards(
-    swept: Sweep, around: NearbyBodies, model: VehicleModel, margin: float, walker_margin: float, doubt_m: float = 0.0
+    swept: SweptPath,
+    around: NearbyObjects,
+    model: VehicleModel,
+    margin: float,
+    walker_margin: float,
+    doubt_m: float = 0.0,
 ) -> list[Hazard]:
     """Return every body that the sweep meets, nearest first, with `margin` metres beside the ego.
 
@@ -100,7 +105,9 @@ def nearest_hazards(
     return sorted(found, key=lambda hazard: hazard.gap)
 
 
-def _overlaps(swept: Sweep, bodies: NearbyBodies, model: VehicleModel, margins: Array) -> tuple[Array, Flags, Flags]:
+def _overlaps(
+    swept: SweptPath, bodies: NearbyObjects, model: VehicleModel, margins: Array
+) -> tuple[Array, Flags, Flags]:
     """Return, per pose (rows) and body (columns): free length ahead, overlap, and overlap with the margin."""
     ego = (swept.x[:, None], swept.y[:, None], swept.yaw[:, None])
     half = (bodies.half_length, bodies.half_width)
@@ -108,23 +115,23 @@ def _overlaps(swept: Sweep, bodies: NearbyBodies, model: VehicleModel, margins: 
     return gaps.along_a, gaps.separation <= 0.0, gaps.with_a_wider(margins).separation <= 0.0
 
 
-def _walkers_at_nose(swept: Sweep, bodies: NearbyBodies, model: VehicleModel, doubt_m: float) -> Flags:
+def _walkers_at_nose(swept: SweptPath, bodies: NearbyObjects, model: VehicleModel, doubt_m: float) -> Flags:
     """(bodies,): walkers who may be in front of the ego's corner."""
     margins = np.where(bodies.is_walker, doubt_m, 0.0)
-    now = Sweep(*(column[:1] for column in swept))
+    now = SweptPath(*(column[:1] for column in swept))
     along, _, near = _overlaps(now, bodies, model, margins)
     yaw = float(now.yaw[0])
     ahead = (bodies.x - now.x[0]) * math.cos(yaw) + (bodies.y - now.y[0]) * math.sin(yaw) > 0.0
     return np.asarray(bodies.is_walker & near[0] & ahead & (along[0] > -_NOSE_M))
 
 
-def _at_height(swept: Sweep, bodies: NearbyBodies) -> Flags:
+def _at_height(swept: SweptPath, bodies: NearbyObjects) -> Flags:
     """True if the body is neither on a road below nor a bridge above."""
     road = swept.z[:, None]
     return np.asarray((bodies.top > road - _CLEAR_BELOW_M) & (bodies.bottom < road + _CLEAR_ABOVE_M))
 
 
-def _hazard(swept: Sweep, bodies: NearbyBodies, j: int, free_ahead: Array, hit: Flags) -> Hazard:
+def _hazard(swept: SweptPath, bodies: NearbyObjects, j: int, free_ahead: Array, hit: Flags) -> Hazard:
     k = int(np.argmax(hit[:, j]))
     gap = 0.0
     if k > 0:
@@ -136,7 +143,7 @@ def _hazard(swept: Sweep, bodies: NearbyBodies, j: int, free_ahead: Array, hit: 
     return Hazard(bodies.actor_id[j], gap, max(speed, 0.0), bool(bodies.is_walker[j]))
 
 
-def _with_predicted_walkers(around: NearbyBodies) -> NearbyBodies:
+def _with_predicted_walkers(around: NearbyObjects) -> NearbyObjects:
     """Add moving walkers at the places they will reach soon: a walker about to step in counts as being there."""
     moving = around.is_walker & (np.hypot(around.vx, around.vy) > _WALKER_MIN_SPEED_MPS)
     if not moving.any():
@@ -144,7 +151,7 @@ def _with_predicted_walkers(around: NearbyBodies) -> NearbyBodies:
     index = np.concatenate([np.arange(len(around)), np.tile(np.flatnonzero(moving), _WALKER_STEPS)])
     times = np.linspace(_WALKER_HORIZON_S / _WALKER_STEPS, _WALKER_HORIZON_S, _WALKER_STEPS)
     ahead = np.concatenate([np.zeros(len(around)), np.repeat(times, int(moving.sum()))])
-    return NearbyBodies(
+    return NearbyObjects(
         actor_id=tuple(around.actor_id[i] for i in index),
         is_walker=around.is_walker[index],
         x=around.x[index] + around.vx[index] * ahead,

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _BESIDE_THE_LINE_M = 0.5
 
 
-class Room(NamedTuple):
+class LaneWidths(NamedTuple):
     """Widths of the lanes along a stretch, each at its narrowest (m); 0 where there is none."""
 
     half: float
@@ -29,23 +29,23 @@ class Room(NamedTuple):
     right_same: float
 
 
-CLOSED = Room(0.0, 0.0, 0.0, 0.0)
+CLOSED = LaneWidths(0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Sides:
+class AdjacentLaneWidths:
     """Widths at each point of the route; zero beside it in a junction and during lane changes."""
 
     s: Array
     widths: Array
-    """(n, 4), in the order of `Room`."""
+    """(n, 4), in the order of `LaneWidths`."""
 
-    def room(self, start_m: float, end_m: float) -> Room:
+    def room(self, start_m: float, end_m: float) -> LaneWidths:
         """Along the route from `start_m` to `end_m`."""
         low, high = np.searchsorted(self.s, (start_m, end_m))
         if high >= len(self.s):
             return CLOSED
-        return Room(*(float(one) for one in self.widths[low : high + 1].min(axis=0)))
+        return LaneWidths(*(float(one) for one in self.widths[low : high + 1].min(axis=0)))
 
     def junction_after(self, s_m: float) -> float:
         """Return the start of the next stretch beside which nothing is known (m); infinite if there is none."""
@@ -53,7 +53,7 @@ class Sides:
         return float(self.s[closed[0]]) if len(closed) else np.inf
 
 
-def sides_of(route: Sequence[RoutePoint], line: Path) -> Sides:
+def sides_of(route: Sequence[RoutePoint], line: Path) -> AdjacentLaneWidths:
     """Return the lanes beside each point of a route."""
     places = [point.waypoint.transform.location for point in route]
     xy = np.array([(one.x, one.y) for one in places])
@@ -62,18 +62,18 @@ def sides_of(route: Sequence[RoutePoint], line: Path) -> Sides:
     x, y, _ = line.at(s)
     on_line = np.hypot(xy[:, 0] - x, xy[:, 1] - y) < _BESIDE_THE_LINE_M
     widths = [_room(point.waypoint) if known else CLOSED for point, known in zip(route, on_line.tolist(), strict=True)]
-    return Sides(s, np.array(widths, dtype=np.float64).reshape(len(route), 4))
+    return AdjacentLaneWidths(s, np.array(widths, dtype=np.float64).reshape(len(route), 4))
 
 
-def _room(waypoint: carla.Waypoint) -> Room:
+def _room(waypoint: carla.Waypoint) -> LaneWidths:
     half = float(waypoint.lane_width) / 2.0
     if waypoint.is_junction:
-        return Room(half, 0.0, 0.0, 0.0)
+        return LaneWidths(half, 0.0, 0.0, 0.0)
     left, right = _driving(waypoint.get_left_lane()), _driving(waypoint.get_right_lane())
     same = left is not None and left.lane_id * waypoint.lane_id > 0
     width = 0.0 if left is None else float(left.lane_width)
     beside = right is not None and right.lane_id * waypoint.lane_id > 0
-    return Room(
+    return LaneWidths(
         half,
         width if same else 0.0,
         0.0 if same else width,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stucksolver_carla.drivers.behavior.route_bodies import RouteBodies
-from stucksolver_carla.drivers.planner.pass_planner import TWO_WHEELER_M, Situation
+from stucksolver_carla.drivers.behavior.route_bodies import RouteObjects
+from stucksolver_carla.drivers.planner.pass_planner import TWO_WHEELER_M, PassContext
 
 REACH_M = 20.0
 """How far ahead of the bumper blockers are looked for, besides `REACH_S`."""
@@ -31,16 +31,16 @@ class Blockers:
         self.things: frozenset[int] = frozenset()
         """Ids of bodies that are neither vehicles nor people; set by whoever reads the world."""
 
-    def see(self, bodies: RouteBodies, now_s: float) -> None:
+    def see(self, bodies: RouteObjects, now_s: float) -> None:
         """Note which bodies are stationary now."""
         standing = bodies.actor_id[bodies.speed < STANDS_MPS].tolist()
         self._since = {one: self._since.get(one, now_s) for one in standing}
 
-    def stood_s(self, actor_id: int, now_s: float) -> float:
+    def stationary_for_s(self, actor_id: int, now_s: float) -> float:
         """Return how long it has been stationary (s); 0 if it moves."""
         return now_s - self._since.get(actor_id, now_s)
 
-    def first(self, here: Situation, now_s: float, line_m: float, hazard: frozenset[int]) -> int | None:
+    def first(self, here: PassContext, now_s: float, line_m: float, hazard: frozenset[int]) -> int | None:
         """Return the index of the first body worth passing; None if there is none, or if what is ahead of it is not.
 
         `line_m` is the position of the next stop line along the route (m); `hazard` has the ids of vehicles with hazard
@@ -59,10 +59,10 @@ class Blockers:
                 return None
         return None
 
-    def _is_worth(self, here: Situation, k: int, now_s: float, line_m: float, hazard: frozenset[int]) -> bool:
+    def _is_worth(self, here: PassContext, k: int, now_s: float, line_m: float, hazard: frozenset[int]) -> bool:
         bodies = here.bodies
         actor_id, speed = int(bodies.actor_id[k]), float(bodies.speed[k])
-        stood_s = self.stood_s(actor_id, now_s)
+        stood_s = self.stationary_for_s(actor_id, now_s)
         if bodies.is_walker[k]:
             return stood_s > PERSON_STOOD_S
         if speed > STANDS_MPS:

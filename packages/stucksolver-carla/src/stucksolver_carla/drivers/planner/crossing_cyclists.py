@@ -9,9 +9,9 @@ import math
 
 import numpy as np
 
-from stucksolver_carla.drivers.behavior.conflict_paths import Meeting, MeetingWay
-from stucksolver_carla.drivers.behavior.conflicting_traffic import OtherOnWay, on_way
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies
+from stucksolver_carla.drivers.behavior.conflict_paths import ConflictPath, JunctionConflicts
+from stucksolver_carla.drivers.behavior.conflicting_traffic import ConflictingVehicle, vehicles_on_path
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import Array, Path
 from stucksolver_carla.drivers.planner.pass_planner import TWO_WHEELER_M
 
@@ -28,13 +28,15 @@ _ALONG_COS = math.cos(math.radians(30.0))
 _BODY_M = 2.0
 
 
-def crossing_riders(line: Path, meeting: Meeting, around: NearbyBodies) -> list[tuple[MeetingWay, OtherOnWay]]:
+def crossing_riders(
+    line: Path, meeting: JunctionConflicts, around: NearbyObjects
+) -> list[tuple[ConflictPath, ConflictingVehicle]]:
     """Return the riders that come to the route's way through a junction, each on a straight way of its own."""
     rides = (around.half_width < TWO_WHEELER_M) & ~around.is_walker & (np.hypot(around.vx, around.vy) > RIDES_MPS)
     riders = around.part(rides)
     if len(riders) == 0:
         return []
-    known = {one.actor_id for way in meeting.ways for one in on_way(way, riders)}
+    known = {one.actor_id for way in meeting.ways for one in vehicles_on_path(way, riders)}
     inside = (line.s > meeting.wait_s - _BEFORE_M) & (line.s < meeting.last_s + _AFTER_M)
     own_s, own_yaw = line.s[inside], line.yaw[inside]
     course = np.arctan2(riders.vy, riders.vx)
@@ -51,14 +53,14 @@ def crossing_riders(line: Path, meeting: Meeting, around: NearbyBodies) -> list[
             way = _straight_way(riders, k, float(course[k]), along[k, rows], own_s[rows])
             speed = math.hypot(float(riders.vx[k]), float(riders.vy[k]))
             size = float(riders.half_length[k]), float(riders.half_width[k])
-            found.append((way, OtherOnWay(riders.actor_id[k], 0.0, speed, *size)))
+            found.append((way, ConflictingVehicle(riders.actor_id[k], 0.0, speed, *size)))
     return found
 
 
-def _straight_way(riders: NearbyBodies, k: int, course: float, along: Array, own_s: Array) -> MeetingWay:
+def _straight_way(riders: NearbyObjects, k: int, course: float, along: Array, own_s: Array) -> ConflictPath:
     s = np.array([0.0, REACH_M])
     meets, parts = max(float(along.min()), 0.0), float(along.max())
-    return MeetingWay(
+    return ConflictPath(
         x=riders.x[k] + s * math.cos(course),
         y=riders.y[k] + s * math.sin(course),
         yaw=np.full(2, course),

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from stucksolver_carla.drivers.behavior.lateral_offsets import Shift
-from stucksolver_carla.drivers.behavior.route_bodies import Flags, RouteBodies
+from stucksolver_carla.drivers.behavior.lateral_offsets import LateralShift
+from stucksolver_carla.drivers.behavior.route_bodies import Flags, RouteObjects
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
-from stucksolver_carla.drivers.planner.adjacent_lane_widths import Room, Sides
+from stucksolver_carla.drivers.planner.adjacent_lane_widths import AdjacentLaneWidths, LaneWidths
 from stucksolver_carla.drivers.planner.pass_planner import TWO_WHEELER_M
 
 DOOR_M = 0.9
@@ -37,9 +37,11 @@ class Berths:
     """Remembers beside whom the ego keeps away, so that it does not weave while passing."""
 
     def __init__(self) -> None:
-        self._kept: dict[int, Shift] = {}
+        self._kept: dict[int, LateralShift] = {}
 
-    def look(self, bodies: RouteBodies, s_m: float, speed_mps: float, sides: Sides, model: VehicleModel) -> list[Shift]:
+    def look(
+        self, bodies: RouteObjects, s_m: float, speed_mps: float, sides: AdjacentLaneWidths, model: VehicleModel
+    ) -> list[LateralShift]:
         """Return the shifts wanted now, for the ego with its centre at `s_m` at that speed."""
         parked = parked_beside(bodies, s_m, model)
         ids = bodies.actor_id
@@ -56,7 +58,7 @@ class Berths:
         return sorted(self._kept.values(), key=lambda shift: shift.begins_m)
 
 
-def parked_beside(bodies: RouteBodies, s_m: float, model: VehicleModel) -> Flags:
+def parked_beside(bodies: RouteObjects, s_m: float, model: VehicleModel) -> Flags:
     """Return the vehicles with doors that stand ahead, or abreast, beside the ego's lane."""
     ahead = (bodies.s + bodies.along > s_m - model.half_length) & (bodies.s < s_m + LOOKS_M)
     cars = ~bodies.is_walker & (bodies.aside >= TWO_WHEELER_M) & (bodies.along > bodies.aside)
@@ -64,8 +66,8 @@ def parked_beside(bodies: RouteBodies, s_m: float, model: VehicleModel) -> Flags
 
 
 def _berth(
-    bodies: RouteBodies, k: int, s_m: float, speed_mps: float, sides: Sides, model: VehicleModel
-) -> Shift | None:
+    bodies: RouteObjects, k: int, s_m: float, speed_mps: float, sides: AdjacentLaneWidths, model: VehicleModel
+) -> LateralShift | None:
     start, end = float(bodies.s[k] - bodies.along[k]), float(bodies.s[k] + bodies.along[k])
     d, free = float(bodies.d[k]), abs(float(bodies.d[k])) - float(bodies.aside[k])
     room = sides.room(start, end)
@@ -79,10 +81,10 @@ def _berth(
     beside = max(start - half - BEFORE_M, s_m + OVER_M)
     returns = end + half + AFTER_M
     away = -offset if d > 0.0 else offset
-    return Shift(away, max(beside - over, s_m), beside, returns, returns + over) if returns > beside else None
+    return LateralShift(away, max(beside - over, s_m), beside, returns, returns + over) if returns > beside else None
 
 
-def _is_off_the_road(room: Room, d_m: float, free_m: float) -> bool:
+def _is_off_the_road(room: LaneWidths, d_m: float, free_m: float) -> bool:
     """True if it stands beyond the driving lanes: parked, not queueing. Unknown if no lane is beside."""
     if max(room[1:]) <= 0.0:
         return False

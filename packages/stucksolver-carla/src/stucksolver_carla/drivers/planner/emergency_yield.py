@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from stucksolver_carla.drivers.behavior.route_line import rejoining_length
-from stucksolver_carla.drivers.planner.pass_planner import LONGEST_RETURN_M, Pass, Situation
+from stucksolver_carla.drivers.planner.pass_planner import LONGEST_RETURN_M, PassCandidate, PassContext
 
 EMERGENCY_LAMPS = 512 | 1024
 """The blue lights, as bits of `carla.VehicleLightState` (Special1 and Special2)."""
@@ -25,7 +25,7 @@ ROOM_BEHIND_S = 1.5
 """Time gap to traffic in the lane to return to, besides `ROOM_BEHIND_M`."""
 
 
-def comes_behind(here: Situation) -> list[int]:
+def approaches_from_behind(here: PassContext) -> list[int]:
     """Return the ids of vehicles behind the ego in its lane, in its direction, that are no slower."""
     bodies = here.bodies
     behind = (bodies.s < here.s_m) & (bodies.s > here.s_m - BEHIND_M) & ~bodies.is_walker
@@ -34,7 +34,7 @@ def comes_behind(here: Situation) -> list[int]:
     return found
 
 
-def aside(here: Situation, whom: frozenset[int]) -> Iterator[Pass]:
+def aside(here: PassContext, whom: frozenset[int]) -> Iterator[PassCandidate]:
     """Yield ways into a lane beside of our direction, the right one first."""
     room = here.sides.room(here.s_m, here.s_m + STRETCH_M)
     speed = max(SLOWER * here.speed_mps, LEAST_MPS)
@@ -44,10 +44,10 @@ def aside(here: Situation, whom: frozenset[int]) -> Iterator[Pass]:
             beside = here.s_m + rejoining_length(offset, here.speed_mps)
             returns = beside + STRETCH_M
             back = returns + LONGEST_RETURN_M
-            yield Pass(offset, here.s_m, beside, returns, back, speed, False, whom, returns)
+            yield PassCandidate(offset, here.s_m, beside, returns, back, speed, False, whom, returns)
 
 
-def is_past(here: Situation, whom: frozenset[int]) -> bool:
+def is_past(here: PassContext, whom: frozenset[int]) -> bool:
     """True if they are out of sight, or far enough ahead of the ego."""
     bodies = here.bodies
     theirs = bodies.among(whom)
@@ -56,7 +56,7 @@ def is_past(here: Situation, whom: frozenset[int]) -> bool:
     return not bool((theirs & behind).any())
 
 
-def may_return(here: Situation) -> bool:
+def may_return(here: PassContext) -> bool:
     """True if the route's lane is free beside the ego and nobody comes up in it."""
     bodies, half = here.bodies, here.model.half_length
     inside = np.abs(bodies.d) - bodies.aside < here.model.half_width + 0.3

@@ -10,11 +10,17 @@ import math
 from collections.abc import Sequence
 from typing import ClassVar
 
-from stucksolver_carla.drivers.behavior.conflict_paths import Meeting, MeetingWay
-from stucksolver_carla.drivers.behavior.conflicting_traffic import OtherOnWay, pace_of_flow
-from stucksolver_carla.drivers.behavior.ego_rollout import Met, can_stop
-from stucksolver_carla.drivers.behavior.junction_yield import FASTEST_MPS, FULL_MPS2, GiveWay, GiveWayDecision, Moving
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies
+from stucksolver_carla.drivers.behavior.conflict_paths import ConflictPath, JunctionConflicts
+from stucksolver_carla.drivers.behavior.conflicting_traffic import ConflictingVehicle, flow_speed_mps
+from stucksolver_carla.drivers.behavior.ego_rollout import PredictedConflict, can_stop
+from stucksolver_carla.drivers.behavior.junction_yield import (
+    FASTEST_MPS,
+    FULL_MPS2,
+    EgoSpeeds,
+    JunctionYield,
+    YieldDecision,
+)
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import Path
 from stucksolver_carla.drivers.planner.crossing_cyclists import crossing_riders
 
@@ -23,8 +29,8 @@ BEHIND_M = 2.0
 _SAME_PLACE_M = 0.1
 
 
-class StreamGiveWay(GiveWay):
-    """Looks for a gap at the stream's pace; see `GiveWay`."""
+class FlowMergeYield(JunctionYield):
+    """Looks for a gap at the stream's pace; see `JunctionYield`."""
 
     shown_m: ClassVar[float] = 4.0
     waits_with_its_nose_in: ClassVar[bool] = True
@@ -34,8 +40,8 @@ class StreamGiveWay(GiveWay):
     judged: frozenset[int] = frozenset()
     """Ids of those on other ways against whom the drive through the junction was proven at the last look."""
 
-    def look(self, line: Path, s: float, motion: Moving, around: NearbyBodies, dt_s: float) -> GiveWayDecision:
-        """See `GiveWay`."""
+    def look(self, line: Path, s: float, motion: EgoSpeeds, around: NearbyObjects, dt_s: float) -> YieldDecision:
+        """See `JunctionYield`."""
         self.flow_mps, self.judged, self._line = 0.0, frozenset(), line
         found = super().look(line, s, motion, around, dt_s)
         if found.leader is not None and found.leader.gap_m < -2.0 * self._model.half_length - BEHIND_M:
@@ -43,13 +49,15 @@ class StreamGiveWay(GiveWay):
             return found._replace(leader=None)
         return found
 
-    def _coming(self, meeting: Meeting, around: NearbyBodies) -> list[tuple[MeetingWay, OtherOnWay]]:
-        """See `GiveWay`; with those who ride beside the lanes."""
+    def _coming(
+        self, meeting: JunctionConflicts, around: NearbyObjects
+    ) -> list[tuple[ConflictPath, ConflictingVehicle]]:
+        """See `JunctionYield`; with those who ride beside the lanes."""
         riders = [] if self._line is None else crossing_riders(self._line, meeting, around)
         return super()._coming(meeting, around) + riders
 
-    def _gone(self, meeting: Meeting, found: Met, front: float, speed: float) -> GiveWayDecision:
-        """See `GiveWay`; an ego that would meet someone stops before the next way that it has not entered yet."""
+    def _gone(self, meeting: JunctionConflicts, found: PredictedConflict, front: float, speed: float) -> YieldDecision:
+        """See `JunctionYield`; an ego that would meet someone stops before the next way that it has not entered yet."""
         usual = super()._gone(meeting, found, front, speed)
         if usual.wait_m is not None or not found.met:
             return usual
@@ -57,9 +65,9 @@ class StreamGiveWay(GiveWay):
         places = {way.route_meets_s for way in meeting.ways if front < way.route_meets_s <= limit}
         rooms = [place - front for place in places if self._enters_nothing(meeting, front, place)]
         room = max((one for one in rooms if can_stop(speed, one, FULL_MPS2)), default=None)
-        return usual if room is None else GiveWayDecision(room, frozenset())
+        return usual if room is None else YieldDecision(room, frozenset())
 
-    def _enters_nothing(self, meeting: Meeting, front: float, place: float) -> bool:
+    def _enters_nothing(self, meeting: JunctionConflicts, front: float, place: float) -> bool:
         """True if it would stop before `place` without standing in a priority way that it is not in already."""
         new = [way for way in meeting.ways if way.goes_first and way.route_meets_s > front]
         return not any(way.route_meets_s < place - _SAME_PLACE_M for way in new)
@@ -68,8 +76,8 @@ class StreamGiveWay(GiveWay):
         """None for an ego that has set off: otherwise it would seem too late at every look, and stop again."""
         return 0.0 if self.going else super()._lag_s()
 
-    def _top_mps(self, motion: Moving, coming: Sequence[tuple[MeetingWay, OtherOnWay]]) -> float:
-        pace = pace_of_flow(coming)
+    def _top_mps(self, motion: EgoSpeeds, coming: Sequence[tuple[ConflictPath, ConflictingVehicle]]) -> float:
+        pace = flow_speed_mps(coming)
         self.judged = frozenset(one.actor_id for _, one in coming)
         self.flow_mps = min(pace, FASTEST_MPS) if math.isfinite(pace) else 0.0
         return self.flow_mps or motion.top_mps

@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from stucksolver_carla.drivers.behavior.path import Array, Path
-from stucksolver_carla.drivers.behavior.route_bodies import Flags, RouteBodies
+from stucksolver_carla.drivers.behavior.route_bodies import Flags, RouteObjects
 from stucksolver_carla.drivers.behavior.route_line import beside, rejoining_length, slowed, smooth_step
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
-from stucksolver_carla.drivers.planner.adjacent_lane_widths import Room, Sides
+from stucksolver_carla.drivers.planner.adjacent_lane_widths import AdjacentLaneWidths, LaneWidths
 
 STEP_S = 0.2
 HORIZON_S = 24.0
@@ -59,7 +59,7 @@ _DOORS_COST_S = 1.0
 
 
 @dataclass(frozen=True)
-class Pass:
+class PassCandidate:
     """A way beside the route's line and back: offset (right positive) and arc lengths of the ego's centre (m)."""
 
     offset_m: float
@@ -88,19 +88,19 @@ class Pass:
         return np.asarray((start_offset_m + (self.offset_m - start_offset_m) * out) * (1.0 - home))
 
 
-class Situation(NamedTuple):
+class PassContext(NamedTuple):
     """The ego in the route's frame, and everything that a pass depends on."""
 
     s_m: float
     d_m: float
     speed_mps: float
     cruise_mps: float
-    bodies: RouteBodies
-    sides: Sides
+    bodies: RouteObjects
+    sides: AdjacentLaneWidths
     model: VehicleModel
 
 
-class Rollout(NamedTuple):
+class PassRollout(NamedTuple):
     """A simulated pass: times (s), arc lengths and offsets of the ego's centre (m)."""
 
     t: Array
@@ -108,7 +108,7 @@ class Rollout(NamedTuple):
     d: Array
 
 
-def group_of(here: Situation, first: int, lane_m: float) -> Flags:
+def group_of(here: PassContext, first: int, lane_m: float) -> Flags:
     """Return what is passed together with body number `first`: followers in the lane too close to return between."""
     bodies = here.bodies
     inside = np.abs(bodies.d) - bodies.aside < lane_m
@@ -124,7 +124,7 @@ def group_of(here: Situation, first: int, lane_m: float) -> Flags:
     return members
 
 
-def proposals(here: Situation, group: Flags) -> Iterator[Pass]:
+def proposals(here: PassContext, group: Flags) -> Iterator[PassCandidate]:
     """Yield ways past a group, on either side, from gentle to tight, if the lanes are wide enough."""
     bodies, model = here.bodies.part(group), here.model
     start = float((bodies.s - bodies.along).min())
@@ -142,7 +142,7 @@ def proposals(here: Situation, group: Flags) -> Iterator[Pass]:
                     yield replace(found, by_doors=offset < beyond)
 
 
-def _lane_middles(here: Situation, s_m: float, side: int, least_m: float) -> Iterator[float]:
+def _lane_middles(here: PassContext, s_m: float, side: int, least_m: float) -> Iterator[float]:
     """Yield the centre of a lane of our direction on that side, if it is far enough away."""
     room = here.sides.room(s_m - 1.0, s_m + 1.0)
     width = room.left_same if side < 0 else room.right_same
@@ -150,7 +150,7 @@ def _lane_middles(here: Situation, s_m: float, side: int, least_m: float) -> Ite
         yield room.half + width / 2.0
 
 
-def _pass(here: Situation, bodies: RouteBodies, offset: float, share: float, speed: float) -> Pass | None:
+def _pass(here: PassContext, bodies: RouteObjects, offset: float, share: float, speed: float) -> PassCandidate | None:
     half = here.model.half_length
     start, end = float((bodies.s - bodies.along).min()), float((bodies.s + bodies.along).max())
     pace = max(float(bodies.vs.max()), 0.0)
@@ -167,10 +167,10 @@ def _pass(here: Situation, bodies: RouteBodies, offset: float, share: float, spe
     if not reaches:
         return None
     ids = frozenset(bodies.actor_id.tolist())
-    return Pass(offset, begins, begins + swing, returns, back, speed, oncoming, ids, end)
+    return PassCandidate(offset, begins, begins + swing, returns, back, speed, oncoming, ids, end)
 
 
-def _lanes(room: Room, offset: float, half_width: float) -> tuple[bool, bool]:
+def _lanes(room: LaneWidths, offset: float, half_width: float) -> tuple[bool, bool]:
     """Return whether the lanes are wide enough for the body at that offset, and whether it uses an oncoming one."""
     edge = abs(offset) + half_width + EDGE_M
     if offset >= 0.0:
@@ -178,21 +178,21 @@ def _lanes(room: Room, offset: float, half_width: float) -> tuple[bool, bool]:
     return edge <= room.half + room.left_same + room.left_oncoming, edge > room.half + room.left_same
 
 
-def _driven(here: Situation, speed: float) -> tuple[Array, Array]:
+def _driven(here: PassContext, speed: float) -> tuple[Array, Array]:
     t = STEP_S * np.arange(round(HORIZON_S / STEP_S))
     v = np.minimum(here.speed_mps + ACCELERATION_MPS2 * t, max(speed, here.speed_mps))
     s: Array = here.s_m + np.concatenate([[0.0], np.cumsum(v[:-1]) * STEP_S])
     return t.astype(np.float64), s
 
 
-def rollout(here: Situation, way: Pass) -> Rollout:
+def rollout(here: PassContext, way: PassCandidate) -> PassRollout:
     """Return the pass from the ego's position until it is back on its line."""
     t, s = _driven(here, way.speed_mps)
     count = int(np.searchsorted(s, way.back_m)) + 1
-    return Rollout(t[:count], s[:count], way.offset_at(s[:count], here.d_m))
+    return PassRollout(t[:count], s[:count], way.offset_at(s[:count], here.d_m))
 
 
-def is_clear(here: Situation, way: Pass, share: float = 1.0) -> bool:
+def is_clear(here: PassContext, way: PassCandidate, share: float = 1.0) -> bool:
     """True if nobody would come too near, if everybody continues along the route's frame as now.
 
     `share` scales the distances kept: smaller for an ego that has set off, so that it does not hesitate.
@@ -216,7 +216,7 @@ def is_clear(here: Situation, way: Pass, share: float = 1.0) -> bool:
     return not bool((along & aside).any())
 
 
-def cost_s(here: Situation, way: Pass) -> float:
+def cost_s(here: PassContext, way: PassCandidate) -> float:
     """Return the cost of a pass in seconds: its time, exposure to oncoming traffic and doors, and how far it
     swings out.
     """
@@ -225,7 +225,7 @@ def cost_s(here: Situation, way: Pass) -> float:
     return float(drive.t[-1]) + exposed_s + _PER_METRE_COST_S * abs(way.offset_m)
 
 
-def pass_path(line: Path, here: Situation, way: Pass, lateral_accel: float, deceleration: float) -> Path:
+def pass_path(line: Path, here: PassContext, way: PassCandidate, lateral_accel: float, deceleration: float) -> Path:
     """Return the rest of the route's `line` with the pass in it."""
     rest = line.s >= min(here.s_m, line.length - 1.0)
     s, bounds = line.s[rest], line.speed[rest]

@@ -15,43 +15,43 @@ import carla
 import numpy as np
 
 from stucksolver_carla.drivers.behavior import BehaviorDriver, DrivePoint, DriverOptions, RoutePoint
-from stucksolver_carla.drivers.behavior.acceleration_limits import Motion
-from stucksolver_carla.drivers.behavior.conflict_paths import Meeting
-from stucksolver_carla.drivers.behavior.flow_speed import HURRIED, FlowConcerns, pace_behind_mps
-from stucksolver_carla.drivers.behavior.junction_yield import FASTEST_MPS, GiveWay
-from stucksolver_carla.drivers.behavior.lateral_offsets import Shift, offset_of, shifted_path
-from stucksolver_carla.drivers.behavior.nearby_objects import HAZARD_LAMPS, NearbyBodies
+from stucksolver_carla.drivers.behavior.acceleration_limits import EgoMotion
+from stucksolver_carla.drivers.behavior.conflict_paths import JunctionConflicts
+from stucksolver_carla.drivers.behavior.flow_speed import HURRIED, FlowAccelerationLimits, rear_flow_speed_mps
+from stucksolver_carla.drivers.behavior.junction_yield import FASTEST_MPS, JunctionYield
+from stucksolver_carla.drivers.behavior.lateral_offsets import LateralShift, offset_of, shifted_path
+from stucksolver_carla.drivers.behavior.nearby_objects import HAZARD_LAMPS, NearbyObjects
 from stucksolver_carla.drivers.behavior.path import Path
 from stucksolver_carla.drivers.behavior.predictive_braking import TurnRates, allowed_acceleration, entering
 from stucksolver_carla.drivers.behavior.pull_out import BESIDE_M as ROADSIDE_M
 from stucksolver_carla.drivers.behavior.route_bodies import AHEAD_M, on_route
-from stucksolver_carla.drivers.behavior.route_lane_changes import SLOWER_MPS2, ChangeWatch, lane_changes
+from stucksolver_carla.drivers.behavior.route_lane_changes import SLOWER_MPS2, LaneChangePlanner, lane_changes
 from stucksolver_carla.drivers.behavior.route_line import rejoining_length
 from stucksolver_carla.drivers.behavior.swept_path import nearest_hazards, sweep
-from stucksolver_carla.drivers.planner.adjacent_lane_widths import Sides, sides_of
+from stucksolver_carla.drivers.planner.adjacent_lane_widths import AdjacentLaneWidths, sides_of
 from stucksolver_carla.drivers.planner.blockers import SLOW_SHARE, STANDS_MPS, TOUCHES_M, Blockers
 from stucksolver_carla.drivers.planner.door_clearance import Berths
 from stucksolver_carla.drivers.planner.emergency_yield import (
     EMERGENCY_LAMPS,
     STRETCH_M,
+    approaches_from_behind,
     aside,
-    comes_behind,
     is_past,
     may_return,
 )
-from stucksolver_carla.drivers.planner.flow_merge import StreamGiveWay
+from stucksolver_carla.drivers.planner.flow_merge import FlowMergeYield
 from stucksolver_carla.drivers.planner.pass_planner import (
     ROOM_AFTER_M,
-    Pass,
-    Situation,
+    PassCandidate,
+    PassContext,
     cost_s,
     group_of,
     is_clear,
     pass_path,
     proposals,
 )
-from stucksolver_carla.drivers.planner.square_turns import squared, stream_ways
-from stucksolver_carla.drivers.planner.unprotected_turn import CrossingGiveWay
+from stucksolver_carla.drivers.planner.square_turns import stream_ways, with_square_turn
+from stucksolver_carla.drivers.planner.unprotected_turn import UnprotectedTurnYield
 
 SQUARES_AFTER_S = 8.0
 """After this wait for an oncoming stream a left turn is driven squarely (s): a gap for the usual arc may never come."""
@@ -87,15 +87,17 @@ class PlannerDriver(BehaviorDriver):
         carla_map: carla.Map | None = None,
     ) -> None:
         super().__init__(vehicle, behavior, options, carla_map)
-        self._concerns = self._streams = FlowConcerns(self._profile, self._options, self._model, self._planner)
-        self._sides: Sides | None = None
-        self._berths, self._changes = Berths(), ChangeWatch([])
-        self._shifts: list[Shift] = []
+        self._concerns = self._streams = FlowAccelerationLimits(
+            self._profile, self._options, self._model, self._planner
+        )
+        self._sides: AdjacentLaneWidths | None = None
+        self._berths, self._changes = Berths(), LaneChangePlanner([])
+        self._shifts: list[LateralShift] = []
         """Where the driven line lies beside the route's, while nothing is passed."""
         self._yields_to: frozenset[int] = frozenset()
         self._blockers = Blockers()
         self._turning = TurnRates()
-        self._pass: Pass | None = None
+        self._pass: PassCandidate | None = None
         self._wait_m: float | None = None
         self._hazard_lamps: frozenset[int] = frozenset()
         self._emergency: frozenset[int] = frozenset()
@@ -104,7 +106,7 @@ class PlannerDriver(BehaviorDriver):
         self._kinds: dict[int, str] = {}
 
     @property
-    def passing(self) -> Pass | None:
+    def passing(self) -> PassCandidate | None:
         """What it is passing, if anything."""
         return self._pass
 
@@ -120,7 +122,7 @@ class PlannerDriver(BehaviorDriver):
         line = self._planner.route_line
         if line is not None:
             self._sides = sides_of(self._route, line)
-            self._changes = ChangeWatch(lane_changes(self._route, line))
+            self._changes = LaneChangePlanner(lane_changes(self._route, line))
 
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:
         """Drive `path`, no further than its end; back up along it with `reverse`.
@@ -139,13 +141,13 @@ class PlannerDriver(BehaviorDriver):
     def _give_up_way(self) -> None:
         self._pass, self._shifts, self._yields_to = None, [], frozenset()
 
-    def _giving_way(self, met: Sequence[Meeting]) -> GiveWay:
+    def _giving_way(self, met: Sequence[JunctionConflicts]) -> JunctionYield:
         line = self._planner.route_line
         if self._stream_s is not None and line is not None:
-            return CrossingGiveWay(met, self._profile, self._model, line, self._stream_s)
-        return StreamGiveWay(met, self._profile, self._model, HURRIED)
+            return UnprotectedTurnYield(met, self._profile, self._model, line, self._stream_s)
+        return FlowMergeYield(met, self._profile, self._model, HURRIED)
 
-    def _presses_on(self, line: Path, sides: Sides, motion: Motion) -> bool:
+    def _presses_on(self, line: Path, sides: AdjacentLaneWidths, motion: EgoMotion) -> bool:
         """True if it drives another line from now on because it has waited long enough for the stream ahead."""
         meeting, waited_s = self._give_way.waits_at
         if meeting is None or waited_s < SQUARES_AFTER_S or meeting.wait_s == self._stream_s:
@@ -159,17 +161,19 @@ class PlannerDriver(BehaviorDriver):
             self._watch_line()
         return False
 
-    def _square_the_turn(self, line: Path, meeting: Meeting, sides: Sides, motion: Motion) -> bool:
+    def _square_the_turn(
+        self, line: Path, meeting: JunctionConflicts, sides: AdjacentLaneWidths, motion: EgoMotion
+    ) -> bool:
         """True if the left turn at a junction can be driven squarely, and is from now on."""
         self._stream_s = meeting.wait_s
-        turn = squared(line, meeting, self._model.half_width, self._is_drivable)
+        turn = with_square_turn(line, meeting, self._model.half_width, self._is_drivable)
         if turn is None:
             return False
         self._give_up_way()
         self._planner.set_line(turn.line, motion.pose, motion.speed)
         self._watch_line()
-        self._sides = Sides(turn.moved(sides.s), sides.widths)
-        self._changes = ChangeWatch(lane_changes(self._route, turn.line))
+        self._sides = AdjacentLaneWidths(turn.moved(sides.s), sides.widths)
+        self._changes = LaneChangePlanner(lane_changes(self._route, turn.line))
         return True
 
     def _is_drivable(self, x: float, y: float, z: float) -> bool:
@@ -186,7 +190,7 @@ class PlannerDriver(BehaviorDriver):
         """Intended offset from the route's line (m)."""
         return float(offset_of(self._shifts, np.array([self._planner.route_s]))[0])
 
-    def _decide(self, motion: Motion, around: NearbyBodies) -> None:
+    def _decide(self, motion: EgoMotion, around: NearbyObjects) -> None:
         planner, line = self._planner, self._planner.route_line
         self._wait_m, self._streams.flow_mps, self._out_of_the_way = None, 0.0, frozenset()
         if line is None or self._sides is None or planner.following or self._holding or planner.arrived:
@@ -208,12 +212,12 @@ class PlannerDriver(BehaviorDriver):
                 self._keep_its_place(line, here, motion)
         self._keep_pace(here)
 
-    def _heed_no_oncoming(self, here: Situation) -> None:
+    def _heed_no_oncoming(self, here: PassContext) -> None:
         """While its pass is proven: they will be past before it swings out, so where they are now is no obstacle."""
         if self._pass is not None and is_clear(here, self._pass, _ONCE_BEGUN):
             self._out_of_the_way = frozenset(here.bodies.actor_id[here.bodies.vs < _COMES_MPS].tolist())
 
-    def _keep_its_place(self, line: Path, here: Situation, motion: Motion) -> None:
+    def _keep_its_place(self, line: Path, here: PassContext, motion: EgoMotion) -> None:
         """Where across the road the ego drives along its route: room beside doors, and lanes entered in gaps."""
         self._changes.look(here)
         wanted = self._berths.look(here.bodies, here.s_m, here.speed_mps, here.sides, here.model)
@@ -226,15 +230,15 @@ class PlannerDriver(BehaviorDriver):
         path = shifted_path(line, here.s_m, here.d_m, wanted, join, profile.lateral_accel, profile.deceleration)
         self._planner.take(path, motion.pose)
 
-    def _keep_pace(self, here: Situation) -> None:
+    def _keep_pace(self, here: PassContext) -> None:
         """Drive no slower than the stream that the ego joins, or than traffic from behind."""
-        stream = self._give_way.flow_mps if isinstance(self._give_way, StreamGiveWay) and self._give_way.going else 0.0
-        behind = pace_behind_mps(here.bodies, here.s_m, here.d_m, here.speed_mps, here.model.half_length)
+        stream = self._give_way.flow_mps if isinstance(self._give_way, FlowMergeYield) and self._give_way.going else 0.0
+        behind = rear_flow_speed_mps(here.bodies, here.s_m, here.d_m, here.speed_mps, here.model.half_length)
         self._streams.flow_mps = min(max(stream, behind, self._changes.pace_mps), FASTEST_MPS)
 
-    def _makes_room(self, line: Path, here: Situation, motion: Motion) -> bool:
+    def _makes_room(self, line: Path, here: PassContext, motion: EgoMotion) -> bool:
         """True if the ego moves aside for an emergency vehicle behind it from now on."""
-        whom = frozenset(comes_behind(here)) & self._emergency
+        whom = frozenset(approaches_from_behind(here)) & self._emergency
         if not whom:
             return False
         for way in aside(here, whom):
@@ -244,7 +248,7 @@ class PlannerDriver(BehaviorDriver):
                 return True
         return False
 
-    def _let_past(self, line: Path, here: Situation, motion: Motion) -> None:
+    def _let_past(self, line: Path, here: PassContext, motion: EgoMotion) -> None:
         """Stay aside until it has passed and the lane is free again, or until the lane beside ends."""
         way = self._pass
         assert way is not None
@@ -262,14 +266,18 @@ class PlannerDriver(BehaviorDriver):
             self._pass = replace(way, returns_m=way.returns_m + STRETCH_M, back_m=way.back_m + STRETCH_M)
             self._planner.take(self._path(line, here, self._pass), motion.pose)
 
-    def _situation(self, line: Path, motion: Motion, around: NearbyBodies, sides: Sides) -> Situation:
+    def _situation(
+        self, line: Path, motion: EgoMotion, around: NearbyObjects, sides: AdjacentLaneWidths
+    ) -> PassContext:
         planner = self._planner
         bodies = on_route(line, planner.route_s, around)
         cruise = self._concerns.top_speed(self._vehicle.get_speed_limit())
         speed = max(motion.speed, 0.0)
-        return Situation(planner.route_s, planner.beside_m, speed, cruise, bodies, sides, self._model)
+        return PassContext(planner.route_s, planner.beside_m, speed, cruise, bodies, sides, self._model)
 
-    def _look_for_a_way(self, line: Path, here: Situation, motion: Motion, around: NearbyBodies, now_s: float) -> None:
+    def _look_for_a_way(
+        self, line: Path, here: PassContext, motion: EgoMotion, around: NearbyObjects, now_s: float
+    ) -> None:
         first = self._blockers.first(here, now_s, self._lights.next_line(here.s_m), self._hazard_lamps)
         if first is None:
             return
@@ -292,7 +300,7 @@ class PlannerDriver(BehaviorDriver):
                     self._wait_m = None
                     return
 
-    def _go_on(self, line: Path, here: Situation, motion: Motion) -> None:
+    def _go_on(self, line: Path, here: PassContext, motion: EgoMotion) -> None:
         way = self._pass
         assert way is not None
         if here.s_m > way.back_m and abs(here.d_m) < _ON_LINE_M:
@@ -323,17 +331,17 @@ class PlannerDriver(BehaviorDriver):
             self._pass = replace(way, returns_m=meets, back_m=back, around=ids, ends_m=end)
             self._planner.take(self._path(line, here, self._pass), motion.pose)
 
-    def _path(self, line: Path, here: Situation, way: Pass) -> Path:
+    def _path(self, line: Path, here: PassContext, way: PassCandidate) -> Path:
         return pass_path(line, here, way, self._profile.lateral_accel, self._profile.deceleration)
 
-    def _meets_nothing(self, path: Path, motion: Motion, around: NearbyBodies) -> bool:
+    def _meets_nothing(self, path: Path, motion: EgoMotion, around: NearbyObjects) -> bool:
         """True if the body, swept along the way out, stays clear of all standing bodies."""
         standing = around.part(np.hypot(around.vx, around.vy) < 0.3)
         where = path.project(motion.pose)
         swept = sweep(path, where, motion.pose, self._model, _REACH_M, SWEPT_M)
         return not nearest_hazards(swept, standing, self._model, _SWEEP_MARGIN_M, _SWEEP_MARGIN_M)
 
-    def _learn(self, here: Situation, now_s: float) -> None:
+    def _learn(self, here: PassContext, now_s: float) -> None:
         """Find out which bodies are objects and which vehicles have hazard or blue lights on; once a second."""
         if now_s < self._lamps_at_s + LAMPS_EVERY_S:
             return
@@ -344,12 +352,12 @@ class PlannerDriver(BehaviorDriver):
         self._blockers.things = frozenset(
             one for one, kind in self._kinds.items() if not kind.startswith(("vehicle.", "walker.", "animal."))
         )
-        if (here.bodies.speed < STANDS_MPS).any() or comes_behind(here):
+        if (here.bodies.speed < STANDS_MPS).any() or approaches_from_behind(here):
             lamps = {int(one): int(on) for one, on in self._world.get_vehicles_light_states().items()}
             self._hazard_lamps = frozenset(one for one, on in lamps.items() if on & HAZARD_LAMPS == HAZARD_LAMPS)
             self._emergency = frozenset(one for one, on in lamps.items() if on & EMERGENCY_LAMPS)
 
-    def _acceleration(self, path: Path, way: Motion, around: NearbyBodies) -> float:
+    def _acceleration(self, path: Path, way: EgoMotion, around: NearbyObjects) -> float:
         allowed = super()._acceleration(path, way, around)
         if self._wait_m is not None:
             allowed = min(allowed, self._concerns.wait(self._wait_m - WAITS_M, way.speed))
@@ -365,7 +373,7 @@ class PlannerDriver(BehaviorDriver):
             allowed = min(allowed, self._concerns.hazard(hazard, way.speed))
         # A vehicle that sets off in a proven gap does not brake for those against whom it was proven.
         proven = self._changes.judged if self._pass is None else frozenset()
-        if self._give_way.going and isinstance(self._give_way, StreamGiveWay):
+        if self._give_way.going and isinstance(self._give_way, FlowMergeYield):
             proven |= self._give_way.judged
         seen = seen.part(~seen.among(proven))
         known = np.isin(around.actor_id, seen.actor_id)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stucksolver_carla.drivers.behavior.conflict_paths import Meeting, MeetingWay
+from stucksolver_carla.drivers.behavior.conflict_paths import ConflictPath, JunctionConflicts
 from stucksolver_carla.drivers.behavior.path import Array, Path, make_path
 
 RADIUS_M = 7.0
@@ -55,7 +55,7 @@ class SquareTurn(NamedTuple):
         return np.asarray(np.interp(s, places, places + self.longer_m * np.array([0.0, 0.0, 1.0, 1.0])))
 
 
-def stream_ways(line: Path, meeting: Meeting) -> list[MeetingWay]:
+def stream_ways(line: Path, meeting: JunctionConflicts) -> list[ConflictPath]:
     """Return the ways of a junction by which oncoming traffic with the right of way goes straight across the route."""
     own = float(line.at(np.array([meeting.wait_s - 1.0]))[2][0])
     found = []
@@ -66,7 +66,9 @@ def stream_ways(line: Path, meeting: Meeting) -> list[MeetingWay]:
     return found
 
 
-def squared(line: Path, meeting: Meeting, half_width: float, drivable: Drivable) -> SquareTurn | None:
+def with_square_turn(
+    line: Path, meeting: JunctionConflicts, half_width: float, drivable: Drivable
+) -> SquareTurn | None:
     """Return the route's `line` with its left turn at a junction made square.
 
     None if it does not turn left there, if the lanes' own arc is as tight, or if the body, `half_width` metres to

@@ -11,19 +11,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stucksolver_carla.drivers.behavior.acceleration_limits import Pace
-from stucksolver_carla.drivers.behavior.conflict_paths import Meeting, MeetingWay
-from stucksolver_carla.drivers.behavior.ego_rollout import Drive, Margin, can_stop, foretold
+from stucksolver_carla.drivers.behavior.acceleration_limits import PaceFactors
+from stucksolver_carla.drivers.behavior.conflict_paths import ConflictPath, JunctionConflicts
+from stucksolver_carla.drivers.behavior.ego_rollout import EgoRollout, Margin, can_stop, predict_drive
 from stucksolver_carla.drivers.behavior.flow_speed import HURRIED
-from stucksolver_carla.drivers.behavior.junction_yield import GiveWayDecision, Moving
-from stucksolver_carla.drivers.behavior.nearby_objects import NearbyBodies
+from stucksolver_carla.drivers.behavior.junction_yield import EgoSpeeds, YieldDecision
+from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import Path
-from stucksolver_carla.drivers.behavior.profiles import Profile
+from stucksolver_carla.drivers.behavior.profiles import DriverProfile
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
-from stucksolver_carla.drivers.planner.flow_merge import StreamGiveWay
+from stucksolver_carla.drivers.planner.flow_merge import FlowMergeYield
 from stucksolver_carla.drivers.planner.square_turns import stream_ways
 
-CROSSES = Pace(2.0, 1.65)
+CROSSES = PaceFactors(2.0, 1.65)
 """How to cross: up to 4 m/s² ahead, and some 6 m/s² sideways, what tyres hold on a wet road (0.6 g)."""
 TO_CROSS = Margin(0.5, 0.08, 0.5, 0.05)
 """Kept free before and behind the others: at constant speed they and the ego are foretold to within a tenth of a
@@ -53,27 +53,32 @@ GIVES_UP_MPS2 = 5.0
 """Deceleration with which it stops before the stream at the latest (m/s²)."""
 
 
-def pull_mps2(speed: float) -> float:
+def max_acceleration(speed: float) -> float:
     """Return the highest acceleration (m/s²) at a speed (m/s)."""
     return float(np.interp(speed, _PULL_AT_MPS, _PULL_MPS2))
 
 
-def joined_streams(meeting: Meeting) -> list[MeetingWay]:
+def joined_streams(meeting: JunctionConflicts) -> list[ConflictPath]:
     """Return the straight ways with the right of way that the route joins at a junction."""
     return [way for way in meeting.ways if way.goes_first and way.straight and way.joins]
 
 
-class CrossingGiveWay(StreamGiveWay):
-    """Looks for a gap in the stream at `wait_s`, to cross or join it; elsewhere see `StreamGiveWay`."""
+class UnprotectedTurnYield(FlowMergeYield):
+    """Looks for a gap in the stream at `wait_s`, to cross or join it; elsewhere see `FlowMergeYield`."""
 
     def __init__(
-        self, meetings: Sequence[Meeting], profile: Profile, model: VehicleModel, line: Path, wait_s: float
+        self,
+        meetings: Sequence[JunctionConflicts],
+        profile: DriverProfile,
+        model: VehicleModel,
+        line: Path,
+        wait_s: float,
     ) -> None:
         super().__init__(meetings, profile, model, HURRIED)
         self._turn = min(meetings, key=lambda one: abs(one.wait_s - wait_s), default=None)
         self._streams = [] if self._turn is None else stream_ways(line, self._turn) or joined_streams(self._turn)
 
-    def look(self, line: Path, s: float, motion: Moving, around: NearbyBodies, dt_s: float) -> GiveWayDecision:
+    def look(self, line: Path, s: float, motion: EgoSpeeds, around: NearbyObjects, dt_s: float) -> YieldDecision:
         """See `GiveWay`."""
         self._line = line
         self._forget(s)
@@ -81,7 +86,7 @@ class CrossingGiveWay(StreamGiveWay):
         self.pace = CROSSES if here else HURRIED
         return self._cross(line, s, motion, around) if here else super().look(line, s, motion, around, dt_s)
 
-    def _cross(self, line: Path, s: float, motion: Moving, around: NearbyBodies) -> GiveWayDecision:
+    def _cross(self, line: Path, s: float, motion: EgoSpeeds, around: NearbyObjects) -> YieldDecision:
         meeting, front = self._due[0], s + self._model.half_length
         coming = self._coming(meeting, around)
         drive = self._drive(line, s, motion.speed, self._top_mps(motion, coming))
@@ -92,21 +97,23 @@ class CrossingGiveWay(StreamGiveWay):
             # In the stream it only drives on: whoever it was proven against would run into a stop.
             stream = frozenset(other.actor_id for way, other in coming if way in self._streams and not way.joins)
             across = front > max((way.route_parts_s for way in self._streams if not way.joins), default=-math.inf)
-            return GiveWayDecision(None, found.passing | stream, None, found.leader if across else None)
+            return YieldDecision(None, found.passing | stream, None, found.leader if across else None)
         if not found.met:
             self._going = meeting
-            return GiveWayDecision(None, found.passing)
+            return YieldDecision(None, found.passing)
         self._going = None
         others_s = [way.route_meets_s - EDGE_M for way in found.met if way.route_meets_s > front + EDGE_M]
-        return GiveWayDecision(self._stop_m(meeting, min([edge_s, *others_s]), front, motion.speed), frozenset())
+        return YieldDecision(self._stop_m(meeting, min([edge_s, *others_s]), front, motion.speed), frozenset())
 
-    def _drive(self, line: Path, s: float, speed: float, top_mps: float) -> Drive:
+    def _drive(self, line: Path, s: float, speed: float, top_mps: float) -> EgoRollout:
         """See `GiveWay`."""
         if self.pace is not CROSSES:
             return super()._drive(line, s, speed, top_mps)
         lag_s = 0.0 if self.going else LAG_S
-        gone = foretold(line, s, speed, top_mps, self._profile, self.pace.bends, lag_s, pull_mps2, HORIZON_S)
-        return Drive(line, gone, self._model, slips=True, joined_s=JOINED_S)
+        gone = predict_drive(
+            line, s, speed, top_mps, self._profile, self.pace.bends, lag_s, max_acceleration, HORIZON_S
+        )
+        return EgoRollout(line, gone, self._model, slips=True, joined_s=JOINED_S)
 
     def _forget(self, s: float) -> None:
         """See `GiveWay`; a stream that it has joined sets its pace until it drives in its lane like everybody else."""
@@ -115,7 +122,7 @@ class CrossingGiveWay(StreamGiveWay):
         stays_m = IN_LANE_M if joins and here is self._turn else 0.0
         super()._forget(s - stays_m)
 
-    def _stop_m(self, meeting: Meeting, edge_s: float, front: float, speed: float) -> float:
+    def _stop_m(self, meeting: JunctionConflicts, edge_s: float, front: float, speed: float) -> float:
         """Return the distance to where to wait: before the junction, a run-up before the stream, or at its edge."""
         at_once = speed * speed / (2.0 * self._profile.deceleration)
         if can_stop(speed, meeting.wait_s - front, self._profile.deceleration):

@@ -9,9 +9,9 @@ import carla
 
 from stucksolver_carla.drivers.behavior import RouteError, trace_route
 from stucksolver_eval.background_traffic.lanes import beside
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.vehicle_flow import Flow, run_flows
-from stucksolver_eval.scenarios.parameters import Number, Place, Range
+from stucksolver_eval.scenarios.parameters import LocationParameter, NumberParameter, RangeParameter
 from stucksolver_eval.scenarios.scenario import Scenario, ScenarioError
 
 SINK_M = 2.0
@@ -21,16 +21,16 @@ MOST_LANES = 4
 class ActorFlow(Scenario):
     """Base: cars flow from `start_actor_flow` to `end_actor_flow` at constant speed, whatever the hero does."""
 
-    start_at = Place("start_actor_flow", None)
-    end_at = Place("end_actor_flow", None)
-    flow_mps = Number("flow_speed", 10.0, "m/s")
-    gaps_m = Range("source_dist_interval", (5.0, 7.0), "m")
+    start_at = LocationParameter("start_actor_flow", None)
+    end_at = LocationParameter("end_actor_flow", None)
+    flow_mps = NumberParameter("flow_speed", 10.0, "m/s")
+    gaps_m = RangeParameter("source_dist_interval", (5.0, 7.0), "m")
     all_lanes = True
     """One flow in each lane of that direction, not only in the given one."""
     lane_type: Any = carla.LaneType.Driving
     prefilled = True
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         self.lines()
         return None
 

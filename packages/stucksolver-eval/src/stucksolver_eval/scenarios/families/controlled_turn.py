@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, ClassVar
 
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.junction import JunctionScenario
 
 BEYOND_M = 10.0
@@ -29,7 +29,7 @@ class LitTurn(PlainTurn):
     needs_map = "a junction on the route whose lights stop the hero"
     lit: ClassVar[str] = "green"
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         missing = super().needs(setting)
         if missing is None and not self.own_lights:
             missing = "the hero has no traffic light at its next junction"

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stucksolver_eval.actors import Car
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.junction import JunctionScenario, straight_way
 from stucksolver_eval.scenarios.scenario import Scenario
 
@@ -46,7 +46,7 @@ class Deadlock(JunctionScenario):
     starts = "the others stand from the trigger on; they go once the hero has stood for 4 s and then crept half a metre"
     needs_map = "a junction on the route with a road from the right that crosses the hero's path"
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         missing = super().needs(setting)
         if missing is None and self.noser is None:
             missing = "at the hero's next junction no road from the right crosses the hero's path"

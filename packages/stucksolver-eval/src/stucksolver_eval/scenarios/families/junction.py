@@ -9,7 +9,7 @@ from typing import Any
 import carla
 
 from stucksolver_eval.background_traffic.lanes import RouteJunction, entries, route_junctions
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.lane_places import run_of_lane, turn_deg, upstream, way_turn_deg
 from stucksolver_eval.scenarios.scenario import Scenario
 
@@ -21,7 +21,7 @@ class JunctionScenario(Scenario):
 
     needs_map = "a junction on the route after the trigger point"
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         if self._found is None:
             return "the route has no junction after the trigger point"
         return None

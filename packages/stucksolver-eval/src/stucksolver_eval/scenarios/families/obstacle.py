@@ -11,10 +11,10 @@ import carla
 from stucksolver_eval.actors import Car, ScenarioActor
 from stucksolver_eval.actors.actor_pool import HAZARD_LAMPS, lamps
 from stucksolver_eval.background_traffic.lanes import oncoming_lanes
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.lane_places import beside, run_of_lane, side_driving_lane, upstream
 from stucksolver_eval.scenarios.families.vehicle_flow import Flow
-from stucksolver_eval.scenarios.parameters import Choice, Number, Range
+from stucksolver_eval.scenarios.parameters import ChoiceParameter, NumberParameter, RangeParameter
 from stucksolver_eval.scenarios.scenario import Scenario
 
 PAST_M = 50.0
@@ -25,16 +25,16 @@ class Obstacle(Scenario):
     """Base: `put` places the obstacle; the way past is the adjacent lane, where traffic drives at `speed` at most."""
 
     needs_map = "a second driving lane next to the hero's"
-    distance_m = Number("distance", 120.0, "m")
-    direction = Choice("direction", "right", options=("left", "right"))
-    speed_kmh = Number("speed", 60.0, "km/h")
+    distance_m = NumberParameter("distance", 120.0, "m")
+    direction = ChoiceParameter("direction", "right", options=("left", "right"))
+    speed_kmh = NumberParameter("speed", 60.0, "km/h")
     watch_m: ClassVar[float] = 50.0
     """Traffic in the adjacent lane changes `settle_s` after the hero has come this near."""
     settle_s: ClassVar[float] = 5.0
     _first_m = 0.0
     _last_m = 0.0
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         side = "left" if self.direction == "right" else "right"
         if side_driving_lane(self.ahead(self.distance_m), side) is None:
             return f"{self.distance_m:.0f} m beyond the trigger point there is no driving lane on the {side}"
@@ -98,14 +98,14 @@ class Obstacle(Scenario):
         self.cast.lights(member, lamps(*HAZARD_LAMPS))
 
 
-class TwoWays(Obstacle):
+class TwoWayObstacle(Obstacle):
     """Base: the way past is the oncoming lane, in gaps of a flow that the scenario controls."""
 
     needs_map = "an oncoming lane next to the hero's"
-    gaps_m = Range("frequency", (20.0, 100.0), "m")
+    gaps_m = RangeParameter("frequency", (20.0, 100.0), "m")
     simplified = "the oncoming cars follow the vehicle ahead by the Intelligent Driver Model"
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         if not oncoming_lanes(self.ahead(self.distance_m)):
             return f"{self.distance_m:.0f} m beyond the trigger point there is no adjacent oncoming lane"
         return None
@@ -202,9 +202,9 @@ class SlowBicycles(Obstacle):
     simplified = "the bicycles hold their speed whatever is in their way"
 
     needs_map = "a second driving lane next to the hero's"
-    distance_m = Number("distance", 100.0, "m")
-    bicycle_kmh = Number("bicycle_speed", 10.0, "km/h")
-    ride_m = Number("bicycle_drive_distance", 50.0, "m")
+    distance_m = NumberParameter("distance", 100.0, "m")
+    bicycle_kmh = NumberParameter("bicycle_speed", 10.0, "km/h")
+    ride_m = NumberParameter("bicycle_drive_distance", 50.0, "m")
     blueprints = ("vehicle.bh.crossbike", "vehicle.diamondback.century")
     _APART_M = 9.0
     _OFFSET = 0.55

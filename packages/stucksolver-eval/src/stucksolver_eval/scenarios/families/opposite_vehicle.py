@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.junction import JunctionScenario, straight_way
-from stucksolver_eval.scenarios.parameters import Choice
+from stucksolver_eval.scenarios.parameters import ChoiceParameter
 
 if TYPE_CHECKING:
     import carla
@@ -30,11 +30,11 @@ class OppositeVehicle(JunctionScenario):
 
     timeout_s = None
     starts = "the vehicle appears when the hero is 2.2 s or 12 m from where their paths cross"
-    direction = Choice("direction", "right", options=("left", "right", "opposite"))
+    direction = ChoiceParameter("direction", "right", options=("left", "right", "opposite"))
     simplified = "the vehicle starts 2.2 s from where the paths cross, not 30 m from the junction, so that they do meet"
     signalized: ClassVar[bool] = False
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         missing = super().needs(setting)
         if missing is not None:
             return missing

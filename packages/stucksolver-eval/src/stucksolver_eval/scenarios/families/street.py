@@ -9,7 +9,7 @@ import carla
 from stucksolver_eval.actors import Car
 from stucksolver_eval.background_traffic.lanes import oncoming_lanes
 from stucksolver_eval.scenarios.families.lane_places import run_of_lane, upstream
-from stucksolver_eval.scenarios.parameters import Number
+from stucksolver_eval.scenarios.parameters import NumberParameter
 from stucksolver_eval.scenarios.scenario import Scenario
 
 FIRST_M = 60.0
@@ -29,8 +29,8 @@ class StreetScenario(Scenario):
 
     timeout_s = None
     suspends = frozenset({"wrong_lane"})
-    distance_m = Number("distance", 70.0, "m")
-    oncoming = Number("oncoming", 0.0, "cars")
+    distance_m = NumberParameter("distance", 70.0, "m")
+    oncoming = NumberParameter("oncoming", 0.0, "cars")
 
     def stage(self) -> None:
         """Place the situation, then the oncoming cars, nearest first."""

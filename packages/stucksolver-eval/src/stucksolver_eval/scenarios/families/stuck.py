@@ -7,12 +7,12 @@ from typing import Any, ClassVar
 
 from stucksolver_eval.actors import ScenarioActor
 from stucksolver_eval.actors.actor_pool import HAZARD_LAMPS, lamps
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.crossing_actors import WALKER_LIFT_M
 from stucksolver_eval.scenarios.families.junction import JunctionScenario
 from stucksolver_eval.scenarios.families.lane_places import beside
 from stucksolver_eval.scenarios.families.obstacle import oncoming_flow
-from stucksolver_eval.scenarios.parameters import Number
+from stucksolver_eval.scenarios.parameters import NumberParameter
 from stucksolver_eval.scenarios.scenario import Scenario
 
 PASSABLE_M = (180.0, 360.0)
@@ -24,12 +24,12 @@ NEAR_M, QUEUE_M, STANDING_MPS = 25.0, 60.0, 0.1
 PAST_M = 25.0
 
 
-class Stuck(Scenario):
+class StuckScenario(Scenario):
     """Base: a situation `distance` beyond the trigger, which ends once the hero has passed it."""
 
     timeout_s = None
     starts = "present from the start"
-    distance_m = Number("distance", 42.0, "m")
+    distance_m = NumberParameter("distance", 42.0, "m")
     oncoming_gaps_m: ClassVar[tuple[float, float] | None] = None
     """Range of distances between oncoming cars if the way past is their lane; None leaves them to the background."""
 
@@ -41,7 +41,7 @@ class Stuck(Scenario):
             yield from self._with_oncoming(self.oncoming_gaps_m)
 
     def _until_past(self) -> Iterator[None]:
-        yield from self.happen()
+        yield from self.situation()
         yield from self.until_passed(self.trigger_s_m + self.distance_m + PAST_M)
 
     def _with_oncoming(self, gaps_m: tuple[float, float]) -> Iterator[None]:
@@ -53,7 +53,7 @@ class Stuck(Scenario):
         flow.clear()
         self.traffic.change_opposite_behavior(active=True)
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         """Script: what happens from the trigger until the road is free again, if it ever is."""
         yield
 
@@ -88,18 +88,18 @@ class StuckAtLight(JunctionScenario):
     needs_map = "a junction on the route whose lights stop the hero"
     lasts_s: ClassVar[float] = 30.0
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         missing = super().needs(setting)
         if missing is None and not self.own_lights:
             missing = "the hero has no traffic light at its next junction"
         return missing
 
     def script(self) -> Iterator[None]:
-        yield from self.happen()
+        yield from self.situation()
         yield from self.until_passed(self.exit_s + 10.0)
         self.free_lights()
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         """Script: control the lights."""
         yield
 

@@ -6,10 +6,10 @@ from abc import abstractmethod
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.junction import JunctionScenario, straight_way, way_to
 from stucksolver_eval.scenarios.families.vehicle_flow import Flow
-from stucksolver_eval.scenarios.parameters import Number, Range
+from stucksolver_eval.scenarios.parameters import NumberParameter, RangeParameter
 
 if TYPE_CHECKING:
     import carla
@@ -20,8 +20,8 @@ RED_S = 5.0
 class TurnAgainstFlow(JunctionScenario):
     """Base: a flow of cars at constant speed through the junction; if there are lights, the hero's is red at first."""
 
-    flow_mps = Number("flow_speed", 10.0, "m/s")
-    gaps_m = Range("source_dist_interval", (5.0, 7.0), "m")
+    flow_mps = NumberParameter("flow_speed", 10.0, "m/s")
+    gaps_m = RangeParameter("source_dist_interval", (5.0, 7.0), "m")
     signalized: ClassVar[bool] = False
     source_s: ClassVar[float] = 4.0
     """Distance of the source before the junction, in seconds at the flow's speed."""
@@ -30,7 +30,7 @@ class TurnAgainstFlow(JunctionScenario):
     wanted_turn: ClassVar[str] = "left"
     prefilled: ClassVar[bool] = False
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         missing = super().needs(setting)
         if missing is not None:
             return missing

@@ -50,7 +50,7 @@ SCORE = 0.5
 PEDESTRIAN = LABELS.index("pedestrian")
 
 
-def with_neighbours(detections: Detections, points: NDArray[np.floating], known: Floats) -> Detections:
+def add_close_pedestrians(detections: Detections, points: NDArray[np.floating], known: Floats) -> Detections:
     """Return the detections, and after them those who stand close to a detected person.
 
     Args:

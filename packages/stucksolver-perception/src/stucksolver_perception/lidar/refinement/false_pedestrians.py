@@ -27,7 +27,7 @@ none to two."""
 PEDESTRIAN = LABELS.index("pedestrian")
 
 
-def without_flanks(detections: Detections, standing: Floats, known: Floats) -> Detections:
+def drop_false_pedestrians(detections: Detections, standing: Floats, known: Floats) -> Detections:
     """Return the detections without the persons close ahead who are at a vehicle's side and return hardly any rays.
 
     Args:

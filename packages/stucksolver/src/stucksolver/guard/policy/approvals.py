@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stucksolver.plan.behaviors import Release
+from stucksolver.plan.behaviors import ApprovalLevel
 
 RULES = ("solid_line", "emergency_scene", "school_bus", "level_crossing", "flagger", "red_light")
 """The rules that a person may be asked to waive, besides approving behaviours. Only an operator waives a red light."""
@@ -24,11 +24,11 @@ class Approvals:
     barred: frozenset[str] = frozenset()
     """Behaviours that somebody's warning forbids, whoever approves them: `drive_over`."""
 
-    def cover(self, what: str, needed: Release) -> bool:
+    def cover(self, what: str, needed: ApprovalLevel) -> bool:
         """True if the approvals cover `what` at the required rank. An operator may approve what a passenger may."""
-        if needed is Release.AUTONOMOUS or what in self.operator:
+        if needed is ApprovalLevel.AUTONOMOUS or what in self.operator:
             return True
-        return needed is Release.PASSENGER and what in self.passenger
+        return needed is ApprovalLevel.PASSENGER and what in self.passenger
 
 
 NOBODY = Approvals()

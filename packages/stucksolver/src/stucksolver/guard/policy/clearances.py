@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 
-class ClearancePolicy(Model):
+class ClearancePolicy(FrozenModel):
     """Gaps between the ego's body and the boxes of others. Read by `checks`, `aborts`, `ways_out` and `hand_back`."""
 
     standing_gap_m: NonNegativeFloat = 0.3
@@ -36,7 +36,7 @@ class ClearancePolicy(Model):
     """
 
 
-class PeoplePolicy(Model):
+class PeoplePolicy(FrozenModel):
     """A pedestrian who stands at the kerb and steps off. Read by `rss.step_off`."""
 
     step_mps: PositiveFloat = 1.4
@@ -51,7 +51,7 @@ class PeoplePolicy(Model):
     """From the step until the ego brakes: half the reaction time of RSS, since no human driver has to react."""
 
 
-class DoorPolicy(Model):
+class DoorPolicy(FrozenModel):
     """The doors of parked vehicles. Read by `checks`."""
 
     reach_m: NonNegativeFloat = 0.9
@@ -62,7 +62,7 @@ class DoorPolicy(Model):
     """Part of a vehicle's length, around its middle, in which the doors are."""
 
 
-class PassablePolicy(Model):
+class PassablePolicy(FrozenModel):
     """What may be driven over. Read by `obstacles`."""
 
     height_m: NonNegativeFloat = 0.15

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 
-class SpeedPolicy(Model):
+class SpeedPolicy(FrozenModel):
     """Caps on the speed that a plan asks for. Read by `caps`, `checks`, `rules`, `marking`, `oncoming` and `guard`."""
 
     recovery_mps: PositiveFloat = 20 / 3.6
@@ -26,7 +26,7 @@ class SpeedPolicy(Model):
     """A plan ends if the ego exceeds the cap by more than this: more than a speed controller overshoots."""
 
 
-class TrackingPolicy(Model):
+class TrackingPolicy(FrozenModel):
     """How the vehicle drives a path from its real position and heading.
 
     Read by `tracking`, `early_return` and `guard`.
@@ -60,7 +60,7 @@ class TrackingPolicy(Model):
     """The steepest angle at which it approaches the path. Ours."""
 
 
-class StoppingPolicy(Model):
+class StoppingPolicy(FrozenModel):
     """Stops that end a plan or let others pass. Read by `aborts` and `ways_out`; `rests_mps` also by `checks`."""
 
     every_m: PositiveFloat = 3.0
@@ -97,7 +97,7 @@ class StoppingPolicy(Model):
     """... and for at least this length, a car's length."""
 
 
-class HarmPolicy(Model):
+class HarmPolicy(FrozenModel):
     """The least harmful option after the commit point. Read by `ways_out`; `touch_m` also by `aborts` and `predict`."""
 
     touch_m: NonNegativeFloat = 0.1
@@ -108,7 +108,7 @@ class HarmPolicy(Model):
     """
 
 
-class HandBackPolicy(Model):
+class HandBackPolicy(FrozenModel):
     """Whether the stack may drive on by itself where a plan or a stop has ended. Read by `hand_back`."""
 
     askew_rad: NonNegativeFloat = 0.2

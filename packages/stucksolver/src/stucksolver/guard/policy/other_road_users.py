@@ -5,10 +5,10 @@ from __future__ import annotations
 from pydantic import NonNegativeFloat, PositiveFloat
 
 from stucksolver.plan.speed_profile import SLUGGISH_ACCELERATION, SLUGGISH_SPEED
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 
-class PredictionPolicy(Model):
+class PredictionPolicy(FrozenModel):
     """Where others may be while a plan runs. Read by `predict`, `straight` and checks that tell directions apart."""
 
     horizon_s: PositiveFloat = 30.0
@@ -55,7 +55,7 @@ class PredictionPolicy(Model):
     """The same for objects on other roads, which are predicted in the plane."""
 
 
-class RssPolicy(Model):
+class RssPolicy(FrozenModel):
     """Parameters of Responsibility-Sensitive Safety (Shalev-Shwartz, Shammah, Shashua 2017). Read by `rss`."""
 
     reaction_s: NonNegativeFloat = 1.0
@@ -74,7 +74,7 @@ class RssPolicy(Model):
     """b_min of the lateral distance (Lemma 4). Ours."""
 
 
-class EntryPolicy(Model):
+class EntryPolicy(FrozenModel):
     """Traffic in the ego's direction where the path moves sideways. Read by `traffic` and `abreast`."""
 
     start_s: NonNegativeFloat = 0.3
@@ -113,7 +113,7 @@ class EntryPolicy(Model):
     """Distance added to that headway."""
 
 
-class OncomingPolicy(Model):
+class OncomingPolicy(FrozenModel):
     """The oncoming lane. Read by `oncoming` and `unseen`; the limit also by `sight` and `traffic`."""
 
     sight_margin_m: NonNegativeFloat = 10.0

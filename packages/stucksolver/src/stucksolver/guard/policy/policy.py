@@ -20,25 +20,25 @@ from stucksolver.guard.policy.road import (
     SightPolicy,
 )
 from stucksolver.guard.policy.turning import TurningPolicy
-from stucksolver.plan.behaviors import REGISTRY, Release
+from stucksolver.plan.behaviors import REGISTRY, ApprovalLevel
 from stucksolver.plan.codes import WaitLimits
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 
-class GuardPolicy(Model):
+class GuardPolicy(FrozenModel):
     """Every number of the guard, and who must approve what. The defaults are the design's.
 
     The numbers are grouped in sub-policies by what reads them. Each has its unit in its name, and its origin beside it
     ("ours" means a choice of this project). All are finite and none is negative; unknown names are refused.
     """
 
-    releases: Mapping[str, Release] = Field(default_factory=dict)
+    releases: Mapping[str, ApprovalLevel] = Field(default_factory=dict)
     """Who must approve a behaviour, by its name. Other behaviours keep their default."""
     solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
     """Who must approve crossing a solid line past a stationary obstruction. Evaluation profiles set `autonomous`."""
-    authority: Release = Release.OPERATOR
+    authority: ApprovalLevel = ApprovalLevel.OPERATOR
     """Who must approve passing a school bus, level crossing or flagger."""
-    emergency_scene: Release = Release.OPERATOR
+    emergency_scene: ApprovalLevel = ApprovalLevel.OPERATOR
     """Who must approve passing a stopped emergency vehicle, unless a whole lane in the ego's direction is free."""
     waits: WaitLimits = Field(default_factory=WaitLimits)
     max_age_s: NonNegativeFloat = 0.5
@@ -70,7 +70,7 @@ class GuardPolicy(Model):
 
     @field_validator("releases")
     @classmethod
-    def _known(cls, releases: Mapping[str, Release]) -> Mapping[str, Release]:
+    def _known(cls, releases: Mapping[str, ApprovalLevel]) -> Mapping[str, ApprovalLevel]:
         unknown = sorted(set(releases) - set(REGISTRY))
         if unknown:
             raise ValueError(f"release of an unknown behaviour {unknown[0]!r}; choose from: {', '.join(REGISTRY)}")
@@ -85,10 +85,10 @@ class GuardPolicy(Model):
         asked["solid_line"] = (self.solid_line, other.solid_line)
         return tuple(name for name, (ours, theirs) in asked.items() if RANKS.index(ours) < RANKS.index(theirs))
 
-    def scene_release(self, scene: str) -> Release:
+    def scene_release(self, scene: str) -> ApprovalLevel:
         """Return who must approve passing one of the scenes in `RULES`."""
         return self.emergency_scene if scene == "emergency_scene" else self.authority
 
-    def release(self, behavior: str) -> Release:
+    def release(self, behavior: str) -> ApprovalLevel:
         """Return who must approve a behaviour."""
         return self.releases.get(behavior, REGISTRY[behavior].release)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 
-class SightPolicy(Model):
+class SightPolicy(FrozenModel):
     """Sight of lanes in the ego's direction, ahead and behind: what is not seen is not free. Read by `sight`."""
 
     reacts_s: NonNegativeFloat = 0.5
@@ -27,7 +27,7 @@ class SightPolicy(Model):
     """Speed of traffic from behind at the roadside, where only cyclists come: a fast one in town."""
 
 
-class LanePolicy(Model):
+class LanePolicy(FrozenModel):
     """Borders, lines and the route. Read by `context`, `checks`, `rules`, `marking`, `traffic`, `aborts` and others."""
 
     drivable_tolerance_m: NonNegativeFloat = 0.15
@@ -64,7 +64,7 @@ class LanePolicy(Model):
     """A stationary obstruction has been there for at least this long: `WaitLimits.hazard_or_parked_s`."""
 
 
-class ControlPolicy(Model):
+class ControlPolicy(FrozenModel):
     """Lights and stop signs. Read by `checks`."""
 
     over_line_m: NonNegativeFloat = 1.0
@@ -77,7 +77,7 @@ class ControlPolicy(Model):
     """The ego creeps until its bumper is this far past the line."""
 
 
-class QueuePolicy(Model):
+class QueuePolicy(FrozenModel):
     """How to tell a queue. Read by `obstacles`; `WaitLimits` says how long to wait."""
 
     parked_offset_m: NonNegativeFloat = 0.4
@@ -92,7 +92,7 @@ class QueuePolicy(Model):
     """Its front may be this far past the line of a light for which it is still waiting."""
 
 
-class ScenePolicy(Model):
+class ScenePolicy(FrozenModel):
     """Flaggers, gates, school buses and emergency vehicles. Read by `rules`."""
 
     beside_m: NonNegativeFloat = 8.0
@@ -101,7 +101,7 @@ class ScenePolicy(Model):
     """A bus or emergency vehicle slower than this counts as stopped: `PredictionPolicy.along_mps`."""
 
 
-class BackingPolicy(Model):
+class BackingPolicy(FrozenModel):
     """Backing up, and other moves in a direction that stacks do not watch. Read by `rules` and `backing`."""
 
     margin_m: NonNegativeFloat = 5.0

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 
-class TurningPolicy(Model):
+class TurningPolicy(FrozenModel):
     """A turn in several legs. Read by `turning`."""
 
     edge_m: NonNegativeFloat = 0.15

@@ -6,10 +6,10 @@ from abc import ABC, abstractmethod
 from typing import ClassVar
 
 from stucksolver.ladder.rung_actions import Move
-from stucksolver.scene.base_model import Model
+from stucksolver.scene.base_model import FrozenModel
 
 
-class Rung(Model, ABC):
+class Rung(FrozenModel, ABC):
     """One rung of a ladder: a table in its file."""
 
     summary: ClassVar[str]

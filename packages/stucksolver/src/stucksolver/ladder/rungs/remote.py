@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.ladder.rung_actions import Assist, Resume
+from stucksolver.ladder.rung_actions import CallAssistance, Resume
 from stucksolver.ladder.rungs.base import Rung
 
 
@@ -21,5 +21,5 @@ class RemoteRung(Rung):
     look_every_s: float = Field(default=10.0, ge=0.5, le=600)
     resume: Resume = Resume.CLEAR
 
-    def move(self) -> Assist:
-        return Assist(self.pull_over, self.look_every_s, self.resume)
+    def move(self) -> CallAssistance:
+        return CallAssistance(self.pull_over, self.look_every_s, self.resume)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from stucksolver.ladder.rung_actions import Screen
+from stucksolver.ladder.rung_actions import CheckForWait
 from stucksolver.ladder.rungs.base import Rung
 
 
@@ -15,5 +15,5 @@ class WaitRung(Rung):
 
     kind: Literal["wait"] = "wait"
 
-    def move(self) -> Screen:
-        return Screen()
+    def move(self) -> CheckForWait:
+        return CheckForWait()

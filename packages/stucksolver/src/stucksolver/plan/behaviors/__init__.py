@@ -1,7 +1,7 @@
 """The closed list of behaviours, one file each."""
 
 from stucksolver.plan.behaviors.back_up import BackUp
-from stucksolver.plan.behaviors.behavior import Abort, Behavior, CannotPlan, Check, Release, Start
+from stucksolver.plan.behaviors.behavior import AbortAction, ApprovalLevel, Behavior, BehaviorStart, Check, NoPathError
 from stucksolver.plan.behaviors.borrow_oncoming_lane import BorrowOncomingLane
 from stucksolver.plan.behaviors.change_lane import ChangeLane
 from stucksolver.plan.behaviors.creep import Creep
@@ -16,17 +16,18 @@ from stucksolver.plan.behaviors.registry import REGISTRY, AnyBehavior, describe,
 from stucksolver.plan.behaviors.rejoin_route import RejoinRoute
 from stucksolver.plan.behaviors.replan_route import ReplanRoute
 from stucksolver.plan.behaviors.request_assistance import RequestAssistance
-from stucksolver.plan.behaviors.turn_around import TurnRound
+from stucksolver.plan.behaviors.turn_around import TurnAround
 from stucksolver.plan.behaviors.wait import Wait
 
 __all__ = [
     "REGISTRY",
-    "Abort",
+    "AbortAction",
     "AnyBehavior",
+    "ApprovalLevel",
     "BackUp",
     "Behavior",
+    "BehaviorStart",
     "BorrowOncomingLane",
-    "CannotPlan",
     "ChangeLane",
     "Check",
     "Creep",
@@ -34,15 +35,14 @@ __all__ = [
     "FollowVehicle",
     "HazardLights",
     "KeepLane",
+    "NoPathError",
     "NoseOut",
     "Nudge",
     "PullOver",
     "RejoinRoute",
-    "Release",
     "ReplanRoute",
     "RequestAssistance",
-    "Start",
-    "TurnRound",
+    "TurnAround",
     "Wait",
     "describe",
     "parse_behavior",

@@ -4,8 +4,8 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import CREEP_MPS, Behavior, CannotPlan, Check, Start
-from stucksolver.plan.frenet_path import Manoeuvre, straight
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, Behavior, BehaviorStart, Check, NoPathError
+from stucksolver.plan.frenet_path import FrenetPath, straight
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet_scene import FrenetScene
 
@@ -32,8 +32,8 @@ class BackUp(Behavior):
     distance_m: float = Field(ge=1.0, le=8.0)
     speed_mps: float = Field(default=1.0, ge=0.5, le=CREEP_MPS)
 
-    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
         """Return the path straight back from rest. See `Behavior.manoeuvre`."""
         if abs(start.speed_mps) > STANDS_MPS:
-            raise CannotPlan(PlanFailure.MUST_STAND, "the vehicle must stop before it backs up")
+            raise NoPathError(PlanFailure.MUST_BE_STOPPED, "the vehicle must stop before it backs up")
         return straight(start.s_m, start.d_m, self.distance_m, self.speed_mps).stopping()

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar
 
-from stucksolver.plan.frenet_path import Manoeuvre
-from stucksolver.scene.base_model import Model
+from stucksolver.plan.frenet_path import FrenetPath
+from stucksolver.scene.base_model import FrozenModel
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.road import LaneDirection, ZoneKind
@@ -37,19 +37,19 @@ class Check(str, Enum):
     SEEN_FREE = "seen_free"
 
 
-class Abort(str, Enum):
+class AbortAction(str, Enum):
     """The safe way to end a behaviour early."""
 
     STOP = "stop"
     RETURN_TO_LANE = "return_to_lane"
     FINISH = "finish"
-    GIVE_WAY = "give_way"
+    YIELD = "give_way"
     """Do not end it: brake for whoever would be hit, then finish. For places where the vehicle must not stay."""
     STOP_SOON = "stop_soon"
     """Perception has failed: go no faster than now, and stop where the path first leads to a place to stop."""
 
 
-class Release(str, Enum):
+class ApprovalLevel(str, Enum):
     """Who must approve something before it is done."""
 
     AUTONOMOUS = "autonomous"
@@ -70,7 +70,7 @@ CREEP_MPS = 2.2
 
 
 @dataclass(frozen=True)
-class Start:
+class BehaviorStart:
     """The ego where a behaviour begins: arc length (m), lateral offset (m), speed (m/s) and heading (rad)."""
 
     s_m: float
@@ -79,17 +79,17 @@ class Start:
     yaw_rad: float = 0.0
 
 
-class Behavior(Model, ABC):
+class Behavior(FrozenModel, ABC):
     """One behaviour of the closed list. An instance holds the parameters of one call."""
 
     checks: ClassVar[tuple[Check, ...]] = ()
-    abort_after_commit: ClassVar[Abort] = Abort.FINISH
+    abort_after_commit: ClassVar[AbortAction] = AbortAction.FINISH
     stands_still: ClassVar[bool] = False
     reverse: ClassVar[bool] = False
     """The behaviour backs up. `view` and `start` are then in the frame of `FrenetScene.backwards`."""
     prepares: ClassVar[bool] = False
     """The behaviour only prepares the next one, so the vehicle need not have moved on after it."""
-    release: ClassVar[Release] = Release.AUTONOMOUS
+    release: ClassVar[ApprovalLevel] = ApprovalLevel.AUTONOMOUS
     """Who must approve it, unless the policy says otherwise."""
     summary: ClassVar[str]
     """One sentence that says what it does, shown to models and in the documentation."""
@@ -101,7 +101,7 @@ class Behavior(Model, ABC):
         return None
 
     @abstractmethod
-    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre | None:
+    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath | None:
         """Return the path from `start`, in the road coordinates of `view`.
 
         Returns:
@@ -120,7 +120,7 @@ class Behavior(Model, ABC):
         return 2.0 * expected_s + 5.0
 
 
-class Standing(Behavior):
+class StationaryBehavior(Behavior):
     """A behaviour without a path: the vehicle stops where it is and stays."""
 
     stands_still: ClassVar[bool] = True
@@ -128,7 +128,7 @@ class Standing(Behavior):
     def precondition(self, view: FrenetScene) -> str | None:
         return no_place_to_stand(view)
 
-    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre | None:
+    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath | None:
         """Return None: it stands still."""
         return None
 
@@ -143,7 +143,7 @@ def no_place_to_stand(view: FrenetScene) -> str | None:
     return None
 
 
-class CannotPlan(Exception):
+class NoPathError(Exception):
     """There is no path for a behaviour here. `failure` is the code; the message is for people."""
 
     def __init__(self, failure: PlanFailure, text: str) -> None:

@@ -6,10 +6,18 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import CREEP_MPS, MOVING_CHECKS, Abort, Behavior, CannotPlan, Check, Start
-from stucksolver.plan.frenet_path import Manoeuvre
+from stucksolver.plan.behaviors.behavior import (
+    CREEP_MPS,
+    MOVING_CHECKS,
+    AbortAction,
+    Behavior,
+    BehaviorStart,
+    Check,
+    NoPathError,
+)
+from stucksolver.plan.frenet_path import FrenetPath
 from stucksolver.plan.lateral_shift import lateral_shift
-from stucksolver.plan.passing_geometry import Passing, borrowed_lane, find_passing, length_abreast
+from stucksolver.plan.passing_geometry import PassPlan, borrowed_lane, find_passing, length_abreast
 from stucksolver.plan.return_to_lane import way_back
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet_scene import FrenetScene
@@ -29,7 +37,7 @@ class BorrowOncomingLane(Behavior):
         Check.LANE_ENTRY,
         Check.PATIENCE,
     )
-    abort_after_commit: ClassVar[Abort] = Abort.RETURN_TO_LANE
+    abort_after_commit: ClassVar[AbortAction] = AbortAction.RETURN_TO_LANE
 
     name: Literal["borrow_oncoming_lane"] = "borrow_oncoming_lane"
     past_object_id: str
@@ -42,12 +50,12 @@ class BorrowOncomingLane(Behavior):
             return "there is no oncoming lane on the left"
         return None
 
-    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
         """Return the path out into the oncoming lane, past the obstruction and back. See `Behavior.manoeuvre`."""
         lane = borrowed_lane(view, start.s_m)
         if lane is None:
-            raise CannotPlan(PlanFailure.NO_LANE, "there is no oncoming lane on the left")
-        passing: Passing = find_passing(view, start, self.past_object_id, lane, self.speed_mps)
+            raise NoPathError(PlanFailure.NO_LANE, "there is no oncoming lane on the left")
+        passing: PassPlan = find_passing(view, start, self.past_object_id, lane, self.speed_mps)
         speed = min(self.speed_mps, CREEP_MPS) if passing.slowly else self.speed_mps
         out = lateral_shift(view, start, passing.offset_m, speed, passing.gentle_m)
         past_s = out.end_s + length_abreast(view, start, out, passing, speed)

@@ -4,8 +4,8 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Abort, Behavior, CannotPlan, Check, Start
-from stucksolver.plan.frenet_path import Manoeuvre, along_lane, landing_m
+from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, AbortAction, Behavior, BehaviorStart, Check, NoPathError
+from stucksolver.plan.frenet_path import FrenetPath, along_lane, landing_m
 from stucksolver.plan.lateral_shift import lateral_shift
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet import Lane
@@ -21,14 +21,14 @@ class ChangeLane(Behavior):
         "distance_m metres in all."
     )
     checks: ClassVar[tuple[Check, ...]] = (*MOVING_CHECKS, Check.MARKING, Check.LANE_ENTRY)
-    abort_after_commit: ClassVar[Abort] = Abort.FINISH
+    abort_after_commit: ClassVar[AbortAction] = AbortAction.FINISH
 
     name: Literal["change_lane"] = "change_lane"
     side: Literal["left", "right"]
     distance_m: float = Field(ge=15.0, le=150.0)
     speed_mps: float = Field(gt=0.5, le=11.0)
 
-    def target(self, view: FrenetScene, start: Start) -> Lane:
+    def target(self, view: FrenetScene, start: BehaviorStart) -> Lane:
         """Return the lane to change to.
 
         Raises:
@@ -36,15 +36,15 @@ class ChangeLane(Behavior):
         """
         lane = view.frame.beside(start.s_m, start.d_m, +1 if self.side == "left" else -1)
         if lane is None or lane.strip.kind is not LaneKind.DRIVING:
-            raise CannotPlan(PlanFailure.NO_LANE, f"there is no driving lane on the {self.side}")
+            raise NoPathError(PlanFailure.NO_LANE, f"there is no driving lane on the {self.side}")
         if lane.strip.direction is LaneDirection.OPPOSITE:
-            raise CannotPlan(PlanFailure.NOT_OUR_LANE, f"the lane on the {self.side} belongs to oncoming traffic")
+            raise NoPathError(PlanFailure.NOT_OUR_LANE, f"the lane on the {self.side} belongs to oncoming traffic")
         return lane
 
-    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
         """Return the path into the adjacent lane and along it. See `Behavior.manoeuvre`."""
         lane = self.target(view, start)
         sideways = lateral_shift(view, start, lane.at(start.s_m + 15.0)[1], self.speed_mps)
         rest = max(start.s_m + self.distance_m - sideways.end_s, landing_m(self.speed_mps) + 2.0)
         path = sideways.then(along_lane(lane, sideways.end_s, sideways.end_d, rest, self.speed_mps))
-        return Manoeuvre(path.s, path.d, path.speed, (lane,), (), returns=abs(path.end_d) < 1.0)
+        return FrenetPath(path.s, path.d, path.speed, (lane,), (), returns=abs(path.end_d) < 1.0)

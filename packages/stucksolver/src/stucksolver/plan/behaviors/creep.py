@@ -4,9 +4,9 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import CREEP_MPS, MOVING_CHECKS, Behavior, Check, Start
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, MOVING_CHECKS, Behavior, BehaviorStart, Check
 from stucksolver.plan.behaviors.keep_lane import own_lane
-from stucksolver.plan.frenet_path import Manoeuvre, along_lane
+from stucksolver.plan.frenet_path import FrenetPath, along_lane
 from stucksolver.scene.frenet_scene import FrenetScene
 
 
@@ -20,7 +20,7 @@ class Creep(Behavior):
     distance_m: float = Field(ge=1.0, le=15.0)
     speed_mps: float = Field(default=1.5, ge=0.5, le=CREEP_MPS)
 
-    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
         """Return the path along the ego's lane, to a stop. See `Behavior.manoeuvre`."""
         lane = own_lane(view, start)
         return along_lane(lane, start.s_m, start.d_m, self.distance_m, self.speed_mps).stopping()

@@ -5,9 +5,9 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import CREEP_MPS, MOVING_CHECKS, Behavior, CannotPlan, Check, Start
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError
 from stucksolver.plan.behaviors.keep_lane import own_lane
-from stucksolver.plan.frenet_path import Manoeuvre, along_lane
+from stucksolver.plan.frenet_path import FrenetPath, along_lane
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet_scene import FrenetScene
 
@@ -26,13 +26,13 @@ class DriveOver(Behavior):
     object_id: str
     speed_mps: float = Field(default=2.0, ge=0.5, le=CREEP_MPS)
 
-    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
         """Return the path over the object. See `Behavior.manoeuvre`."""
         i = view.index_of(self.object_id)
         if i is None:
-            raise CannotPlan(PlanFailure.NOT_SEEN, f"object {self.object_id} is not seen")
+            raise NoPathError(PlanFailure.NOT_SEEN, f"object {self.object_id} is not seen")
         past = float(view.s[i] + view.along[i]) + view.ego.length_m / 2 + BEYOND_M - start.s_m
         if not 3.0 < past < 40.0:
-            raise CannotPlan(PlanFailure.NOT_IN_THE_WAY, f"object {self.object_id} is not just ahead in the lane")
+            raise NoPathError(PlanFailure.NOT_IN_THE_WAY, f"object {self.object_id} is not just ahead in the lane")
         path = along_lane(own_lane(view, start), start.s_m, start.d_m, past, self.speed_mps)
         return replace(path, over=(self.object_id,))

@@ -4,9 +4,9 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
+from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError
 from stucksolver.plan.behaviors.keep_lane import own_lane
-from stucksolver.plan.frenet_path import Manoeuvre, along_lane
+from stucksolver.plan.frenet_path import FrenetPath, along_lane
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet_scene import FrenetScene
 
@@ -27,12 +27,12 @@ class FollowVehicle(Behavior):
     distance_m: float = Field(ge=5.0, le=150.0)
     speed_mps: float = Field(gt=0.5, le=11.0)
 
-    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
         """Return the path along the lane behind the leader. See `Behavior.manoeuvre`."""
         i = view.index_of(self.leader_id)
         if i is None or not self._leads(view, i):
             why = f"{self.leader_id} cannot be followed: it must be moving ahead in the ego's lane"
-            raise CannotPlan(PlanFailure.NOT_LEADING, why)
+            raise NoPathError(PlanFailure.NOT_LEADING, why)
         return along_lane(own_lane(view, start), start.s_m, start.d_m, self.distance_m, self.speed_mps)
 
     def done(self, view: FrenetScene) -> bool:

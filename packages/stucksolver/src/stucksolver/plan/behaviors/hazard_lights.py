@@ -2,11 +2,11 @@
 
 from typing import ClassVar, Literal
 
-from stucksolver.plan.behaviors.behavior import Standing
+from stucksolver.plan.behaviors.behavior import StationaryBehavior
 from stucksolver.scene.frenet_scene import FrenetScene
 
 
-class HazardLights(Standing):
+class HazardLights(StationaryBehavior):
     """Switch the hazard lights on or off. They go off by themselves when the vehicle is under way again."""
 
     summary: ClassVar[str] = "Switch the hazard lights on or off; the vehicle stays where it is or drives on."

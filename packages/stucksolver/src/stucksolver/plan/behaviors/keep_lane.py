@@ -4,8 +4,8 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
-from stucksolver.plan.frenet_path import Manoeuvre, along_lane
+from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError
+from stucksolver.plan.frenet_path import FrenetPath, along_lane
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.frenet_scene import FrenetScene
@@ -22,13 +22,13 @@ class KeepLane(Behavior):
     distance_m: float = Field(ge=0.5, le=150.0)
     speed_mps: float = Field(gt=0.5, le=11.0)
 
-    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
         """Return the path along the ego's lane. See `Behavior.manoeuvre`."""
         lane = own_lane(view, start)
         return along_lane(lane, start.s_m, start.d_m, self.distance_m, self.speed_mps)
 
 
-def own_lane(view: FrenetScene, start: Start) -> Lane | None:
+def own_lane(view: FrenetScene, start: BehaviorStart) -> Lane | None:
     """Return the lane at `start`; None off the lanes.
 
     Raises:
@@ -36,5 +36,5 @@ def own_lane(view: FrenetScene, start: Start) -> Lane | None:
     """
     lane = view.frame.lane_at(start.s_m, start.d_m)
     if lane is not None and lane.strip.direction is LaneDirection.OPPOSITE:
-        raise CannotPlan(PlanFailure.NOT_OUR_LANE, "the vehicle is in an oncoming lane and must leave it")
+        raise NoPathError(PlanFailure.NOT_OUR_LANE, "the vehicle is in an oncoming lane and must leave it")
     return lane

@@ -5,9 +5,9 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import CREEP_MPS, MOVING_CHECKS, Behavior, CannotPlan, Check, Start
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError
 from stucksolver.plan.behaviors.nudge import body_reach
-from stucksolver.plan.frenet_path import Manoeuvre
+from stucksolver.plan.frenet_path import FrenetPath
 from stucksolver.plan.lateral_shift import lateral_shift
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet import Array
@@ -34,12 +34,12 @@ class NoseOut(Behavior):
     side: Literal["left", "right"]
     speed_mps: float = Field(default=1.5, ge=0.5, le=CREEP_MPS)
 
-    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
         """Return the path of the nose to the edge of the lane beside, to a stop. See `Behavior.manoeuvre`."""
         turn = 1 if self.side == "left" else -1
         own, beside = view.frame.lane_at(start.s_m, start.d_m), view.frame.beside(start.s_m, start.d_m, turn)
         if own is None or beside is None or beside.strip.kind is not LaneKind.DRIVING:
-            raise CannotPlan(PlanFailure.NO_LANE, f"there is no driving lane on the {self.side}")
+            raise NoPathError(PlanFailure.NO_LANE, f"there is no driving lane on the {self.side}")
         path = lateral_shift(view, start, beside.at(start.s_m)[1], self.speed_mps)
         border: Array = np.interp(path.s, own.s, own.left if turn > 0 else own.right)
         sd_m = view.ego.position_sd_m
@@ -47,9 +47,11 @@ class NoseOut(Behavior):
         over = np.flatnonzero(turn * (path.d - border) + body_reach(path, view) + doubt_m > 0.0)
         count = int(over[0]) if len(over) else len(path.s)
         if count < 2 or float(path.s[count - 1]) - start.s_m < LEAST_M:
-            raise CannotPlan(PlanFailure.NO_ROOM_ASIDE, f"the nose is at the border on the {self.side} already")
+            raise NoPathError(PlanFailure.NO_ROOM_ASIDE, f"the nose is at the border on the {self.side} already")
         # It may stop a little short. `lateral_shift` raises if there is no room to go on from there.
         short = max(count - 2, 0)
         yaw = float(path.body(start.yaw_rad, view.ego.limits.wheelbase_m)[short])
-        lateral_shift(view, Start(float(path.s[short]), float(path.d[short]), 0.0, yaw), path.end_d, self.speed_mps)
-        return Manoeuvre(path.s[:count], path.d[:count], path.speed[:count]).stopping()
+        lateral_shift(
+            view, BehaviorStart(float(path.s[short]), float(path.d[short]), 0.0, yaw), path.end_d, self.speed_mps
+        )
+        return FrenetPath(path.s[:count], path.d[:count], path.speed[:count]).stopping()

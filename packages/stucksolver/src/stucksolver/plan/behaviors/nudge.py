@@ -6,9 +6,9 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
+from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError
 from stucksolver.plan.behaviors.keep_lane import own_lane
-from stucksolver.plan.frenet_path import Manoeuvre, straight
+from stucksolver.plan.frenet_path import FrenetPath, straight
 from stucksolver.plan.lateral_shift import lateral_shift
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet import Array
@@ -36,16 +36,16 @@ class Nudge(Behavior):
     distance_m: float = Field(ge=3.0, le=40.0)
     speed_mps: float = Field(default=1.5, ge=0.5, le=5.5)
 
-    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
         """Return the path past the obstacle within the lane. See `Behavior.manoeuvre`."""
         lane = own_lane(view, start)
         if lane is None:
-            raise CannotPlan(PlanFailure.NO_LANE, "the vehicle is in no lane")
+            raise NoPathError(PlanFailure.NO_LANE, "the vehicle is in no lane")
         right, _, left = lane.at(start.s_m + self.distance_m)
         half, turn = view.ego.width_m / 2 + EDGE_M, 1 if self.side == "left" else -1
         target = min(max(start.d_m + turn * self.offset_m, right + half), left - half)
         if (target - start.d_m) * turn < 0.15:
-            raise CannotPlan(PlanFailure.NO_ROOM_ASIDE, f"the lane leaves no room on the {self.side}")
+            raise NoPathError(PlanFailure.NO_ROOM_ASIDE, f"the lane leaves no room on the {self.side}")
         start = replace(start, yaw_rad=0.0)  # it ends inside the lane, so it begins by turning back
         for share in SHARES:
             aside = share * (target - start.d_m)
@@ -53,10 +53,10 @@ class Nudge(Behavior):
             if float((turn * out.d + body_reach(out, view)).max()) <= (left if turn > 0 else -right) + 2 * EDGE_M:
                 rest = max(start.s_m + self.distance_m - out.end_s, 0.5)
                 return out.then(straight(out.end_s, out.end_d, rest, self.speed_mps)).stopping()
-        raise CannotPlan(PlanFailure.NO_ROOM_ASIDE, f"the lane leaves no room to turn to the {self.side}")
+        raise NoPathError(PlanFailure.NO_ROOM_ASIDE, f"the lane leaves no room to turn to the {self.side}")
 
 
-def body_reach(path: Manoeuvre, view: FrenetScene) -> Array:
+def body_reach(path: FrenetPath, view: FrenetScene) -> Array:
     """(stations,): half extent of the ego's body across the road (m)."""
     heading = path.body(float(path.heading()[0]), view.ego.limits.wheelbase_m)
     reach: Array = view.ego.width_m / 2 * np.cos(heading) + view.ego.length_m / 2 * np.abs(np.sin(heading))

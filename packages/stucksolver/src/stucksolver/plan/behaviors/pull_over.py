@@ -5,9 +5,9 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
+from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError
 from stucksolver.plan.behaviors.nudge import body_reach
-from stucksolver.plan.frenet_path import Manoeuvre, lateral, shortest_shift, straight
+from stucksolver.plan.frenet_path import FrenetPath, lateral, shortest_shift, straight
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet import Lane
 from stucksolver.scene.frenet_scene import FrenetScene
@@ -32,11 +32,11 @@ class PullOver(Behavior):
     distance_m: float = Field(default=20.0, ge=10.0, le=60.0)
     speed_mps: float = Field(default=3.0, ge=0.5, le=5.5)
 
-    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
         """Return the path to the right edge of the roadside, to a stop. See `Behavior.manoeuvre`."""
         lanes = _to_the_right(view, start)
         if not lanes:
-            raise CannotPlan(PlanFailure.NO_LANE, "the vehicle is in no lane in its own direction")
+            raise NoPathError(PlanFailure.NO_LANE, "the vehicle is in no lane in its own direction")
         end = start.s_m + self.distance_m
         target = min(lane.at(end)[0] for lane in lanes) + view.ego.width_m / 2 + EDGE_M
         length = min(max(shortest_shift(start.d_m - target, 1.5 * view.ego.limits.min_turn_radius_m), 4.0), 30.0)
@@ -50,7 +50,7 @@ class PullOver(Behavior):
         return replace(path, enters=tuple(lanes[1:]), returns=False)
 
 
-def _to_the_right(view: FrenetScene, start: Start) -> list[Lane]:
+def _to_the_right(view: FrenetScene, start: BehaviorStart) -> list[Lane]:
     """Return the lane at `start` and the strips to its right where a vehicle may stop, up to the first kerb."""
     here = view.frame.lane_at(start.s_m, start.d_m)
     if here is None or here.strip.direction is LaneDirection.OPPOSITE:

@@ -22,7 +22,7 @@ from stucksolver.plan.behaviors.pull_over import PullOver
 from stucksolver.plan.behaviors.rejoin_route import RejoinRoute
 from stucksolver.plan.behaviors.replan_route import ReplanRoute
 from stucksolver.plan.behaviors.request_assistance import RequestAssistance
-from stucksolver.plan.behaviors.turn_around import TurnRound
+from stucksolver.plan.behaviors.turn_around import TurnAround
 from stucksolver.plan.behaviors.wait import Wait
 from stucksolver.scene.scene import AvailableBehavior
 
@@ -39,7 +39,7 @@ AnyBehavior = Annotated[
     | DriveOver
     | PullOver
     | RejoinRoute
-    | TurnRound
+    | TurnAround
     | ReplanRoute
     | HazardLights
     | RequestAssistance,
@@ -62,7 +62,7 @@ def parse_behavior(data: object) -> Behavior:
     return _adapter.validate_python(data)
 
 
-def why_foreign(behavior: object) -> str | None:
+def unknown_behavior_reason(behavior: object) -> str | None:
     """Return why something is not a behaviour of the closed list within its bounds, or None if it is.
 
     A subclass could have other checks than the guard knows by that name, and a copy could have invalid parameters.

@@ -5,8 +5,8 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, CannotPlan, Check, Start
-from stucksolver.plan.frenet_path import Manoeuvre, along_lane, landing_m
+from stucksolver.plan.behaviors.behavior import MOVING_CHECKS, Behavior, BehaviorStart, Check, NoPathError
+from stucksolver.plan.frenet_path import FrenetPath, along_lane, landing_m
 from stucksolver.plan.lateral_shift import lateral_shift
 from stucksolver.scene.failed_attempts import PlanFailure
 from stucksolver.scene.frenet_scene import FrenetScene
@@ -26,11 +26,11 @@ class RejoinRoute(Behavior):
     name: Literal["rejoin_route"] = "rejoin_route"
     speed_mps: float = Field(default=4.0, gt=0.5, le=11.0)
 
-    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre:
+    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath:
         """Return the path back to the route's lane and a few metres along it. See `Behavior.manoeuvre`."""
         home = view.frame.lane_at(start.s_m, 0.0)
         if home is None:
-            raise CannotPlan(PlanFailure.NO_LANE, "the route has no lane here")
+            raise NoPathError(PlanFailure.NO_LANE, "the route has no lane here")
         here = view.frame.lane_at(start.s_m, start.d_m)
         out = lateral_shift(view, start, 0.0, self.speed_mps) if abs(start.d_m) > 0.1 else None
         s, d = (start.s_m, start.d_m) if out is None else (out.end_s, out.end_d)

@@ -2,10 +2,10 @@
 
 from typing import ClassVar, Literal
 
-from stucksolver.plan.behaviors.behavior import Standing
+from stucksolver.plan.behaviors.behavior import StationaryBehavior
 
 
-class ReplanRoute(Standing):
+class ReplanRoute(StationaryBehavior):
     """Replan the route from a candidate waypoint of the scene, or from here; the stack then follows it."""
 
     summary: ClassVar[str] = "Replan the route, from the candidate waypoint route_start of the scene or from here."

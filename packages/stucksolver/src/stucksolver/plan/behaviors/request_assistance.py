@@ -4,13 +4,13 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import Standing
+from stucksolver.plan.behaviors.behavior import StationaryBehavior
 from stucksolver.scene.frenet_scene import FrenetScene
 
 CLEAR_M = 25.0
 
 
-class RequestAssistance(Standing):
+class RequestAssistance(StationaryBehavior):
     """Stop with hazard lights on and ask the remote operator, until the path is free or the time is up."""
 
     summary: ClassVar[str] = (

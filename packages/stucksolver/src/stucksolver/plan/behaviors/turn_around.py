@@ -5,9 +5,9 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import CREEP_MPS, Behavior, Check, Start
-from stucksolver.plan.frenet_path import Manoeuvre
-from stucksolver.plan.multi_point_turn import TURNED_RAD, Leg, turn_round, turned_rad
+from stucksolver.plan.behaviors.behavior import CREEP_MPS, Behavior, BehaviorStart, Check
+from stucksolver.plan.frenet_path import FrenetPath
+from stucksolver.plan.multi_point_turn import TURNED_RAD, Leg, heading_change_rad, multi_point_turn
 from stucksolver.scene.frenet_scene import FrenetScene
 
 WAITS_S = 30.0
@@ -16,7 +16,7 @@ BEGUN_RAD = math.radians(20.0)
 """A vehicle that has turned by more than this is in the middle of a turn and continues from there."""
 
 
-class TurnRound(Behavior):
+class TurnAround(Behavior):
     """A turn to the left in at most five legs. Each leg is proven when the vehicle has stopped at its start.
 
     It has no path along the road: its legs are paths in the plane (`legs`). A new route follows it.
@@ -28,7 +28,7 @@ class TurnRound(Behavior):
     )
     checks: ClassVar[tuple[Check, ...]] = (Check.TURNING,)
 
-    name: Literal["turn_round"] = "turn_round"
+    name: Literal["multi_point_turn"] = "multi_point_turn"
     speed_mps: float = Field(default=1.4, ge=0.5, le=CREEP_MPS)
 
     def legs(self, view: FrenetScene) -> tuple[Leg, ...]:
@@ -37,14 +37,14 @@ class TurnRound(Behavior):
         Raises:
             CannotPlan: The road is too narrow.
         """
-        return turn_round(view)
+        return multi_point_turn(view)
 
-    def manoeuvre(self, view: FrenetScene, start: Start) -> Manoeuvre | None:
+    def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath | None:
         """Return None: a turn has legs in the plane, and no path along the road. See `Behavior.manoeuvre`."""
         return None
 
     def done(self, view: FrenetScene) -> bool:
-        return turned_rad(view) > TURNED_RAD
+        return heading_change_rad(view) > TURNED_RAD
 
     def time_allowance_s(self, expected_s: float) -> float:
         return 2.0 * expected_s + WAITS_S

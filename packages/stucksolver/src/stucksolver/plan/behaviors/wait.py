@@ -4,7 +4,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from stucksolver.plan.behaviors.behavior import Standing
+from stucksolver.plan.behaviors.behavior import StationaryBehavior
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.objects import ObjectKind
 from stucksolver.scene.surroundings import ControlKind, LightState
@@ -17,7 +17,7 @@ SIREN_BEHIND_M = 80.0
 """An emergency vehicle with its lights on counts up to this distance behind, as `rules.onward` does."""
 
 
-class Wait(Standing):
+class Wait(StationaryBehavior):
     """Stay stopped for a time, or until a condition holds, but never longer than that time."""
 
     summary: ClassVar[str] = (

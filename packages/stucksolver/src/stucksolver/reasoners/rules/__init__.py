@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from stucksolver.plan import Decision, WaitLimits
-from stucksolver.reasoners.reasoner import Answer, Request
-from stucksolver.reasoners.registry import Kind, ReasonerNameError, help_text, register
+from stucksolver.reasoners.reasoner import ReasonerAnswer, ReasonerRequest
+from stucksolver.reasoners.registry import ReasonerKind, ReasonerNameError, help_text, register
 from stucksolver.reasoners.rules.analyze import analyse
 from stucksolver.reasoners.rules.decide import decide
 from stucksolver.reasoners.rules.observe import observe
-from stucksolver.reasoners.rules.pushed_object import after_a_stop
+from stucksolver.reasoners.rules.pushed_object import assume_stopped
 from stucksolver.scene import Scene
 
 
@@ -24,9 +24,9 @@ class RuleReasoner:
     def __init__(self, limits: WaitLimits | None = None) -> None:
         self._limits = limits or WaitLimits()
 
-    def decide(self, request: Request) -> Answer:
+    def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
         """Return the decision that follows from the scene. Deterministic."""
-        return Answer(after_a_stop(request.scene, self._decide), self.name)
+        return ReasonerAnswer(assume_stopped(request.scene, self._decide), self.name)
 
     def _decide(self, scene: Scene) -> Decision:
         observation = observe(scene, self._limits)
@@ -39,5 +39,5 @@ def _named(rest: str, exchanges: Path | None) -> RuleReasoner:
     return RuleReasoner()
 
 
-register(Kind("rules", "rules", _named))
+register(ReasonerKind("rules", "rules", _named))
 __all__ = ["RuleReasoner"]

@@ -22,9 +22,9 @@ from stucksolver.scene import (
     VEHICLES,
     Claim,
     ControlKind,
+    Interpretation,
     LightState,
     ObjectKind,
-    Reading,
     Scene,
     SceneObject,
 )
@@ -57,7 +57,7 @@ def _with_guidance(scene: Scene, limits: WaitLimits) -> Analysis:
     assert scene.guidance is not None
     reading = scene.guidance.reading
     wanted = GuidanceIntent.UNCLEAR if reading is None else reading.intent
-    step = _step("S2.1", wanted in REQUESTS, f'"{scene.guidance.text}" is read as: {said(reading)}')
+    step = _step("S2.1", wanted in REQUESTS, f'"{scene.guidance.text}" is read as: {describe_interpretation(reading)}')
     stuck = scene.ego.speed_mps < MOVING_MPS and not scene.ego.at_destination
     # Whatever the passenger says, the vehicle waits at lights and stop lines, and for people ahead.
     hold = _held_by_control(scene, limits) or _held_by_people(scene, limits)
@@ -66,11 +66,12 @@ def _with_guidance(scene: Scene, limits: WaitLimits) -> Analysis:
         immobilized=stuck and hold is None,
         wait=hold.reason if hold else None,
         guidance_intent=wanted,
-        reason=f"the passenger asks for: {said(reading)}" + (f"; but {hold.evidence}" if hold else ""),
+        reason=f"the passenger asks for: {describe_interpretation(reading)}"
+        + (f"; but {hold.evidence}" if hold else ""),
     )
 
 
-def said(reading: Reading | None) -> str:
+def describe_interpretation(reading: Interpretation | None) -> str:
     """Return a reading in words."""
     if reading is None:
         return "nothing (the words were not read)"

@@ -9,7 +9,7 @@ from stucksolver.plan.behaviors import BackUp, KeepLane, Wait
 from stucksolver.reasoners.rules.analyze import red_light_within
 from stucksolver.reasoners.rules.observe import crosses, drives, joins, no_gap_to_join
 from stucksolver.reasoners.rules.pass_options import Way
-from stucksolver.reasoners.rules.recent_attempts import was_tried
+from stucksolver.reasoners.rules.recent_attempts import has_been_tried
 from stucksolver.reasoners.rules.small_maneuvers import may_back_up
 from stucksolver.scene import MOTOR_VEHICLES, Claim, Scene, SceneObject
 
@@ -38,7 +38,7 @@ REAR_MARGIN_M = 5.5
 GIVES_WAY_S = 10.0
 
 
-def towards_who_crosses(scene: Scene, lead: SceneObject) -> Way | None:
+def assert_to_crossing(scene: Scene, lead: SceneObject) -> Way | None:
     """Creep up to a vehicle that has stopped across the path and does not go: someone has to begin.
 
     None if the lead is not across the path, or if there is no room left.
@@ -54,13 +54,13 @@ def towards_who_crosses(scene: Scene, lead: SceneObject) -> Way | None:
     if scene.ego.stopped_for_s < FIRST_TURN_S and Claim.WAVED_THROUGH not in scene.claims:
         return None, (WaitReason.YIELD, f"{who} comes from a crossing road and may go first")
     way = STEP_M * math.floor(((lead.gap_m or 0.0) - SHORT_OF_M) / STEP_M)
-    if way < LEAST_M or was_tried(scene, "keep_lane"):
+    if way < LEAST_M or has_been_tried(scene, "keep_lane"):
         return None
     creep = KeepLane(distance_m=min(way, MOST_M), speed_mps=CREEP_MPS)
     return RecoveryPlan(behaviors=(creep,)), (None, f"{who} is across the path and does not go: creep to go first")
 
 
-def into_who_joins(scene: Scene, lead: SceneObject) -> Way | None:
+def assert_to_merging(scene: Scene, lead: SceneObject) -> Way | None:
     """Nose into a crawling stream of traffic that leaves no gap. None if there is no such stream, or no room."""
     joining = no_gap_to_join(scene, lead)
     if joining is None or not scene.offers("keep_lane"):
@@ -88,13 +88,13 @@ def _free_before(scene: Scene, o: SceneObject) -> float:
     return math.floor(10.0 * (clear - NOSE_CLEAR_M) / abs(sin)) / 10.0
 
 
-def away_from_who_faces(scene: Scene, lead: SceneObject) -> Way | None:
+def back_off(scene: Scene, lead: SceneObject) -> Way | None:
     """Back up from an oncoming vehicle if there is no room to pass it, and let it pass or turn off.
 
     None if the lead does not face the ego, or if there is no room behind.
     """
     faces = lead.kind in MOTOR_VEHICLES and math.cos(lead.yaw_rad) < FACES_COS and not lead.hazard_lights
-    if not faces or scene.ego.speed_mps > 0.2 or was_tried(scene, "back_up"):
+    if not faces or scene.ego.speed_mps > 0.2 or has_been_tried(scene, "back_up"):
         return None
     way = next((m for m in (BACK_M, LEAST_BACK_M) if may_back_up(scene, m, REAR_MARGIN_M)), None)
     if way is None:

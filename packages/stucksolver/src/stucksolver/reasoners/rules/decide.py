@@ -14,13 +14,19 @@ from stucksolver.plan import (
 )
 from stucksolver.plan.behaviors import RequestAssistance
 from stucksolver.reasoners.rules.analyze import blocker
-from stucksolver.reasoners.rules.deadlocks import away_from_who_faces, into_who_joins, towards_who_crosses
-from stucksolver.reasoners.rules.detour import by_another_road
-from stucksolver.reasoners.rules.no_blocker import asked_for, without_lead
-from stucksolver.reasoners.rules.pass_options import Way, speed_for, way_past
+from stucksolver.reasoners.rules.deadlocks import assert_to_crossing, assert_to_merging, back_off
+from stucksolver.reasoners.rules.detour import detour
+from stucksolver.reasoners.rules.no_blocker import decide_without_blocker, plan_for_request
+from stucksolver.reasoners.rules.pass_options import Way, find_pass, speed_for
 from stucksolver.reasoners.rules.pass_target import group_of
-from stucksolver.reasoners.rules.recent_attempts import failed_for, was_tried
-from stucksolver.reasoners.rules.small_maneuvers import over_it, to_be_seen, to_see_more, to_swing_out, within_the_lane
+from stucksolver.reasoners.rules.recent_attempts import failed_for, has_been_tried
+from stucksolver.reasoners.rules.small_maneuvers import (
+    drive_over_plan,
+    nudge_plan,
+    prepend_back_up,
+    prepend_moves_for_sight,
+    prepend_nose_out,
+)
 from stucksolver.reasoners.rules.turn_back import out_of_blocked_road, out_of_closed_road
 from stucksolver.scene import REQUESTS, VEHICLES, ObjectKind, RejectCode, Scene, SceneObject
 
@@ -33,7 +39,7 @@ FOR_US = (
     GuidanceIntent.LET_ME_OUT,
     GuidanceIntent.BACK_UP,
     GuidanceIntent.REROUTE,
-    GuidanceIntent.TURN_ROUND,
+    GuidanceIntent.TURN_AROUND,
 )
 """Requests that do not concern an object ahead."""
 
@@ -66,37 +72,37 @@ def _why_nothing(analysis: Analysis) -> str | None:
 
 def _way_on(scene: Scene, analysis: Analysis) -> Way:
     if analysis.guidance_intent in FOR_US:
-        return asked_for(scene, analysis.guidance_intent)
+        return plan_for_request(scene, analysis.guidance_intent)
     lead = _lead(scene, analysis)
     if lead is None:
-        return without_lead(scene, analysis)
+        return decide_without_blocker(scene, analysis)
     if lead.kind is ObjectKind.CROSSING_GATE:
         return None, (WaitReason.LIGHT, f"the gate {lead.id} must not be driven around")
-    over = over_it(scene, lead)
+    over = drive_over_plan(scene, lead)
     if over is not None:
         return over
     followed = _is_followed(lead, analysis)
     if followed is not None:
         return None, (WaitReason.QUEUE, followed)
-    standoff = towards_who_crosses(scene, lead) or into_who_joins(scene, lead)
+    standoff = assert_to_crossing(scene, lead) or assert_to_merging(scene, lead)
     if standoff is not None:
         return standoff
-    other = by_another_road(scene, lead) or out_of_closed_road(scene, lead)
+    other = detour(scene, lead) or out_of_closed_road(scene, lead)
     if other is not None:
         return other
     target = group_of(scene, lead)
-    aside = within_the_lane(scene, target)
-    if aside is not None and not was_tried(scene, "nudge"):
+    aside = nudge_plan(scene, target)
+    if aside is not None and not has_been_tried(scene, "nudge"):
         return aside
-    plan, why = way_past(scene, target, speed_for(scene, target))
+    plan, why = find_pass(scene, target, speed_for(scene, target))
     if plan is None:
-        back = away_from_who_faces(scene, lead) if why[0] is WaitReason.NO_SAFE_WAY else None
+        back = back_off(scene, lead) if why[0] is WaitReason.NO_SAFE_WAY else None
         return back or out_of_blocked_road(scene, lead) or (plan, why)
     if failed_for(scene, RejectCode.ONCOMING_SIGHT) and _just_refused(scene, plan) is not None:
-        look = to_see_more(scene, target, plan)
+        look = prepend_moves_for_sight(scene, target, plan)
         if look is not None:
             return look
-    return to_be_seen(scene, lead, to_swing_out(scene, lead, plan)), why
+    return prepend_nose_out(scene, lead, prepend_back_up(scene, lead, plan)), why
 
 
 def _is_followed(lead: SceneObject, analysis: Analysis) -> str | None:

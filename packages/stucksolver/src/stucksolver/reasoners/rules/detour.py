@@ -7,7 +7,7 @@ import math
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import ReplanRoute
 from stucksolver.reasoners.rules.pass_options import Way
-from stucksolver.reasoners.rules.recent_attempts import was_tried
+from stucksolver.reasoners.rules.recent_attempts import has_been_tried
 from stucksolver.scene import CandidateWaypoint, LaneKind, LaneRelation, ObjectKind, Scene, SceneObject
 
 CLOSING = frozenset({ObjectKind.BARRIER, ObjectKind.CONE})
@@ -26,7 +26,7 @@ ABREAST_M = 1.0
 """How far behind the vehicle's centre another way may start for the vehicle to turn into it still (m)."""
 
 
-def by_another_road(scene: Scene, lead: SceneObject) -> Way | None:
+def detour(scene: Scene, lead: SceneObject) -> Way | None:
     """Return a plan to take the shortest other route to the destination; None if there is none.
 
     A passenger who speaks wants to get past, and is not answered with another route.
@@ -34,7 +34,7 @@ def by_another_road(scene: Scene, lead: SceneObject) -> Way | None:
     if (
         not scene.offers("replan")
         or scene.guidance is not None
-        or was_tried(scene, "replan")
+        or has_been_tried(scene, "replan")
         or not is_closed(scene, lead)
     ):
         return None

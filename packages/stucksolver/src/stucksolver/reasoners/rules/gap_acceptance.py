@@ -26,7 +26,7 @@ AGAIN_S = 12.0
 """Pause after a wait for a gap that failed, so that a person can be asked: longer than such a wait (`hold_s`) (s)."""
 
 
-def into_the_stream(scene: Scene) -> Way | None:
+def enter_flow(scene: Scene) -> Way | None:
     """Return a plan to drive on in the first proven gap, or why to wait; None if nobody has to go first."""
     first = goes_first(scene)
     if first is None or scene.guidance is not None or not scene.offers("keep_lane"):

@@ -9,10 +9,10 @@ from stucksolver.plan.behaviors import BackUp, KeepLane, PullOver, RejoinRoute, 
 from stucksolver.plan.behaviors.behavior import Behavior
 from stucksolver.reasoners.rules.analyze import MOVING_MPS, blocker, red_light_within
 from stucksolver.reasoners.rules.detour import elsewhere
-from stucksolver.reasoners.rules.gap_acceptance import into_the_stream
-from stucksolver.reasoners.rules.pass_options import Way, from_the_lane_beside
-from stucksolver.reasoners.rules.recent_attempts import was_tried
-from stucksolver.reasoners.rules.resume_driving import along_the_free_lane, siren_behind
+from stucksolver.reasoners.rules.gap_acceptance import enter_flow
+from stucksolver.reasoners.rules.pass_options import Way, pass_from_adjacent_lane
+from stucksolver.reasoners.rules.recent_attempts import has_been_tried
+from stucksolver.reasoners.rules.resume_driving import resume, siren_behind
 from stucksolver.reasoners.rules.turn_back import turning_round
 from stucksolver.scene import ControlKind, LightState, Scene
 
@@ -29,19 +29,19 @@ LET_BY_S = 20.0
 """The vehicle stands at most this long to let an emergency vehicle by. Ours: 80 m behind, at 15 km/h in a queue."""
 
 
-def without_lead(scene: Scene, analysis: Analysis) -> Way:
+def decide_without_blocker(scene: Scene, analysis: Analysis) -> Way:
     """Leave a loop by a new route, creep past a dark light after a stop, or drive on along a free lane."""
     light = red_light_within(scene, LIGHT_AHEAD_M)
     if light is not None:
         return across_stuck_light(scene) or (None, (WaitReason.LIGHT, light))
     if analysis.cause is CauseCode.LOOP:
-        if was_tried(scene, "replan"):
+        if has_been_tried(scene, "replan"):
             return None, (None, "a new route has led nowhere")
         return _one(scene, ReplanRoute(), "the vehicle is driving in circles: replan the route")
     if analysis.guidance_intent is None and _stands_at_light(scene, LightState.OFF):
         onward = KeepLane(distance_m=CROSS_M, speed_mps=CREEP_MPS)
         return _one(scene, onward, "the light is out: stop first, then creep across when nobody is coming")
-    way = into_the_stream(scene) or from_the_lane_beside(scene) or along_the_free_lane(scene)
+    way = enter_flow(scene) or pass_from_adjacent_lane(scene) or resume(scene)
     return way or (None, (None, "nothing in the path"))
 
 
@@ -52,7 +52,7 @@ def across_stuck_light(scene: Scene) -> Way | None:
     broken. None away from its line, for a yellow light, if this has just failed, and for a vehicle that moves, such as
     one that drives in circles: it has not waited at this light.
     """
-    if not _stands_at_light(scene, LightState.RED) or was_tried(scene, "keep_lane"):
+    if not _stands_at_light(scene, LightState.RED) or has_been_tried(scene, "keep_lane"):
         return None
     return _one(
         scene,
@@ -61,7 +61,7 @@ def across_stuck_light(scene: Scene) -> Way | None:
     )
 
 
-def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
+def plan_for_request(scene: Scene, wanted: GuidanceIntent | None) -> Way:
     """Do what a passenger asks for if it does not concern an object ahead."""
     light = red_light_within(scene, LIGHT_AHEAD_M)
     if wanted is GuidanceIntent.BACK_UP:
@@ -70,12 +70,14 @@ def asked_for(scene: Scene, wanted: GuidanceIntent | None) -> Way:
     # If the passenger wants another street and there is none to turn into ahead, it is behind.
     back = wanted is GuidanceIntent.REROUTE and lead is not None and not elsewhere(scene)
     turn = (
-        turning_round(scene, lead, "the passenger asks for it") if back or wanted is GuidanceIntent.TURN_ROUND else None
+        turning_round(scene, lead, "the passenger asks for it")
+        if back or wanted is GuidanceIntent.TURN_AROUND
+        else None
     )
     if turn is not None:
         return turn
-    if wanted in (GuidanceIntent.REROUTE, GuidanceIntent.TURN_ROUND):
-        if was_tried(scene, "replan"):
+    if wanted in (GuidanceIntent.REROUTE, GuidanceIntent.TURN_AROUND):
+        if has_been_tried(scene, "replan"):
             return None, (None, "a new route has led nowhere")
         if lead is not None and _no_way_back(scene) and not elsewhere(scene):
             return None, (None, "no other road leads to the destination")

@@ -82,7 +82,7 @@ def matters(o: SceneObject) -> bool:
     if o.in_path and -1.0 < gap < AHEAD_M:
         return True
     if o.kind in (ObjectKind.PEDESTRIAN, ObjectKind.ANIMAL):
-        return -5.0 < gap < 30.0 and near_path(o)
+        return -5.0 < gap < 30.0 and is_near_path(o)
     if o.speed_along_mps < -MOVING_MPS and gap + o.length_m < 0.0:
         return False  # it came towards us and has passed
     return abs(o.speed_along_mps) > MOVING_MPS and o.lane in (
@@ -92,14 +92,14 @@ def matters(o: SceneObject) -> bool:
     )
 
 
-def near_path(o: SceneObject) -> bool:
+def is_near_path(o: SceneObject) -> bool:
     """True if it is within a step of the ego's lane."""
     return o.right_edge_m < KERB_ZONE_M + 1.0 and o.left_edge_m > -KERB_ZONE_M - 1.0
 
 
 def intent(scene: Scene, o: SceneObject, limits: WaitLimits) -> Intent:
     """Return what an object is about to do, from its motion, position and lights."""
-    thing = o.kind in STATIC_KINDS or o.kind is ObjectKind.UNKNOWN or stands_like_a_thing(o)
+    thing = o.kind in STATIC_KINDS or o.kind is ObjectKind.UNKNOWN or is_static_like(o)
     if o.kind in (ObjectKind.PEDESTRIAN, ObjectKind.ANIMAL) and not thing:
         return _on_foot(o)
     if thing:
@@ -117,7 +117,7 @@ def intent(scene: Scene, o: SceneObject, limits: WaitLimits) -> Intent:
     return Intent.QUEUEING if _in_queue(scene, o, limits) else Intent.STOPPED
 
 
-def stands_like_a_thing(o: SceneObject) -> bool:
+def is_static_like(o: SceneObject) -> bool:
     """True for an animal that has stood since sensors first saw it: boxes and cones are often taken for one.
 
     The guard still keeps as far from it as from any animal.
@@ -227,7 +227,7 @@ def _on_foot(o: SceneObject) -> Intent:
     toward = -1.0 if o.left_edge_m + o.right_edge_m > 0 else 1.0
     if o.in_path or o.vy_mps * toward > CROSSING_MPS:
         return Intent.CROSSING
-    return Intent.WAITING_TO_CROSS if near_path(o) else Intent.UNKNOWN
+    return Intent.WAITING_TO_CROSS if is_near_path(o) else Intent.UNKNOWN
 
 
 def _in_queue(scene: Scene, o: SceneObject, limits: WaitLimits) -> bool:

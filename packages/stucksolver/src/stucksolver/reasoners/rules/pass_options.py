@@ -11,24 +11,24 @@ from stucksolver.reasoners.rules.analyze import red_light_within
 from stucksolver.reasoners.rules.pass_speed import pass_speed, seen_enough
 from stucksolver.reasoners.rules.pass_target import (
     PassTarget,
+    describe_blocked_lane,
     end_of,
     in_lane_beside,
+    is_staying,
     oncoming_blocked,
-    said_of,
-    stays,
+    pass_distance_m,
     too_narrow,
-    way_to_pass_m,
 )
-from stucksolver.reasoners.rules.recent_attempts import came_too_near, failed_for, recent, was_tried
+from stucksolver.reasoners.rules.recent_attempts import came_too_near, failed_for, has_been_tried, recent
 from stucksolver.scene import (
     PASSABLE_KINDS,
     VULNERABLE,
     CandidateWaypoint,
     Claim,
     GuidanceIntent,
+    Interpretation,
     LaneRelation,
     LineKind,
-    Reading,
     RejectCode,
     Scene,
     SceneLane,
@@ -64,7 +64,7 @@ Way = tuple[RecoveryPlan | None, Why]
 """A plan with its reason, or None with the reason for waiting."""
 
 
-def asked(scene: Scene) -> Reading | None:
+def requested_interpretation(scene: Scene) -> Interpretation | None:
     """Return the reading of what the passenger said, or None."""
     return None if scene.guidance is None else scene.guidance.reading
 
@@ -77,7 +77,7 @@ def speed_for(scene: Scene, target: PassTarget) -> float:
     # At walking pace nothing that moves is passed.
     if target.speed_mps < 0.5 and failed_for(scene, RejectCode.CLEARANCE, RejectCode.DOOR):
         return SLOW_MPS
-    reading = asked(scene)
+    reading = requested_interpretation(scene)
     if reading is None or reading.intent is not GuidanceIntent.OVERTAKE:
         return RECOVERY_SPEED_MPS
     # A faster pass is over sooner, so less of the oncoming lane must be seen to be free.
@@ -90,7 +90,7 @@ def speed_for(scene: Scene, target: PassTarget) -> float:
     return min(max(limit, RECOVERY_SPEED_MPS), GUIDED_SPEED_MPS)
 
 
-def may_be_driven_over(scene: Scene, o: SceneObject) -> bool:
+def is_drivable_over(scene: Scene, o: SceneObject) -> bool:
     """True if it is soft, low, seen long enough and away from everyone, and driving over it has not just failed."""
     needed = CONFIRMED_CONFIDENCE if Claim.SOFT_OBJECT in scene.claims else OVER_CONFIDENCE
     sure = o.kind in PASSABLE_KINDS and (o.kind_confidence or 0.0) >= needed
@@ -105,20 +105,20 @@ def may_be_driven_over(scene: Scene, o: SceneObject) -> bool:
 def _over_has_failed(scene: Scene, o: SceneObject) -> bool:
     """True if driving over has just failed; if sensors see the thing, not for somebody who has driven by since."""
     if not o.position_sd_m:
-        return was_tried(scene, "drive_over")
+        return has_been_tried(scene, "drive_over")
     tried = (a for a in recent(scene) if "drive_over" in a.behaviors)
     return any(a.failures or not set(a.codes) <= PASSING for a in tried)
 
 
-def way_past(scene: Scene, target: PassTarget, speed: float) -> Way:
+def find_pass(scene: Scene, target: PassTarget, speed: float) -> Way:
     """Return the first way past that is open, or why there is none. `speed`: of the pass (m/s)."""
-    light = red_light_within(scene, way_to_pass_m(scene, target, speed)[0])
+    light = red_light_within(scene, pass_distance_m(scene, target, speed)[0])
     if light is not None:
         return None, (WaitReason.LIGHT, light)
     beside = _lane_beside_the_route(scene)
     if beside is not None and scene.offers("keep_lane", "change_lane"):
         return _go_on_beside(scene, beside, target, speed)
-    reading = asked(scene)
+    reading = requested_interpretation(scene)
     side = reading.side if reading is not None and reading.intent is GuidanceIntent.OVERTAKE else None
     where_asked = "" if side is None else f" on the {side.value}, as the passenger asks"
     why: Why = (WaitReason.NO_SAFE_WAY, f"there is no lane to pass in{where_asked}")
@@ -130,7 +130,7 @@ def way_past(scene: Scene, target: PassTarget, speed: float) -> Way:
             if lane is None or lane.line is LineKind.KERB:
                 continue
             ahead = in_lane_beside(scene, lane, target, speed)
-            if all(may_be_driven_over(scene, o) for o in ahead):
+            if all(is_drivable_over(scene, o) for o in ahead):
                 return _by_lane_change(scene, lane, target, speed, ahead)
             if why[0] is not WaitReason.YIELD:
                 why = _why_not_beside(ahead)
@@ -156,9 +156,13 @@ def lane_of(scene: Scene, where: LaneRelation) -> SceneLane | None:
 
 def _why_not_beside(ahead: tuple[SceneObject, ...]) -> Why:
     """Return why the adjacent lane is blocked. Waiting helps only if everything there will move on by itself."""
-    lasting = next((o for o in ahead if stays(o) and o.kind not in PASSABLE_KINDS), None)
-    lasting = lasting or next((o for o in ahead if stays(o)), None)
-    return (WaitReason.YIELD, said_of(ahead[0])) if lasting is None else (WaitReason.NO_SAFE_WAY, said_of(lasting))
+    lasting = next((o for o in ahead if is_staying(o) and o.kind not in PASSABLE_KINDS), None)
+    lasting = lasting or next((o for o in ahead if is_staying(o)), None)
+    return (
+        (WaitReason.YIELD, describe_blocked_lane(ahead[0]))
+        if lasting is None
+        else (WaitReason.NO_SAFE_WAY, describe_blocked_lane(lasting))
+    )
 
 
 def _by_lane_change(
@@ -167,7 +171,7 @@ def _by_lane_change(
     """Return a plan to change lanes, pass the target, drive over what may be driven over there, and return."""
     if came_too_near(scene, target.objects):
         speed = min(speed, CLOSE_MPS)
-    way, _ = way_to_pass_m(scene, target, speed)
+    way, _ = pass_distance_m(scene, target, speed)
     side: Literal["left", "right"] = "left" if lane.relation is LaneRelation.LEFT else "right"
     who = ", ".join(f"{o.kind.value} {o.id}" for o in target.objects)
     what = "".join(f", over {o.kind.value} {o.id}" for o in over)
@@ -211,10 +215,10 @@ def _go_on_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: floa
     """Return a plan for an ego that is half-way past: go on in the adjacent lane until there is room to return."""
     ahead = in_lane_beside(scene, lane, target, speed)
     if ahead:
-        return from_the_lane_beside(scene) or (None, _why_not_beside(ahead))
+        return pass_from_adjacent_lane(scene) or (None, _why_not_beside(ahead))
     if came_too_near(scene, target.objects):
         speed = min(speed, CLOSE_MPS)
-    way, _ = way_to_pass_m(scene, target, speed)
+    way, _ = pass_distance_m(scene, target, speed)
     on = KeepLane(distance_m=round(min(max(way, 5.0), 150.0), 1), speed_mps=speed)
     who = ", ".join(f"{o.kind.value} {o.id}" for o in target.objects)
     if _return_was_refused(scene):
@@ -225,7 +229,7 @@ def _go_on_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: floa
     )
 
 
-def from_the_lane_beside(scene: Scene) -> Way | None:
+def pass_from_adjacent_lane(scene: Scene) -> Way | None:
     """Return a plan for an ego that stands in the lane beside the route's: a pass was given up.
 
     It drives over what is soft there, and changes back. Up to anything else that sensors see there it drives to see it
@@ -237,7 +241,7 @@ def from_the_lane_beside(scene: Scene) -> Way | None:
         return None
     near = [o for o in scene.objects if o.lane_id == lane.id and 0.0 < (o.gap_m or 0.0) < OVER_WITHIN_M]
     ahead = sorted(near, key=lambda o: o.gap_m or 0.0)
-    if ahead and all(may_be_driven_over(scene, o) for o in ahead):
+    if ahead and all(is_drivable_over(scene, o) for o in ahead):
         over = tuple(DriveOver(object_id=o.id) for o in ahead)
         what = ", ".join(f"{o.kind.value} {o.id}" for o in ahead)
         plan = RecoveryPlan(behaviors=(*over, _back_from(lane, SLOW_MPS)))
@@ -250,7 +254,7 @@ def from_the_lane_beside(scene: Scene) -> Way | None:
 def _up_to(o: SceneObject) -> Way | None:
     """Return a plan to drive up to a thing that sensors see ahead; None if it is near already, or a road user."""
     way_m = round((o.gap_m or 0.0) - UP_TO_M, 1)
-    if not o.position_sd_m or not stays(o) or way_m < LEAST_WAY_M:
+    if not o.position_sd_m or not is_staying(o) or way_m < LEAST_WAY_M:
         return None
     plan = RecoveryPlan(behaviors=(KeepLane(distance_m=way_m, speed_mps=SLOW_MPS),))
     return plan, (None, f"drive up to {o.kind.value} {o.id} to see it better")

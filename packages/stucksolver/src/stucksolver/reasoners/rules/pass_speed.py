@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stucksolver.reasoners.rules.pass_target import PassTarget, way_to_pass_m
+from stucksolver.reasoners.rules.pass_target import PassTarget, pass_distance_m
 from stucksolver.reasoners.rules.recent_attempts import failed_for
 from stucksolver.scene import VULNERABLE, LineKind, RejectCode, Scene, SceneLane
 
@@ -59,7 +59,7 @@ def seen_enough(scene: Scene, lane: SceneLane, target: PassTarget, speed_mps: fl
 
 def _needed_m(scene: Scene, lane: SceneLane, target: PassTarget, speed_mps: float) -> float:
     """Return how much of the oncoming lane must be seen (m), by the rules' own estimate of distance and time."""
-    way, time = way_to_pass_m(scene, target, speed_mps)
+    way, time = pass_distance_m(scene, target, speed_mps)
     return way + (lane.speed_limit_mps or USUAL_LIMIT_MPS) * time + MARGIN_M + MARGIN_S * (speed_mps - RECOVERY_MPS)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stucksolver.plan.passing_geometry import ROOM_TO_RETURN_M
-from stucksolver.reasoners.rules.observe import beside_lane_centre, stands_like_a_thing
+from stucksolver.reasoners.rules.observe import beside_lane_centre, is_static_like
 from stucksolver.reasoners.rules.recent_attempts import failed_for
 from stucksolver.scene import (
     MOTOR_VEHICLES,
@@ -96,7 +96,7 @@ def _warns(o: SceneObject) -> bool:
     return bool(o.hazard_lights or o.emergency_lights)
 
 
-def way_to_pass_m(scene: Scene, target: PassTarget, speed: float) -> tuple[float, float]:
+def pass_distance_m(scene: Scene, target: PassTarget, speed: float) -> tuple[float, float]:
     """Return the ego's distance (m) and time (s) until its rear is past the target with room to return."""
     relative = target.end_m + scene.ego.length_m + _merge_room_m(scene)
     own, time, way = max(scene.ego.speed_mps, 0.5), 0.0, 0.0
@@ -116,7 +116,7 @@ def in_lane_beside(scene: Scene, lane: SceneLane, target: PassTarget, speed: flo
 
     Faster traffic there is left to the guard. `speed`: of the pass (m/s).
     """
-    way, time = way_to_pass_m(scene, target, speed)
+    way, time = pass_distance_m(scene, target, speed)
     found = []
     for o in scene.objects:
         if o.lane_id != lane.id or o.gap_m is None or o.gap_m < -scene.ego.length_m - 1.0:
@@ -138,14 +138,14 @@ def _only_at_edge(scene: Scene, lane: SceneLane, o: SceneObject) -> bool:
     return reaches - own / 2 < AT_EDGE_M
 
 
-def said_of(blocking: SceneObject) -> str:
+def describe_blocked_lane(blocking: SceneObject) -> str:
     """Return in words that an object blocks the adjacent lane."""
     return f"{blocking.kind.value} {blocking.id} blocks the adjacent lane, {whereabouts(blocking.gap_m or 0.0)}"
 
 
-def stays(o: SceneObject) -> bool:
+def is_staying(o: SceneObject) -> bool:
     """True if it will still be there however long the ego waits: a thing, or a broken-down vehicle."""
-    return bool(o.hazard_lights) or o.kind not in MOTOR_VEHICLES | VULNERABLE or stands_like_a_thing(o)
+    return bool(o.hazard_lights) or o.kind not in MOTOR_VEHICLES | VULNERABLE or is_static_like(o)
 
 
 def too_narrow(scene: Scene, lane: SceneLane, target: PassTarget) -> str | None:
@@ -163,7 +163,7 @@ def too_narrow(scene: Scene, lane: SceneLane, target: PassTarget) -> str | None:
 
 def oncoming_blocked(scene: Scene, lane: SceneLane, target: PassTarget, speed: float) -> str | None:
     """Return, in words, who would be in the way in the oncoming lane before the ego is back, or None."""
-    way, time = way_to_pass_m(scene, target, speed)
+    way, time = pass_distance_m(scene, target, speed)
     for o in scene.objects:
         coming = max(-o.speed_along_mps, 0.0)
         passed = PASSED_M if coming > 0.5 else -scene.ego.length_m

@@ -13,29 +13,29 @@ STOP_S, STAND_S = 2.0, 10.0
 """How long to wait before acting on what was pushed; the second if it must first be stationary for longer (s)."""
 
 
-def pushed(scene: Scene) -> SceneObject | None:
+def pushed_object(scene: Scene) -> SceneObject | None:
     """Return the object that the ego pushes, or None."""
     return next((o for o in scene.objects if o.pushed), None)
 
 
-def as_standing(scene: Scene, waited_s: float = 0.0) -> Scene:
+def as_stationary(scene: Scene, waited_s: float = 0.0) -> Scene:
     """Return the scene with the ego stopped, and with what it pushes stationary for `waited_s` longer (s)."""
     ego = scene.ego.model_copy(update={"speed_mps": 0.0})
     objects = tuple(_at_rest(o, waited_s) if o.pushed else o for o in scene.objects)
     return scene.model_copy(update={"ego": ego, "objects": objects})
 
 
-def after_a_stop(scene: Scene, decide: Callable[[Scene], Decision]) -> Decision:
+def assume_stopped(scene: Scene, decide: Callable[[Scene], Decision]) -> Decision:
     """Return what `decide` decides; if the ego pushes something, for the scene after a stop, with the stop first."""
-    found, stop_s = pushed(scene), STOP_S
+    found, stop_s = pushed_object(scene), STOP_S
     if found is None:
         return decide(scene)
-    decision = decide(as_standing(scene))
+    decision = decide(as_stationary(scene))
     if scene.ego.speed_mps < STANDING_MPS or not scene.offers("wait"):
         return decision
     if decision.plan is None:
         # By the end of a longer stop it will have been stationary for long enough.
-        decision, stop_s = decide(as_standing(scene, STAND_S)), STAND_S
+        decision, stop_s = decide(as_stationary(scene, STAND_S)), STAND_S
     why = f"{found.kind.value} {found.id} is being pushed along: stop, then {decision.rationale}"
     stop = Wait(duration_s=stop_s)
     plan = RecoveryPlan(behaviors=(stop,))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from stucksolver.scene import PastAttempt, PlanFailure, RejectCode, Scene, SceneObject
+from stucksolver.scene import FailedAttempt, PlanFailure, RejectCode, Scene, SceneObject
 
 REMEMBERED_S = 30.0
 
 
-def was_tried(scene: Scene, name: str) -> bool:
+def has_been_tried(scene: Scene, name: str) -> bool:
     """True if a plan with this behaviour failed in the last `REMEMBERED_S`."""
     return any(name in attempt.behaviors for attempt in recent(scene))
 
@@ -34,6 +34,6 @@ def came_too_near(scene: Scene, objects: Sequence[SceneObject]) -> bool:
     return any((sensed and RejectCode.GAP in a.codes) or not ids.isdisjoint(a.too_near) for a in recent(scene))
 
 
-def recent(scene: Scene) -> Iterator[PastAttempt]:
+def recent(scene: Scene) -> Iterator[FailedAttempt]:
     """Return the attempts of the last `REMEMBERED_S`."""
     return (a for a in scene.attempts if scene.time_s - a.time_s < REMEMBERED_S)

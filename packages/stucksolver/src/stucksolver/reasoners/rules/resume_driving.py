@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from stucksolver.plan import RecoveryPlan, WaitReason
 from stucksolver.plan.behaviors import AnyBehavior, Creep, KeepLane, RejoinRoute
-from stucksolver.reasoners.rules.observe import drives, near_path
+from stucksolver.reasoners.rules.observe import drives, is_near_path
 from stucksolver.reasoners.rules.pass_options import STANDS_MPS, Way
-from stucksolver.reasoners.rules.recent_attempts import failed_for, was_tried
+from stucksolver.reasoners.rules.recent_attempts import failed_for, has_been_tried
 from stucksolver.scene import (
     ON_FOOT,
     ControlKind,
@@ -37,7 +37,7 @@ SIREN_M = 80.0
 """A moving emergency vehicle with its lights on within this distance goes first (m)."""
 
 
-def along_the_free_lane(scene: Scene) -> Way | None:
+def resume(scene: Scene) -> Way | None:
     """Drive on in the lane, or back into it; None if the stop has been short, or something is in the path.
 
     Queues, crossing people and traffic that goes first are reasons to wait, and have been checked before. A passenger
@@ -61,8 +61,8 @@ def along_the_free_lane(scene: Scene) -> Way | None:
 def _onward(scene: Scene) -> AnyBehavior:
     if all(lane.id != scene.ego.lane_id for lane in scene.lanes):
         return RejoinRoute(speed_mps=SLOWLY_MPS)
-    if was_tried(scene, "keep_lane") and failed_for(
-        scene, RejectCode.UNSEEN, RejectCode.COLLISION, RejectCode.GAP, RejectCode.CLEARANCE
+    if has_been_tried(scene, "keep_lane") and failed_for(
+        scene, RejectCode.PATH_NOT_VISIBLE, RejectCode.COLLISION, RejectCode.GAP, RejectCode.CLEARANCE
     ):
         return Creep(distance_m=CREEP_M)
     if _open_road(scene):
@@ -111,7 +111,7 @@ def _open_road(scene: Scene) -> bool:
         return False
     for o in scene.objects:
         ahead = -scene.ego.length_m < (o.gap_m or 0.0) < PEOPLE_M
-        if o.kind in ON_FOOT and ahead and near_path(o):
+        if o.kind in ON_FOOT and ahead and is_near_path(o):
             return False
         if _crosses(o):
             return False

@@ -15,9 +15,9 @@ from stucksolver.plan.behaviors import (
     NoseOut,
     Nudge,
 )
-from stucksolver.reasoners.rules.pass_options import RECOVERY_SPEED_MPS, SLOW_MPS, Way, lane_of, may_be_driven_over
+from stucksolver.reasoners.rules.pass_options import RECOVERY_SPEED_MPS, SLOW_MPS, Way, is_drivable_over, lane_of
 from stucksolver.reasoners.rules.pass_target import PassTarget
-from stucksolver.reasoners.rules.recent_attempts import came_too_near, failed_for, often_failed_for, was_tried
+from stucksolver.reasoners.rules.recent_attempts import came_too_near, failed_for, has_been_tried, often_failed_for
 from stucksolver.scene import VULNERABLE, LaneRelation, PlanFailure, RejectCode, Scene, SceneLane, SceneObject
 
 SWING_M, ROOM_M = 4.5, 7.0
@@ -47,14 +47,14 @@ NOSE_ROOM_M = 6.0
 """Before it turns its nose out, the ego backs up to this distance if it can: 5 m are too few before a usual car."""
 
 
-def over_it(scene: Scene, lead: SceneObject) -> Way | None:
+def drive_over_plan(scene: Scene, lead: SceneObject) -> Way | None:
     """Return a plan to drive over what is soft, low, seen long enough and away from everyone; None otherwise."""
-    if not may_be_driven_over(scene, lead):
+    if not is_drivable_over(scene, lead):
         return None
     return RecoveryPlan(behaviors=(DriveOver(object_id=lead.id),)), (None, f"drive over {lead.kind.value} {lead.id}")
 
 
-def within_the_lane(scene: Scene, target: PassTarget) -> Way | None:
+def nudge_plan(scene: Scene, target: PassTarget) -> Way | None:
     """Return a plan past an obstacle within the ego's lane; None if it leaves too little of the lane free."""
     lane = lane_of(scene, LaneRelation.EGO)
     distance = target.end_m + scene.ego.length_m + 1.0
@@ -80,7 +80,7 @@ def within_the_lane(scene: Scene, target: PassTarget) -> Way | None:
     return None
 
 
-def to_be_seen(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryPlan:
+def prepend_nose_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryPlan:
     """Return the same plan, with the nose turned out first, if traffic left no gap for it from inside the lane.
 
     The plan then waits at the border and begins in a gap that would be too short for a start from inside the lane.
@@ -91,7 +91,7 @@ def to_be_seen(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryP
     wanted |= bool(lead.position_sd_m) and often_failed_for(scene, STREAM_TRIES, RejectCode.ONCOMING_SIGHT)
     if (
         not wanted
-        or was_tried(scene, "nose_out")
+        or has_been_tried(scene, "nose_out")
         or lead.speed_along_mps > 0.2
         or scene.ego.speed_mps > 0.2
         or not scene.offers("nose_out")
@@ -111,10 +111,10 @@ def to_be_seen(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryP
     return plan.model_copy(update={"behaviors": (*backs, nose, first, *rest)})
 
 
-def to_swing_out(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryPlan:
+def prepend_back_up(scene: Scene, lead: SceneObject, plan: RecoveryPlan) -> RecoveryPlan:
     """Return the same plan, preceded by backing up if the ego stands too near to swing out."""
     gap = lead.gap_m or 0.0
-    failed = failed_for(scene, PlanFailure.NO_ROOM_TO_SWING_OUT) or came_too_near(scene, (lead,))
+    failed = failed_for(scene, PlanFailure.NO_SPACE_TO_PULL_AROUND) or came_too_near(scene, (lead,))
     near = gap < SWING_M or (failed and gap < ENOUGH_M)
     room = max(ROOM_M, min(gap + MORE_M, ENOUGH_M)) if failed else ROOM_M
     way = _back_m(scene, lead, min(max(room - gap, 1.0), 8.0))
@@ -128,13 +128,13 @@ def _back_m(scene: Scene, lead: SceneObject, wanted_m: float) -> float | None:
 
     The guard asks for sight, and if it has refused for that, sensors see less far than to who stands behind.
     """
-    unseen = bool(lead.position_sd_m) and failed_for(scene, RejectCode.UNSEEN)
+    unseen = bool(lead.position_sd_m) and failed_for(scene, RejectCode.PATH_NOT_VISIBLE)
     margin_m = REAR_MARGIN_M + (SIGHT_ENDS_M if unseen else 0.0)
     ways = (math.floor(10.0 * wanted_m * share) / 10.0 for share in (1.0, 0.75, 0.5, 0.35))
     return next((way for way in ways if way >= 1.0 and may_back_up(scene, way, margin_m)), None)
 
 
-def to_see_more(scene: Scene, target: PassTarget, plan: RecoveryPlan) -> Way | None:
+def prepend_moves_for_sight(scene: Scene, target: PassTarget, plan: RecoveryPlan) -> Way | None:
     """Return the same plan after moves that show more of the road: back, aside to the middle of it, and further back.
 
     Behind a van at 5 m, some 24 m of the oncoming lane are seen from the lane's centre; at 15 m, 0.75 m aside, 188 m.

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from stucksolver.plan import RecoveryPlan
-from stucksolver.plan.behaviors import AnyBehavior, BackUp, TurnRound
+from stucksolver.plan.behaviors import AnyBehavior, BackUp, TurnAround
 from stucksolver.reasoners.rules.detour import is_closed
 from stucksolver.reasoners.rules.pass_options import Way
-from stucksolver.reasoners.rules.pass_target import stays
-from stucksolver.reasoners.rules.recent_attempts import failed_for, was_tried
+from stucksolver.reasoners.rules.pass_target import is_staying
+from stucksolver.reasoners.rules.recent_attempts import failed_for, has_been_tried
 from stucksolver.reasoners.rules.small_maneuvers import REAR_MARGIN_M, may_back_up
 from stucksolver.scene import CandidateWaypoint, PlanFailure, Scene, SceneObject
 
@@ -32,7 +32,7 @@ def out_of_closed_road(scene: Scene, lead: SceneObject) -> Way | None:
 
 def out_of_blocked_road(scene: Scene, lead: SceneObject) -> Way | None:
     """Return a plan to turn round if something that will not move has long left no way past."""
-    if scene.guidance is not None or scene.ego.stopped_for_s < BLOCKED_S or not stays(lead):
+    if scene.guidance is not None or scene.ego.stopped_for_s < BLOCKED_S or not is_staying(lead):
         return None
     return turning_round(scene, lead, f"there is no way past {lead.kind.value} {lead.id}")
 
@@ -40,13 +40,13 @@ def out_of_blocked_road(scene: Scene, lead: SceneObject) -> Way | None:
 def turning_round(scene: Scene, lead: SceneObject | None, why: str) -> Way | None:
     """Return a turn, after backing up if the lead is too near, and a new route from the lane in the other direction."""
     start = min(_behind(scene), key=lambda w: w.route_length_m or math.inf, default=None)
-    failed = was_tried(scene, "turn_round") and failed_for(scene, PlanFailure.NO_ROOM_TO_TURN)
+    failed = has_been_tried(scene, "turn_round") and failed_for(scene, PlanFailure.NO_ROOM_TO_TURN)
     if start is None or failed or not scene.offers("turn_round") or scene.ego.speed_mps > STANDS_MPS:
         return None
-    moves: tuple[AnyBehavior, ...] = (TurnRound(),)
+    moves: tuple[AnyBehavior, ...] = (TurnAround(),)
     missing_m = ROOM_M - (lead.gap_m or 0.0) if lead is not None else 0.0
     # A turn that was given up half-way continues from there.
-    if missing_m > 0.0 and not was_tried(scene, "turn_round"):
+    if missing_m > 0.0 and not has_been_tried(scene, "turn_round"):
         way_m = math.ceil(min(max(missing_m, LEAST_BACK_M), MOST_BACK_M))
         if not may_back_up(scene, way_m, REAR_MARGIN_M):
             return None

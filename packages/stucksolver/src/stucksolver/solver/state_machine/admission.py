@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stucksolver.guard import NOBODY, RULES, Approvals, Guard, Reject, RejectCode, Verdict
+from stucksolver.guard import NOBODY, RULES, Approvals, Guard, RejectCode, RejectReason, Verdict
 from stucksolver.ladder.rung_actions import Person
 from stucksolver.plan import RecoveryPlan
-from stucksolver.plan.behaviors import KeepLane, Release
+from stucksolver.plan.behaviors import ApprovalLevel, KeepLane
 from stucksolver.plan.behaviors.behavior import CREEP_MPS
 from stucksolver.scene import Scene
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.state_machine.execution import Execution
-from stucksolver.solver.state_machine.history import History, moving, passes
+from stucksolver.solver.state_machine.history import AttemptHistory, moving, passes
 
 RELEASABLE = frozenset(name for name in RULES if name != "red_light")
 """Rules for which a person may be asked, for any plan. A red light is asked about only if the plan does nothing
@@ -25,13 +25,13 @@ ASKABLE = frozenset({RejectCode.APPROVAL, RejectCode.AUTHORITY, RejectCode.SOLID
 
 
 @dataclass(frozen=True)
-class Need:
+class MissingApproval:
     """An approval that would make a refused plan acceptable."""
 
     to: Person
     what: tuple[str, ...]
 
-    def given(self) -> Approvals:
+    def to_approvals(self) -> Approvals:
         """The approvals that hold once it is given."""
         names = frozenset(self.what)
         return Approvals(passenger=names) if self.to == "passenger" else Approvals(operator=names)
@@ -49,7 +49,7 @@ class Admission:
     plan: RecoveryPlan
     verdict: Verdict
     execution: Execution
-    need: Need | None
+    need: MissingApproval | None
     passing: bool
 
 
@@ -60,7 +60,7 @@ def admit(
     *,
     guard: Guard,
     scene: Scene | None,
-    history: History,
+    history: AttemptHistory,
     guided: bool,
     approvals: Approvals,
     again: bool = False,
@@ -82,20 +82,20 @@ def admit(
         The plan with its verdict and, if one approval is missing, which one.
     """
     execution = Execution(plan, guard, guided, approvals)
-    known = against_offers(plan, scene) or history.against(plan)
-    verdict = known or against_releases(plan, guard, approvals) or execution.start(view, now_s)
+    known = check_offered(plan, scene) or history.against(plan)
+    verdict = known or check_authorized(plan, guard, approvals) or execution.start(view, now_s)
     need = None
     if known is None and not verdict.accepted and not again:
-        need = missing_yes(plan, verdict, guard, view, now_s, guided, approvals)
+        need = missing_approval(plan, verdict, guard, view, now_s, guided, approvals)
     return Admission(plan, verdict, execution, need, passes(verdict, moving(view)))
 
 
-def second_opinion(plan: RecoveryPlan, view: FrenetScene, now_s: float, *, guard: Guard, guided: bool) -> str:
+def preview_verdict(plan: RecoveryPlan, view: FrenetScene, now_s: float, *, guard: Guard, guided: bool) -> str:
     """Return what the guard would say about a plan, for a reasoner that checks a plan before it answers."""
     return str(Execution(plan, guard, guided, NOBODY).start(view, now_s))
 
 
-def against_offers(plan: RecoveryPlan, scene: Scene | None) -> Verdict | None:
+def check_offered(plan: RecoveryPlan, scene: Scene | None) -> Verdict | None:
     """Refuse a behaviour, or a start of a new route, that the stack did not offer in the scene."""
     if scene is None:
         return None
@@ -103,40 +103,44 @@ def against_offers(plan: RecoveryPlan, scene: Scene | None) -> Verdict | None:
     known = {w.id for w in scene.waypoints}
     starts = (plan.route_start, *(getattr(b, "route_start", None) for b in plan.behaviors))
     lacking += [f"waypoint {w} is not among the scene's" for w in starts if w is not None and w not in known]
-    return Verdict(rejects=tuple(Reject(code=RejectCode.PRECONDITION, detail=x) for x in lacking)) if lacking else None
+    return (
+        Verdict(rejects=tuple(RejectReason(code=RejectCode.PRECONDITION, detail=x) for x in lacking))
+        if lacking
+        else None
+    )
 
 
-def against_releases(plan: RecoveryPlan, guard: Guard, has: Approvals) -> Verdict | None:
+def check_authorized(plan: RecoveryPlan, guard: Guard, has: Approvals) -> Verdict | None:
     """Refuse a plan if any of its behaviours lacks an approval, even a late one: the plan would end half-way."""
     lacking = [
-        Reject(code=RejectCode.APPROVAL, detail=f"{name} needs a yes from the {needed.value}")
+        RejectReason(code=RejectCode.APPROVAL, detail=f"{name} needs a yes from the {needed.value}")
         for name in dict.fromkeys(b.name for b in plan.behaviors)
         if not has.cover(name, needed := guard.policy.release(name))
     ]
     return Verdict(rejects=tuple(lacking)) if lacking else None
 
 
-def missing_yes(
+def missing_approval(
     plan: RecoveryPlan, verdict: Verdict, guard: Guard, view: FrenetScene, now_s: float, guided: bool, has: Approvals
-) -> Need | None:
+) -> MissingApproval | None:
     """Return the smallest approval with which the guard accepts a refused plan, or None if no approval would help."""
     if not any(r.code in ASKABLE for r in verdict.rejects):
         return None
     people: tuple[Person, ...] = ("passenger", "operator")
     for to in people:
         named = tuple(dict.fromkeys(b.name for b in plan.behaviors if _needs(guard, b.name, to)))
-        for extra in ((), *((rule,) for rule in RULES if rule in releasable_for(plan))):
-            need = Need(to, (*named, *extra))
+        for extra in ((), *((rule,) for rule in RULES if rule in approvable_rules(plan))):
+            need = MissingApproval(to, (*named, *extra))
             if not need.what:
                 continue
-            would = Execution(plan, guard, guided, joined(has, need.given())).start(view, now_s)
+            would = Execution(plan, guard, guided, union(has, need.to_approvals())).start(view, now_s)
             # Traffic that will move on does not prevent a question about a light: the plan then waits for a gap.
             if would.accepted or (extra == RED_LIGHT and not _at_red(would) and passes(would, moving(view))):
                 return need
     return None
 
 
-def releasable_for(plan: RecoveryPlan) -> frozenset[str]:
+def approvable_rules(plan: RecoveryPlan) -> frozenset[str]:
     """The rules for which a person may be asked. A red light only if the plan creeps across it and does nothing
     else.
     """
@@ -150,14 +154,14 @@ def _at_red(verdict: Verdict) -> bool:
 
 def _needs(guard: Guard, behavior: str, to: Person) -> bool:
     release = guard.policy.release(behavior)
-    return release is Release.PASSENGER or (release is Release.OPERATOR and to == "operator")
+    return release is ApprovalLevel.PASSENGER or (release is ApprovalLevel.OPERATOR and to == "operator")
 
 
-def joined(one: Approvals, other: Approvals) -> Approvals:
+def union(one: Approvals, other: Approvals) -> Approvals:
     """The union of two sets of approvals."""
     return Approvals(one.passenger | other.passenger, one.operator | other.operator, one.barred | other.barred)
 
 
-def granted(has: Approvals, by: Person, what: tuple[str, ...]) -> Approvals:
+def with_approval(has: Approvals, by: Person, what: tuple[str, ...]) -> Approvals:
     """The approvals with one more added."""
-    return joined(has, Need(by, what).given())
+    return union(has, MissingApproval(by, what).to_approvals())

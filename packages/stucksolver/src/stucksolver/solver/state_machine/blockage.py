@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from stucksolver.scene.frenet_scene import FrenetScene
-from stucksolver.solver.state_machine.pending_transition import Turn
+from stucksolver.solver.state_machine.pending_transition import PendingTransition
 
 AHEAD_M = 25.0
 """Only a nearer object holds the vehicle (m): its driver would stop behind it, and not drive up to it first. Ours:
@@ -22,7 +22,7 @@ def blocked_at_m(view: FrenetScene) -> float | None:
     return nearest if nearest < AHEAD_M else None
 
 
-def why_stopped(turn: Turn) -> str:
+def blockage_text(turn: PendingTransition) -> str:
     """One line that says what blocks the way and how the last plan ended.
 
     If nothing new has been seen for long, it says this, with the sensors' fault, instead of what was seen before.

@@ -11,8 +11,8 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from stucksolver.guard import NOBODY, Approvals
-from stucksolver.scene import Claim, GuidanceIntent, Reading
-from stucksolver.solver.state_machine.pending_transition import Turn
+from stucksolver.scene import Claim, GuidanceIntent, Interpretation
+from stucksolver.solver.state_machine.pending_transition import PendingTransition
 from stucksolver.solver.state_machine.state import AwaitingApproval, AwaitingGap, Executing, Monitoring, State
 
 TAKES_BACK: Mapping[Claim, frozenset[Claim]] = MappingProxyType(
@@ -35,7 +35,7 @@ BARRED = Approvals(barred=frozenset({"drive_over"}))
 """What a warning bars."""
 
 
-def take(turn: Turn, reading: Reading) -> bool:
+def add_claim(turn: PendingTransition, reading: Interpretation) -> bool:
     """Accept a claim as far as claims are believed.
 
     A denied claim ("that is not a bag") takes back an earlier one, and gives nothing. Words that say that something
@@ -60,7 +60,7 @@ def take(turn: Turn, reading: Reading) -> bool:
     return True
 
 
-def _take_back(turn: Turn, reading: Reading) -> None:
+def _take_back(turn: PendingTransition, reading: Interpretation) -> None:
     """Drop what the words deny, and bar driving over what they warn of."""
     if not turn.state.claims.keys().isdisjoint(reading.denied):
         kept = {claim: until for claim, until in turn.state.claims.items() if claim not in reading.denied}
@@ -72,19 +72,19 @@ def _take_back(turn: Turn, reading: Reading) -> None:
             turn.set(activity=replace(running, execution=running.execution.withdrawn(), withdrawn=True))
 
 
-def in_force(state: State, now_s: float) -> tuple[Claim, ...]:
+def active_claims(state: State, now_s: float) -> tuple[Claim, ...]:
     """The claims that are believed now."""
     return tuple(claim for claim, until_s in state.claims.items() if now_s <= until_s)
 
 
-def confirmed(state: State, now_s: float) -> Approvals:
+def as_guard_input(state: State, now_s: float) -> Approvals:
     """What the passenger has confirmed, in the form that the guard reads."""
-    names = frozenset(CONFIRMS[claim] for claim in in_force(state, now_s) if claim in CONFIRMS)
+    names = frozenset(CONFIRMS[claim] for claim in active_claims(state, now_s) if claim in CONFIRMS)
     barred = BARRED.barred if state.barred_m is not None else frozenset()
     return Approvals(passenger=names, barred=barred) if names or barred else NOBODY
 
 
-def _set_patience(turn: Turn, reading: Reading) -> None:
+def _set_patience(turn: PendingTransition, reading: Interpretation) -> None:
     """A passenger who is late waits less long, one who has time waits longer, within the ladder's bounds."""
     asked = turn.setup.ladder.words.patience
     for claim, factor in ((Claim.HURRY, asked.hurry), (Claim.NO_HURRY, asked.no_hurry)):
@@ -92,7 +92,7 @@ def _set_patience(turn: Turn, reading: Reading) -> None:
             turn.set(escalation=replace(turn.state.escalation, patience=factor))
 
 
-def _wait_for_who_returns(turn: Turn) -> None:
+def _wait_for_who_returns(turn: PendingTransition) -> None:
     """Begin nothing while the words count. A running plan continues, since only a call to stop ends it."""
     state = turn.state
     if isinstance(state.activity, Executing):

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from stucksolver.ladder import AskPerson, AskReasoner, Assist, Ladder, Move, Screen, Waits
+from stucksolver.ladder import AskPerson, AskReasoner, CallAssistance, CheckForWait, Ladder, Move, WaitPolicy
 from stucksolver.plan import WaitReason
 
 DUTIES = frozenset(
@@ -23,7 +23,7 @@ class Rungs:
 
     rungs: tuple[tuple[str, Move], ...]
     screens: bool
-    waits: Waits
+    waits: WaitPolicy
 
     @classmethod
     def of(cls, ladder: Ladder, reasoners: Collection[str], *, only_reasoners: bool = False) -> Rungs:
@@ -45,13 +45,13 @@ class Rungs:
         usable = tuple(
             (kind, move)
             for kind, move in moves
-            if not isinstance(move, Screen)
+            if not isinstance(move, CheckForWait)
             and (move.reasoner in reasoners if isinstance(move, AskReasoner) else not only_reasoners)
         )
         if not usable:
             wanted = ", ".join(sorted({m.reasoner for _, m in moves if isinstance(m, AskReasoner)}))
             raise ValueError(f"no rung of ladder {ladder.name!r} can be used: give a reasoner named {wanted}")
-        return cls(usable, isinstance(moves[0][1], Screen), ladder.waits)
+        return cls(usable, isinstance(moves[0][1], CheckForWait), ladder.waits)
 
 
 @dataclass(frozen=True)
@@ -108,11 +108,11 @@ class Escalation:
 
     # ---- waiting
 
-    def outlived(self, now_s: float) -> frozenset[WaitReason]:
+    def expired_waits(self, now_s: float) -> frozenset[WaitReason]:
         """The reasons to wait that have lasted too long to count."""
         return frozenset(r for r, since in self.waiting.items() if now_s - since > self._patience(r))
 
-    def waited(self, reason: WaitReason | None, now_s: float) -> Escalation | None:
+    def note_wait(self, reason: WaitReason | None, now_s: float) -> Escalation | None:
         """Note that a look found this reason to wait, and schedule the next look as the ladder says.
 
         Returns:
@@ -128,7 +128,7 @@ class Escalation:
         due = now_s + waits.patience(reason).check_every_s
         return replace(self, waiting=waiting, last_wait_s=now_s, repairs=0, not_before_s=due)
 
-    def moved(self) -> Escalation:
+    def note_motion(self) -> Escalation:
         """The vehicle is moving on its own: the next wait is a new one."""
         return self if not self.waiting else replace(self, waiting=NO_WAITS)
 
@@ -149,19 +149,19 @@ class Escalation:
             return None
         return replace(self, repairs=self.repairs + 1, not_before_s=now_s)
 
-    def failed(self, now_s: float, *, counts: bool = True) -> Escalation:
+    def note_failure(self, now_s: float, *, counts: bool = True) -> Escalation:
         """A try led to nothing. With `counts=False` (traffic will move on) it uses up no try. On a person's rung:
         look again.
         """
         move = self.move
         if isinstance(move, AskReasoner):
             return replace(self, repairs=0, tries=self.tries + counts, not_before_s=now_s + move.cooldown_s)
-        if isinstance(move, AskPerson | Assist):
+        if isinstance(move, AskPerson | CallAssistance):
             return replace(self, repairs=0, not_before_s=now_s + move.look_every_s)
         return replace(self, repairs=0)
 
     @property
-    def exhausted(self) -> bool:
+    def out_of_tries(self) -> bool:
         """True if the tries of this rung are used up."""
         return isinstance(self.move, AskReasoner) and self.tries >= self.move.tries
 
@@ -171,6 +171,6 @@ class Escalation:
             return replace(self, tries=0, repairs=0)
         return replace(self, index=self.index + 1, tries=0, repairs=0, since_s=now_s, not_before_s=now_s)
 
-    def begun(self) -> Escalation:
+    def note_accepted(self) -> Escalation:
         """A plan was accepted: the next refusal may be repaired again."""
         return replace(self, repairs=0)

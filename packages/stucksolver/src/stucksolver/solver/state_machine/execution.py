@@ -12,30 +12,30 @@ from stucksolver.guard import (
     Approvals,
     GivingWay,
     Guard,
-    Proven,
     ProvenLeg,
-    Reject,
+    ProvenPlan,
     RejectCode,
+    RejectReason,
     Verdict,
-    begun_waiting,
+    begin_nosed_out,
 )
 from stucksolver.guard.turn_around import unreleased_line
 from stucksolver.plan import Execute, RecoveryPlan, Replan, SafeStop
 from stucksolver.plan.behaviors import (
-    Abort,
+    AbortAction,
     Behavior,
     KeepLane,
     RejoinRoute,
     ReplanRoute,
     RequestAssistance,
-    TurnRound,
+    TurnAround,
     Wait,
 )
 from stucksolver.plan.behaviors.turn_around import BEGUN_RAD
-from stucksolver.plan.frenet_path import Manoeuvre, landing_m
+from stucksolver.plan.frenet_path import FrenetPath, landing_m
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome, Step, stand
-from stucksolver.solver.state_machine.gap_wait import STOPPED_MPS, Waiting, sight_may_come, to_let_by
+from stucksolver.solver.state_machine.gap_wait import STOPPED_MPS, GapWait, sight_may_improve, yield_targets
 from stucksolver.solver.state_machine.history import moving, passes
 from stucksolver.solver.state_machine.path_points import ARRIVED_M, along_leg, facing, has_arrived, path_points
 from stucksolver.solver.state_machine.segments import segments_of
@@ -73,7 +73,7 @@ class Execution:
         self._guided = guided
         self._approvals = approvals
         self._segments: tuple[tuple[Behavior, ...], ...] = segments_of(plan.behaviors)
-        self._proven: Proven | None = None
+        self._proven: ProvenPlan | None = None
         self._leg: ProvenLeg | None = None
         self._legs_begun = 0
         self._moved_s = 0.0
@@ -86,10 +86,10 @@ class Execution:
         self._index = 0
         self._withdrawn = False
         self._ending: ExecutionOutcome | None = None
-        self._way_back: Manoeuvre | None = None
+        self._way_back: FrenetPath | None = None
         self._gives_way: GivingWay = False
         self._gave_way_s = (0.0, 0.0)
-        self._waiting: Waiting | None = None
+        self._waiting: GapWait | None = None
         self._blind: Execute | None = None
         self.last_verdict = Verdict()
         self.next_was_refused = False
@@ -98,9 +98,9 @@ class Execution:
     def start(self, view: FrenetScene, now_s: float) -> Verdict:
         """Have the guard prove the next stretch, and begin it if it is accepted."""
         segment = self._segments[0]
-        proven: Proven | None = None
+        proven: ProvenPlan | None = None
         leg: ProvenLeg | None = None
-        if isinstance(segment[0], TurnRound):
+        if isinstance(segment[0], TurnAround):
             verdict, leg = self._guard.accept_turn(segment[0], view, self._approvals)
         elif segment[0].stands_still:
             verdict = self._guard.allows_standing(segment[0], view, self._approvals)
@@ -116,7 +116,7 @@ class Execution:
             self._begin(proven, leg, view, now_s)
         return verdict
 
-    def _begin(self, proven: Proven | None, leg: ProvenLeg | None, view: FrenetScene, now_s: float) -> None:
+    def _begin(self, proven: ProvenPlan | None, leg: ProvenLeg | None, view: FrenetScene, now_s: float) -> None:
         segment, self._segments = self._segments[0], self._segments[1:]
         self._proven, self._leg, self._behavior = proven, leg, segment[0]
         self._index, self._shown, self._waiting = 0, False, None
@@ -125,9 +125,9 @@ class Execution:
         self._until_s = now_s + max(b.time_allowance_s(expected) for b in segment)
         self._directive = self._direct(view)
 
-    def _turn_released(self, proven: Proven | None, view: FrenetScene) -> Verdict:
+    def _turn_released(self, proven: ProvenPlan | None, view: FrenetScene) -> Verdict:
         """Judge whether a turn later in the plan lacks an approval, before the stretch that leads to it begins."""
-        turn = next((b for segment in self._segments[1:] for b in segment if isinstance(b, TurnRound)), None)
+        turn = next((b for segment in self._segments[1:] for b in segment if isinstance(b, TurnAround)), None)
         if turn is None:
             return OK
         at = (view.ego.x_m, view.ego.y_m)
@@ -146,7 +146,7 @@ class Execution:
         other.withdraw()
         return other
 
-    def ticked(self, view: FrenetScene, now_s: float) -> tuple[Execution, Step | ExecutionOutcome]:
+    def advance(self, view: FrenetScene, now_s: float) -> tuple[Execution, Step | ExecutionOutcome]:
         """Return a copy advanced by one tick, with the step to take or the outcome. This object does not change."""
         other = copy.copy(self)
         return other, other.tick(view, now_s)
@@ -157,7 +157,7 @@ class Execution:
             return self._end(view)
         waits = self._gives_way and abs(view.ego.speed_mps) < STOPPED_MPS and self._guard.may_stand(view)
         if self._withdrawn and (waits or not self._committed(view)):
-            return self._abort(Abort.STOP, OK, view, "withdrawn")
+            return self._abort(AbortAction.STOP, OK, view, "withdrawn")
         if self._gap_until_s is not None:
             return self._next(view, now_s)
         if self._leg is not None:
@@ -181,21 +181,21 @@ class Execution:
         self._shown = True
         return self._directive
 
-    def _move(self, proven: Proven, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
+    def _move(self, proven: ProvenPlan, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
         self.last_verdict = verdict = self._guard.recheck(proven, view, self._gives_way)
-        if verdict.abort is Abort.GIVE_WAY:
+        if verdict.abort is AbortAction.YIELD:
             return self._give_way(verdict, view, now_s)
-        if verdict.abort is Abort.STOP_SOON:
+        if verdict.abort is AbortAction.STOP_SOON:
             return self._stop_soon(proven.path, view, proven.reverse)
         if self._gives_way or self._blind is not None:
             self._gives_way, self._blind, self._directive = False, None, self._direct(view)
-        if not verdict.accepted and verdict.abort is not Abort.FINISH:
-            return self._abort(verdict.abort or Abort.STOP, verdict, view)
+        if not verdict.accepted and verdict.abort is not AbortAction.FINISH:
+            return self._abort(verdict.abort or AbortAction.STOP, verdict, view)
         seen = facing(view, proven)
         if now_s > self._until_s and not proven.committed(seen.ego_s):
-            late = Reject(code=RejectCode.TIMEOUT, detail="it took longer than its time allowance")
-            self.last_verdict = Verdict(rejects=(late,), abort=Abort.STOP)
-            return self._abort(Abort.STOP, self.last_verdict, view)
+            late = RejectReason(code=RejectCode.TIMEOUT, detail="it took longer than its time allowance")
+            self.last_verdict = Verdict(rejects=(late,), abort=AbortAction.STOP)
+            return self._abort(AbortAction.STOP, self.last_verdict, view)
         if has_arrived(proven, seen) or (self._behavior.done(view) and not proven.committed(seen.ego_s)):
             self._proven = None
             return self._next(view, now_s)
@@ -211,7 +211,7 @@ class Execution:
         """True if perception has failed past the commit point and the vehicle is led to a stop."""
         return self._blind is not None
 
-    def _stop_soon(self, path: Manoeuvre, view: FrenetScene, reverse: bool = False) -> Execute:
+    def _stop_soon(self, path: FrenetPath, view: FrenetScene, reverse: bool = False) -> Execute:
         """Lead the vehicle slowly to a stop. It is computed once: what is known does not change until sight returns."""
         if self._blind is None:
             way = self._guard.stopping_soon(path, view, reverse)
@@ -226,10 +226,10 @@ class Execution:
         """Brake for others with the plan still in force. Outside junctions this uses up none of its time."""
         since_s, last_s = self._gave_way_s if self._gives_way else (now_s, now_s)
         self._gave_way_s = (since_s, now_s)
-        self._waiting = Waiting.after(self._waiting, verdict, view, now_s)
+        self._waiting = GapWait.after(self._waiting, verdict, view, now_s)
         if view.zone_at(view.ego_s) is None:
             self._until_s += now_s - last_s
-            in_vain = self._waiting.in_vain(view.ego, now_s) and self._guard.may_stand(view)
+            in_vain = self._waiting.has_timed_out(view.ego, now_s) and self._guard.may_stand(view)
             late = in_vain or now_s - since_s > GAP_WAIT_S
         else:
             # The stack can get through a junction by itself; a plan does not leave it standing there.
@@ -238,7 +238,7 @@ class Execution:
             stays = self._waiting.in_vain_s is not None
             why = "what is in its way does not move" if stays else "it gave way for longer than its time allowance"
             return ExecutionOutcome(False, f"{why}: {verdict}", verdict)
-        self._gives_way = to_let_by(verdict, view.ego, self._gives_way)
+        self._gives_way = yield_targets(verdict, view.ego, self._gives_way)
         return stand(verdict.brake_mps2)
 
     def _turn(self, leg: ProvenLeg, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
@@ -248,8 +248,8 @@ class Execution:
         rests = abs(view.ego.speed_mps) < STOPPED_MPS
         if now_s > self._until_s:
             why = refused if verdict.accepted else verdict
-            return self._abort(Abort.STOP, why, view, f"the turn took longer than its time allowance: {why}")
-        if verdict.abort is Abort.GIVE_WAY:
+            return self._abort(AbortAction.STOP, why, view, f"the turn took longer than its time allowance: {why}")
+        if verdict.abort is AbortAction.YIELD:
             self._gives_way = True
             return stand(verdict.brake_mps2)
         left_m = leg.left_m(view)
@@ -280,7 +280,7 @@ class Execution:
             return self._directive
         self._segments, self.last_verdict = after, verdict
         if verdict.accepted or RejectCode.NO_PATH in verdict.codes:
-            return self._abort(Abort.STOP, verdict, view, f"the turn cannot be finished: {verdict}")
+            return self._abort(AbortAction.STOP, verdict, view, f"the turn cannot be finished: {verdict}")
         return stand(None)
 
     def _next(self, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
@@ -306,10 +306,10 @@ class Execution:
             self._gap_until_s, self._traffic_s = now_s + (RETURN_WAIT_S if returns else GAP_WAIT_S), now_s
         passing = returns or passes(verdict, moving(view), sensed=view.ego.position_sd_m is not None)
         self._traffic_s = now_s if passing else self._traffic_s
-        passing = passing or sight_may_come(verdict, view.ego, now_s - self._traffic_s)
+        passing = passing or sight_may_improve(verdict, view.ego, now_s - self._traffic_s)
         if passing and now_s < self._gap_until_s and self._guard.may_stand(view):
             stops = len(self._segments) > 1
-            begun = begun_waiting(self._guard, self._segments[0], view, self._guided, self._approvals, stops)
+            begun = begin_nosed_out(self._guard, self._segments[0], view, self._guided, self._approvals, stops)
             if begun is not None:
                 self.last_verdict, proven = begun
                 self._gap_until_s = None
@@ -317,17 +317,17 @@ class Execution:
                 return self._give_way(self.last_verdict, view, now_s)
             return stand(None)
         self._gap_until_s, self.next_was_refused = None, True
-        return self._abort(Abort.STOP, verdict, view, f"the next step was refused: {verdict}")
+        return self._abort(AbortAction.STOP, verdict, view, f"the next step was refused: {verdict}")
 
     def _abort(
-        self, way: Abort, verdict: Verdict, view: FrenetScene, why: str | None = None
+        self, way: AbortAction, verdict: Verdict, view: FrenetScene, why: str | None = None
     ) -> Step | ExecutionOutcome:
         """End the plan: stop if the place allows it, else drive back, else hand over at once.
 
         After a hand-over the stack drives on by itself. The vehicle never stands where nobody should.
         """
         self._ending = ExecutionOutcome(False, why or str(verdict), verdict)
-        if way is Abort.RETURN_TO_LANE or not self._guard.may_stand(view):
+        if way is AbortAction.RETURN_TO_LANE or not self._guard.may_stand(view):
             self._way_back = self._guard.way_back(view)
             if self._way_back is None:
                 return self._ending
@@ -352,14 +352,14 @@ class Execution:
         self._directive = self._directive if hard is None else stand(hard)
         return self._directive
 
-    def _go_back(self, path: Manoeuvre, view: FrenetScene) -> Step | ExecutionOutcome:
+    def _go_back(self, path: FrenetPath, view: FrenetScene) -> Step | ExecutionOutcome:
         """Continue on the way back, or stop for someone who would be touched. Hand over if the ego stands."""
         assert self._ending is not None and self._directive is not None
         if self._guard.is_stale(view):
             return self._stop_soon(path, view)
         self._blind = None
         verdict = self._guard.recheck_way_back(path, view, bool(self._gives_way))
-        self._gives_way = verdict.abort is Abort.GIVE_WAY
+        self._gives_way = verdict.abort is AbortAction.YIELD
         if not self._gives_way:
             return self._directive
         if abs(view.ego.speed_mps) < STOPPED_MPS:

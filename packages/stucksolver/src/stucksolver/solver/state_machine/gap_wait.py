@@ -28,7 +28,7 @@ STOPPED_MPS = 0.15
 
 
 @dataclass(frozen=True)
-class Waiting:
+class GapWait:
     """Where a plan began to give way, x, y (m), and when (s)."""
 
     x_m: float
@@ -38,7 +38,7 @@ class Waiting:
     """Since when it waits for nothing that moves (s); None while something does."""
 
     @staticmethod
-    def after(before: Waiting | None, verdict: Verdict, view: FrenetScene, now_s: float) -> Waiting:
+    def after(before: GapWait | None, verdict: Verdict, view: FrenetScene, now_s: float) -> GapWait:
         """Return the same wait after one more tick, or a new one if the ego has got on since."""
         ego, in_vain_s = view.ego, None if before is None else before.in_vain_s
         if not waits_for_nothing(verdict, moving(view)):
@@ -46,10 +46,10 @@ class Waiting:
         elif in_vain_s is None:
             in_vain_s = now_s
         if before is None or math.hypot(ego.x_m - before.x_m, ego.y_m - before.y_m) > GETS_ON_M:
-            return Waiting(ego.x_m, ego.y_m, now_s, in_vain_s)
+            return GapWait(ego.x_m, ego.y_m, now_s, in_vain_s)
         return replace(before, in_vain_s=in_vain_s)
 
-    def in_vain(self, ego: EgoState, now_s: float) -> bool:
+    def has_timed_out(self, ego: EgoState, now_s: float) -> bool:
         """True if the ego has stood too long: with sensors by time alone, else only for what does not move.
 
         What sensors report of an object wavers, so that a stationary object may be traffic there.
@@ -61,13 +61,13 @@ class Waiting:
         return self.in_vain_s is not None and now_s - self.in_vain_s > STAYS_WAIT_S
 
 
-def sight_may_come(verdict: Verdict, ego: EgoState, waited_s: float) -> bool:
+def sight_may_improve(verdict: Verdict, ego: EgoState, waited_s: float) -> bool:
     """True if only the sight of the oncoming lane lacks, and sensors have not had the time for it (s) yet."""
     lacks = set(verdict.codes) == {RejectCode.ONCOMING_SIGHT}
     return ego.position_sd_m is not None and lacks and waited_s < SIGHT_COMES_S
 
 
-def to_let_by(verdict: Verdict, ego: EgoState, before: GivingWay) -> GivingWay:
+def yield_targets(verdict: Verdict, ego: EgoState, before: GivingWay) -> GivingWay:
     """Return to whom the ego gives way: those whom a verdict names, or everybody if it names nobody.
 
     What sensors see of a vehicle wavers: by them, one that was named `before` still has to be let by.

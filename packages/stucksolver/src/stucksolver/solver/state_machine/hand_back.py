@@ -15,7 +15,7 @@ from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.state_machine import blockage, human_in_the_loop
 from stucksolver.solver.state_machine.execution_steps import stand
-from stucksolver.solver.state_machine.pending_transition import BLIND_LIMIT_S, Turn
+from stucksolver.solver.state_machine.pending_transition import BLIND_LIMIT_S, PendingTransition
 from stucksolver.solver.state_machine.state import Driving, Executing, Holding, MinimalRisk
 
 HOLD_S = 60.0
@@ -38,7 +38,7 @@ COURSE_M = 0.1
 """Over a shorter way the heading says nothing about the curve (m)."""
 
 
-def blocked_at_m(turn: Turn) -> float | None:
+def blocked_at_m(turn: PendingTransition) -> float | None:
     """Return the gap to what stands in the path close ahead (m); None if nothing does, nothing is known, or the stop of
     this intervention is over.
     """
@@ -51,7 +51,7 @@ def blocked_at_m(turn: Turn) -> float | None:
 # ---- a plan has ended
 
 
-def after_plan(turn: Turn) -> bool:
+def after_plan(turn: PendingTransition) -> bool:
     """Hand the vehicle back after a plan, or hold it where the driver's own next second is not clear.
 
     Returns:
@@ -65,7 +65,7 @@ def after_plan(turn: Turn) -> bool:
     return stays
 
 
-def stay(turn: Turn) -> Directive:
+def stay(turn: PendingTransition) -> Directive:
     """Hold the vehicle until the driver's own next second is clear, the hold is at its limit, or a plan begins."""
     posture, under_way = turn.state.posture, turn.state.intervention
     assert isinstance(posture, Holding)
@@ -79,14 +79,14 @@ def stay(turn: Turn) -> Directive:
     return stand(posture.brake_mps2)
 
 
-def _let_go(turn: Turn, why: str) -> Directive:
+def _let_go(turn: PendingTransition, why: str) -> Directive:
     turn.set(posture=Driving())
     turn.note(handed_back=True, course=())
     turn.tell(EventKind.RELEASED, why)
     return CONTINUE
 
 
-def _clear(turn: Turn) -> bool:
+def _clear(turn: PendingTransition) -> bool:
     """True if the driver may go on from here, or if nothing has been seen for long."""
     if turn.view is None:
         return turn.sight.blind_s > BLIND_LIMIT_S
@@ -96,7 +96,7 @@ def _clear(turn: Turn) -> bool:
 # ---- the driver drives again
 
 
-def watch(turn: Turn) -> Directive:
+def watch(turn: PendingTransition) -> Directive:
     """After a hand-back, hold the vehicle at the last moment before its driver touches something."""
     under_way = turn.state.intervention
     if under_way is None or not under_way.handed_back or isinstance(turn.state.activity, Executing):
@@ -140,7 +140,7 @@ def _curvature_per_m(course: tuple[tuple[float, float, float, float], ...], view
 # ---- the stop of the last rung
 
 
-def end_stop(turn: Turn) -> None:
+def end_stop(turn: PendingTransition) -> None:
     """End the stop of the last rung if its reason has ended, or if it has lasted to its limit.
 
     Its reason has ended if what blocked the path is gone or has moved on, the driver's own next second is clear, and
@@ -164,7 +164,7 @@ def end_stop(turn: Turn) -> None:
         turn.set(posture=replace(posture, gap_m=nearest, free_since_s=since))
 
 
-def _end(turn: Turn, why: str, *, calls_on: bool) -> None:
+def _end(turn: PendingTransition, why: str, *, calls_on: bool) -> None:
     turn.drop_query()
     human_in_the_loop.release(turn, why, calls_on=calls_on)
     turn.set(posture=Driving())

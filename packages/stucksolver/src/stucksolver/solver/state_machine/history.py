@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from stucksolver.guard import OK, Reject, RejectCode, Verdict
+from stucksolver.guard import OK, RejectCode, RejectReason, Verdict
 from stucksolver.plan import RecoveryPlan
 from stucksolver.plan.behaviors import Behavior
 from stucksolver.plan.behaviors.behavior import CREEP_MPS
-from stucksolver.scene import AttemptEnd, PastAttempt
+from stucksolver.scene import AttemptOutcome, FailedAttempt
 from stucksolver.scene.frenet_scene import FrenetScene
 
 UNSEEN = frozenset({RejectCode.TIMEOUT, RejectCode.DEVIATION})
@@ -26,9 +26,9 @@ PASSING = frozenset(
 )
 """Reasons that end when the traffic moves on: waiting is right, and no try is used up."""
 TEXTS = {
-    AttemptEnd.DENIED: "a person said no",
-    AttemptEnd.GIVEN_UP: "its next step was refused after the first one was done",
-    AttemptEnd.USELESS: "it was done, and the vehicle did not get on",
+    AttemptOutcome.DECLINED: "a person said no",
+    AttemptOutcome.ABORTED: "its next step was refused after the first one was done",
+    AttemptOutcome.INEFFECTIVE: "it was done, and the vehicle did not get on",
 }
 ALIKE = 0.5
 """Two plans whose distances (m) and speeds (m/s) differ by less than this are the same plan."""
@@ -69,19 +69,19 @@ def _figures(behavior: Behavior) -> list[float]:
 
 
 @dataclass(frozen=True)
-class History:
+class AttemptHistory:
     """The failed plans of one intervention. `remembered` is the number of attempts reported to the reasoner."""
 
     remembered: int
     barred: Mapping[Signature, str] = field(default_factory=lambda: MappingProxyType({}))
     """Plans that are not begun again, with the reason."""
-    attempts: tuple[PastAttempt, ...] = ()
+    attempts: tuple[FailedAttempt, ...] = ()
     halves: tuple[RecoveryPlan, ...] = ()
     """Plans that ended because a later step was refused."""
 
-    def noted(
-        self, plan: RecoveryPlan, ended: AttemptEnd, time_s: float, *, text: str = "", verdict: Verdict = OK
-    ) -> History:
+    def with_attempt(
+        self, plan: RecoveryPlan, ended: AttemptOutcome, time_s: float, *, text: str = "", verdict: Verdict = OK
+    ) -> AttemptHistory:
         """Add an attempt to those reported to the reasoner.
 
         Args:
@@ -91,7 +91,7 @@ class History:
             text: A reason beyond the verdict.
             verdict: Why it was refused or given up.
         """
-        attempt = PastAttempt(
+        attempt = FailedAttempt(
             time_s=time_s,
             behaviors=tuple(b.name for b in plan.behaviors),
             ended=ended,
@@ -102,48 +102,48 @@ class History:
         )
         return replace(self, attempts=(*self.attempts, attempt)[-self.remembered :] if self.remembered else ())
 
-    def aborted(self, plan: RecoveryPlan, verdict: Verdict) -> History:
+    def aborted(self, plan: RecoveryPlan, verdict: Verdict) -> AttemptHistory:
         """A running plan was given up: bar it if the reason cannot be seen before it starts."""
         codes = sorted({r.code.value for r in verdict.rejects if r.code in UNSEEN})
         return self._barred(plan, ", ".join(codes)) if codes else self
 
-    def half_done(self, plan: RecoveryPlan) -> History:
+    def half_done(self, plan: RecoveryPlan) -> AttemptHistory:
         """A later step of the plan was refused. The same plan would end there again; another one of its kind may not.
 
         A second plan of the kind is the last one.
         """
         kept = replace(self, halves=(*self.halves, plan))
         again = any(signature(one) == signature(plan) for one in self.halves)
-        return kept._barred(plan, TEXTS[AttemptEnd.GIVEN_UP]) if again else kept
+        return kept._barred(plan, TEXTS[AttemptOutcome.ABORTED]) if again else kept
 
-    def useless(self, plan: RecoveryPlan) -> History:
+    def useless(self, plan: RecoveryPlan) -> AttemptHistory:
         """The plan finished and changed nothing."""
-        return self._barred(plan, TEXTS[AttemptEnd.USELESS])
+        return self._barred(plan, TEXTS[AttemptOutcome.INEFFECTIVE])
 
     @staticmethod
     def may_be_useless(plan: RecoveryPlan) -> bool:
         """True if the plan should have moved the vehicle on. Moves that only prepare the next step do not count."""
         return not all(b.prepares for b in plan.behaviors)
 
-    def denied(self, plan: RecoveryPlan) -> History:
+    def denied(self, plan: RecoveryPlan) -> AttemptHistory:
         """A person denied the plan."""
-        return self._barred(plan, TEXTS[AttemptEnd.DENIED])
+        return self._barred(plan, TEXTS[AttemptOutcome.DECLINED])
 
     def against(self, plan: RecoveryPlan) -> Verdict | None:
         """Refuse a plan that failed before, if the reason still holds."""
         why = self.barred.get(signature(plan))
         if why is None and any(_alike(one, plan) for one in self.halves):
-            why = TEXTS[AttemptEnd.GIVEN_UP]
+            why = TEXTS[AttemptOutcome.ABORTED]
         if why is None:
             return None
         detail = f"the same plan failed before: {why}"
-        return Verdict(rejects=(Reject(code=RejectCode.REPEATED, detail=detail),))
+        return Verdict(rejects=(RejectReason(code=RejectCode.REPEATED, detail=detail),))
 
-    def without_attempts(self) -> History:
+    def without_attempts(self) -> AttemptHistory:
         """Forget the attempts, because new words ask for something new; barred plans stay barred."""
         return replace(self, attempts=())
 
-    def _barred(self, plan: RecoveryPlan, why: str) -> History:
+    def _barred(self, plan: RecoveryPlan, why: str) -> AttemptHistory:
         return replace(self, barred=MappingProxyType({**self.barred, signature(plan): why}))
 
 
@@ -163,7 +163,7 @@ def passes(verdict: Verdict, moving: frozenset[str], *, sensed: bool = False) ->
     near = (RejectCode.COLLISION, RejectCode.CLEARANCE, RejectCode.GAP, RejectCode.NO_ABORT)
     traffic = [r.code in PASSING or (r.code in near and r.object_id in moving) for r in verdict.rejects]
     # What is hidden beside traffic is mostly hidden by that traffic, and is seen once it has moved on.
-    unseen = (RejectCode.UNSEEN, RejectCode.ONCOMING_SIGHT) if sensed else (RejectCode.UNSEEN,)
+    unseen = (RejectCode.PATH_NOT_VISIBLE, RejectCode.ONCOMING_SIGHT) if sensed else (RejectCode.PATH_NOT_VISIBLE,)
     hidden = [r.code in unseen for r in verdict.rejects]
     return any(traffic) and all(one or other for one, other in zip(traffic, hidden, strict=True))
 
@@ -175,5 +175,5 @@ def waits_for_nothing(verdict: Verdict, moving: frozenset[str]) -> bool:
         verdict: The refusal.
         moving: Ids of the moving objects.
     """
-    ends = PASSING | {RejectCode.UNSEEN, RejectCode.ONCOMING_SIGHT}
+    ends = PASSING | {RejectCode.PATH_NOT_VISIBLE, RejectCode.ONCOMING_SIGHT}
     return not any(r.code in ends or r.object_id in moving for r in verdict.rejects)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from stucksolver.guard import NOBODY
-from stucksolver.ladder import Assist, Resume
+from stucksolver.ladder import CallAssistance, Resume
 from stucksolver.plan import Directive, SafeStop
-from stucksolver.reasoners import Answer
-from stucksolver.scene import AttemptEnd
+from stucksolver.reasoners import ReasonerAnswer
+from stucksolver.scene import AttemptOutcome
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.questions import Question, QuestionKind
-from stucksolver.solver.state_machine.admission import Admission, granted
-from stucksolver.solver.state_machine.blockage import why_stopped
+from stucksolver.solver.state_machine.admission import Admission, with_approval
+from stucksolver.solver.state_machine.blockage import blockage_text
 from stucksolver.solver.state_machine.history import signature
-from stucksolver.solver.state_machine.pending_transition import Turn
+from stucksolver.solver.state_machine.pending_transition import PendingTransition
 from stucksolver.solver.state_machine.state import AwaitingApproval, MinimalRisk, Monitoring
 
 SETS_OFF_MPS = 5 / 3.6
@@ -21,7 +21,7 @@ SETS_OFF_MPS = 5 / 3.6
 # ---- approval of a plan
 
 
-def ask_for_yes(turn: Turn, judged: Admission, answer: Answer) -> None:
+def request_approval(turn: PendingTransition, judged: Admission, answer: ReasonerAnswer) -> None:
     """Ask a person to approve a plan that lacks only this approval."""
     need = judged.need
     assert need is not None
@@ -32,14 +32,14 @@ def ask_for_yes(turn: Turn, judged: Admission, answer: Answer) -> None:
     turn.ask_person(QuestionKind.APPROVAL, need.to, text, within_s=within, plan=judged.plan, needs=need.what)
 
 
-def overdue(turn: Turn) -> bool:
+def is_question_overdue(turn: PendingTransition) -> bool:
     """True if nobody answered the open question in time."""
     question = turn.state.question
     limit = None if question is None else question.within_s
     return limit is not None and turn.now_s - turn.state.question_since_s > limit
 
 
-def unanswered(turn: Turn, question: Question) -> None:
+def handle_unanswered(turn: PendingTransition, question: Question) -> None:
     """Handle a question that nobody answered in time."""
     turn.withdraw_question()
     turn.tell(EventKind.CANCELLED, f"no answer from the {question.to}", question=question)
@@ -48,35 +48,37 @@ def unanswered(turn: Turn, question: Question) -> None:
     else:
         if question.plan is not None:
             told = f"no answer from the {question.to}"
-            turn.set(history=turn.state.history.noted(question.plan, AttemptEnd.REFUSED, turn.stack_s, text=told))
+            turn.set(
+                history=turn.state.history.with_attempt(question.plan, AttemptOutcome.REJECTED, turn.stack_s, text=told)
+            )
         turn.failed()
 
 
-def agreed(turn: Turn, question: Question) -> None:
+def record_approval(turn: PendingTransition, question: Question) -> None:
     """Keep an approval of this plan until the intervention ends."""
     under_way = turn.state.intervention
     assert question.plan is not None and under_way is not None
     key = signature(question.plan)
-    yes = granted(under_way.approved.get(key, NOBODY), question.to, question.needs)
+    yes = with_approval(under_way.approved.get(key, NOBODY), question.to, question.needs)
     turn.note(approved={**under_way.approved, key: yes})
 
 
-def denied(turn: Turn, question: Question) -> None:
+def record_declined_plan(turn: PendingTransition, question: Question) -> None:
     """Bar a plan that a person denied for the rest of this intervention."""
     assert question.plan is not None
     turn.set(activity=Monitoring())
     history = turn.state.history.denied(question.plan)
-    turn.set(history=history.noted(question.plan, AttemptEnd.DENIED, turn.stack_s))
+    turn.set(history=history.with_attempt(question.plan, AttemptOutcome.DECLINED, turn.stack_s))
     turn.failed()
 
 
 # ---- help from outside
 
 
-def halt(turn: Turn, move: Assist, gap_m: float) -> Directive:
+def stop_for_assistance(turn: PendingTransition, move: CallAssistance, gap_m: float) -> Directive:
     """Enter the minimal risk condition behind what blocks the path `gap_m` ahead (m), and call for help."""
     state = turn.state
-    why = why_stopped(turn)
+    why = blockage_text(turn)
     assert not isinstance(state.posture, MinimalRisk)
     stop = MinimalRisk(SafeStop(reason=why), state.posture, turn.now_s, gap_m)
     turn.set(posture=stop)
@@ -86,33 +88,33 @@ def halt(turn: Turn, move: Assist, gap_m: float) -> Directive:
     return stop.directive
 
 
-def not_held(turn: Turn, move: Assist, *, may_stop: bool) -> None:
+def not_held(turn: PendingTransition, move: CallAssistance, *, may_stop: bool) -> None:
     """Call for help and leave the vehicle to its driver: it may not stop here, or nothing is in its path."""
-    why = why_stopped(turn)
+    why = blockage_text(turn)
     if turn.state.question is None:
         call_for_help(turn, why if may_stop else f"it stands where nobody should: {why}")
     turn.pause(turn.now_s + move.look_every_s)
 
 
-def call_for_help(turn: Turn, why: str) -> None:
+def call_for_help(turn: PendingTransition, why: str) -> None:
     """Ask the operator for help and say why."""
     turn.ask_person(QuestionKind.ASSISTANCE, "operator", f"The vehicle needs help: {why}")
 
 
-def still_calls(turn: Turn) -> bool:
+def still_calls(turn: PendingTransition) -> bool:
     """True if help stays called although the vehicle is its driver's again, because it has not set off yet."""
     question, under_way = turn.state.question, turn.state.intervention
     calls = question is not None and question.kind is QuestionKind.ASSISTANCE
     return calls and under_way is not None and under_way.stop_is_spent and abs(turn.status.speed_mps) < SETS_OFF_MPS
 
 
-def resumes(turn: Turn) -> Resume | None:
+def resumes(turn: PendingTransition) -> Resume | None:
     """Return what ends the stop on the last rung, if anything does."""
     move = turn.state.escalation.move
-    return move.resume if isinstance(move, Assist) else None
+    return move.resume if isinstance(move, CallAssistance) else None
 
 
-def release(turn: Turn, why: str, *, calls_on: bool = False) -> None:
+def release(turn: PendingTransition, why: str, *, calls_on: bool = False) -> None:
     """End the stop. The rung stays until the hand-back is verified. `calls_on` keeps the call for help open."""
     posture, move = turn.state.posture, turn.state.escalation.move
     if isinstance(posture, MinimalRisk):
@@ -121,11 +123,11 @@ def release(turn: Turn, why: str, *, calls_on: bool = False) -> None:
     if not calls_on:
         turn.withdraw_question()
     turn.tell(EventKind.RELEASED, why)
-    turn.set(afresh_s=turn.now_s)  # it stood because it was told to stand
-    turn.pause(turn.now_s + (move.look_every_s if isinstance(move, Assist) else 0.0))
+    turn.set(detector_ignored_until_s=turn.now_s)  # it stood because it was told to stand
+    turn.pause(turn.now_s + (move.look_every_s if isinstance(move, CallAssistance) else 0.0))
 
 
-def helped_out(turn: Turn, yes: bool) -> Directive:
+def helped_out(turn: PendingTransition, yes: bool) -> Directive:
     """Handle the operator's answer to the call for help."""
     if yes:
         release(turn, "the operator lets it try again")
@@ -134,7 +136,7 @@ def helped_out(turn: Turn, yes: bool) -> Directive:
     return turn.resting
 
 
-def only_looks(turn: Turn) -> bool:
+def only_looks(turn: PendingTransition) -> bool:
     """True if the vehicle has stopped on the last rung and a plan of the reasoner does not count."""
     stopped = isinstance(turn.state.posture, MinimalRisk)
     return stopped and turn.state.words is None and resumes(turn) is not Resume.PLAN

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from stucksolver.guard import Guard
 from stucksolver.immobilization import Trigger
 from stucksolver.ladder import Ladder
-from stucksolver.reasoners import Answer
+from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.scene import Guidance, Scene, Status, Surroundings
 from stucksolver.solver.query import NoAnswer
-from stucksolver.solver.questions import Reply
+from stucksolver.solver.questions import PersonReply
 
 
 @dataclass(frozen=True)
-class Sight:
+class SurroundingsInput:
     """What the senses show at a tick. `blind_s` is the time since anything new was seen (s)."""
 
     surroundings: Surroundings | None
@@ -24,7 +24,7 @@ class Sight:
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class SceneInput:
     """The stack's scene at a tick, or None with the reason. `camera_fault` says why its image was left out."""
 
     scene: Scene | None
@@ -33,7 +33,7 @@ class Snapshot:
 
 
 @dataclass(frozen=True)
-class Heard:
+class GuidanceInput:
     """A passenger's words with their reading. `fault` says why they could not be read."""
 
     words: Guidance
@@ -61,22 +61,22 @@ class Inputs:
     """
 
     status: Status
-    look: Callable[[], Sight]
-    scene: Callable[[], Snapshot]
+    look: Callable[[], SurroundingsInput]
+    scene: Callable[[], SceneInput]
     trigger: Trigger | None = None
     slow_since_s: float | None = None
     progress_in_window_m: float | None = None
     offset_s: float = 0.0
     jump_s: float | None = None
-    heard: Heard | None = None
+    heard: GuidanceInput | None = None
     hearing: bool = False
-    reply: Reply | None = None
-    answer: Answer | NoAnswer | None = None
+    reply: PersonReply | None = None
+    answer: ReasonerAnswer | NoAnswer | None = None
     busy: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
-class Setup:
+class SolverSetup:
     """The parts of a solver that do not change.
 
     Attributes:

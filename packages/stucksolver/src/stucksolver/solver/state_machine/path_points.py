@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from stucksolver.guard import Proven, ProvenLeg
+from stucksolver.guard import ProvenLeg, ProvenPlan
 from stucksolver.plan import Execute, PathPoint
-from stucksolver.plan.frenet_path import Manoeuvre, landing_m
-from stucksolver.plan.multi_point_turn import driven_line
+from stucksolver.plan.frenet_path import FrenetPath, landing_m
+from stucksolver.plan.multi_point_turn import leg_driving_line
 from stucksolver.scene.frenet import Array
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.state_machine.gap_wait import STOPPED_MPS
@@ -20,18 +20,18 @@ SHORT_M = 5.0
 
 def along_leg(proven: ProvenLeg, view: FrenetScene) -> Execute:
     """Return the rest of a leg of a turn as a directive: the line of the rear axle in the local frame."""
-    x, y, speed = driven_line(proven.rest(view), view.ego.limits.wheelbase_m, proven.behavior.speed_mps)
+    x, y, speed = leg_driving_line(proven.rest(view), view.ego.limits.wheelbase_m, proven.behavior.speed_mps)
     rows = np.stack([x, y, speed], axis=1).round(3).tolist()
     path = tuple(PathPoint(x_m=a, y_m=b, speed_mps=v) for a, b, v in rows)
     return Execute(behavior=proven.behavior, path=path, reverse=proven.reverse)
 
 
-def facing(view: FrenetScene, proven: Proven) -> FrenetScene:
+def facing(view: FrenetScene, proven: ProvenPlan) -> FrenetScene:
     """Return the view in the direction of a plan: backwards if it backs up."""
     return view.backwards if proven.reverse else view
 
 
-def path_points(path: Manoeuvre, view: FrenetScene, no_stop: Array | bool = False) -> tuple[PathPoint, ...]:
+def path_points(path: FrenetPath, view: FrenetScene, no_stop: Array | bool = False) -> tuple[PathPoint, ...]:
     """Return a path in the local frame. `no_stop` marks the points where finishing is safe and stopping is not."""
     x, y, _ = view.frame.to_local(path.s, path.d)
     rows = np.stack([x, y, path.speed], axis=1).round(3).tolist()
@@ -39,7 +39,7 @@ def path_points(path: Manoeuvre, view: FrenetScene, no_stop: Array | bool = Fals
     return tuple(PathPoint(x_m=a, y_m=b, speed_mps=v, no_stop=c) for (a, b, v), c in zip(rows, bound, strict=True))
 
 
-def has_arrived(proven: Proven, seen: FrenetScene) -> bool:
+def has_arrived(proven: ProvenPlan, seen: FrenetScene) -> bool:
     """Return True if a path counts as driven; `seen` faces in its direction."""
     left, way = proven.path.end_s - seen.ego_s, proven.path.end_s - float(proven.path.s[0])
     if proven.path.stops:

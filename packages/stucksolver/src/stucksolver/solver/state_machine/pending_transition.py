@@ -9,13 +9,13 @@ from stucksolver.guard import Verdict
 from stucksolver.immobilization import Trigger
 from stucksolver.ladder.rung_actions import Person
 from stucksolver.plan import Continue, SafeStop
-from stucksolver.reasoners import Answer
+from stucksolver.reasoners import ReasonerAnswer
 from stucksolver.scene import Guidance, Status, Surroundings
 from stucksolver.scene.frenet_scene import FrenetScene
-from stucksolver.solver.events import Event, EventKind, Told
+from stucksolver.solver.events import Event, EventKind, StepOutput
 from stucksolver.solver.questions import Question, QuestionKind
-from stucksolver.solver.state_machine.inputs import Inputs, Setup, Sight
-from stucksolver.solver.state_machine.perception_disagreement import Disagreement, doubted, noted
+from stucksolver.solver.state_machine.inputs import Inputs, SolverSetup, SurroundingsInput
+from stucksolver.solver.state_machine.perception_disagreement import Disagreement, mask_disputed, update_disputes
 from stucksolver.solver.state_machine.state import AwaitingApproval, Intervention, Monitoring, Querying, State
 
 BLIND_LIMIT_S = 5.0
@@ -24,14 +24,14 @@ waiting is right.
 """
 
 
-class Turn:
+class PendingTransition:
     """Starts from a state and the inputs of one tick; the functions of this package change it step by step."""
 
-    def __init__(self, state: State, inputs: Inputs, setup: Setup) -> None:
+    def __init__(self, state: State, inputs: Inputs, setup: SolverSetup) -> None:
         self.state = state
         self.inputs = inputs
         self.setup = setup
-        self.told: list[Told] = []
+        self.told: list[StepOutput] = []
         self.reply = inputs.reply
         """A person's yes or no that has not been handled yet."""
 
@@ -40,7 +40,7 @@ class Turn:
         before = self.state
         # Most fields keep their value on a tick, and comparing is cheaper than creating a new state.
         if any(getattr(before, name) is not value for name, value in changes.items()):
-            self.state = before.but(**changes)
+            self.state = before.evolve(**changes)
 
     # ---- the tick
 
@@ -73,17 +73,17 @@ class Turn:
     # ---- looking
 
     @cached_property
-    def sight(self) -> Sight:
+    def sight(self) -> SurroundingsInput:
         """What the senses show. The first look decides for the whole tick."""
         sight = self.inputs.look()
         self.set(senses_fault=sight.fault)
         return sight
 
     @property
-    def seen(self) -> Surroundings | None:
+    def surroundings(self) -> Surroundings | None:
         """The surroundings with doubted objects as unknown; None if nothing was ever seen."""
         found = self.sight.surroundings
-        return None if found is None else doubted(found, self.state.doubts, self.now_s)
+        return None if found is None else mask_disputed(found, self.state.doubts, self.now_s)
 
     @property
     def unseen_s(self) -> float:
@@ -99,15 +99,15 @@ class Turn:
     @cached_property
     def view(self) -> FrenetScene | None:
         """The same surroundings in road coordinates."""
-        seen = self.seen
+        seen = self.surroundings
         return None if seen is None else FrenetScene(seen)
 
     def doubt(self, found: tuple[Disagreement, ...]) -> None:
         """Report what a reasoner contradicts, and look at the surroundings again."""
         if not found:
             return
-        self.tell(EventKind.DISAGREED, "; ".join(str(one) for one in found))
-        self.set(doubts=noted(self.state.doubts, found, self.now_s))
+        self.tell(EventKind.PERCEPTION_DISPUTED, "; ".join(str(one) for one in found))
+        self.set(doubts=update_disputes(self.state.doubts, found, self.now_s))
         self.__dict__.pop("view", None)
 
     # ---- reporting
@@ -128,7 +128,7 @@ class Turn:
         """Report what was said and how it was understood."""
         self._tell(EventKind.GUIDANCE, words.text, reading=words.reading)
 
-    def tell_decision(self, answer: Answer, verdict: Verdict | None, *, waiting: bool = False) -> None:
+    def tell_decision(self, answer: ReasonerAnswer, verdict: Verdict | None, *, waiting: bool = False) -> None:
         """Report a decision, with the guard's verdict on it."""
         trigger = self.state.trigger
         self._tell(
@@ -145,9 +145,9 @@ class Turn:
 
     def tell_fault(self, fault: str | None) -> None:
         """Report each fault once, when it begins."""
-        if fault is not None and fault != self.state.told_fault:
+        if fault is not None and fault != self.state.reported_fault:
             self.tell(EventKind.FAULT, fault)
-        self.set(told_fault=fault)
+        self.set(reported_fault=fault)
 
     def _tell(self, kind: EventKind, text: str, **more: object) -> None:
         under_way = self.state.intervention
@@ -170,7 +170,7 @@ class Turn:
         number = self.state.interventions + 1
         self.set(intervention=Intervention(number), interventions=number)
         moving = trigger in (None, Trigger.GUIDANCE) and self.inputs.slow_since_s is None
-        progress, _ = self.state.progress.updated(self.status, self.onset_s, None if moving else trigger)
+        progress, _ = self.state.progress.advance(self.status, self.onset_s, None if moving else trigger)
         self.set(progress=progress)
 
     def note(self, **changes: object) -> None:
@@ -183,16 +183,16 @@ class Turn:
     def failed(self, *, counts: bool = True) -> None:
         """The last reasoner or person did not help: pause, and count the try if it counts."""
         if self.state.words is not None:
-            self.set(words_escalation=self.state.words_escalation.failed(self.now_s, counts=False))
+            self.set(guidance_escalation=self.state.guidance_escalation.note_failure(self.now_s, counts=False))
         else:
-            self.set(escalation=self.state.escalation.failed(self.now_s, counts=counts))
+            self.set(escalation=self.state.escalation.note_failure(self.now_s, counts=counts))
 
     def may_repair(self) -> bool:
         """Take one of the rounds in which the reasoner is told why its plan was refused. False if none is left."""
         state = self.state
         if state.words is not None:
-            repaired = state.words_escalation.repair(self.now_s)
-            self.set(words_escalation=repaired or state.words_escalation)
+            repaired = state.guidance_escalation.repair(self.now_s)
+            self.set(guidance_escalation=repaired or state.guidance_escalation)
         else:
             repaired = state.escalation.repair(self.now_s)
             self.set(escalation=repaired or state.escalation)

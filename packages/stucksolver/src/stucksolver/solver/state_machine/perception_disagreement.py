@@ -15,7 +15,7 @@ from stucksolver.plan import Observation
 from stucksolver.scene import ControlKind, LightState, ObjectKind, Scene, Surroundings, TrafficControl
 from stucksolver.scene.objects import STATIC_KINDS, TrackedObject
 
-DOUBTED_S = 30.0
+DISPUTE_DURATION_S = 30.0
 """Longer than three looks at the image by a model that takes 10 s; after that perception is believed again."""
 LIGHT = "light"
 """The key of the light ahead among the ids of objects; no stack gives an object this id."""
@@ -23,7 +23,7 @@ CONTRADICTED = STATIC_KINDS - {ObjectKind.CROSSING_GATE}
 """Kinds that allow something: some may be driven over, and all are assumed not to move. (A gate forbids.)"""
 SHOWN = frozenset({LightState.GREEN, LightState.OFF})
 """Light states that allow something."""
-ALIKE = (
+EQUIVALENT_KINDS = (
     frozenset({ObjectKind.CAR, ObjectKind.VAN, ObjectKind.TRUCK, ObjectKind.BUS}),
     frozenset({ObjectKind.BAG, ObjectKind.LITTER}),
     frozenset({ObjectKind.DEBRIS, ObjectKind.PROP}),
@@ -48,7 +48,7 @@ class Disagreement(NamedTuple):
         return f"perception says that {what} is {self.perceived}, the reasoner sees {self.said}{end}"
 
 
-def disagreements(scene: Scene, said: Observation) -> tuple[Disagreement, ...]:
+def find_disagreements(scene: Scene, said: Observation) -> tuple[Disagreement, ...]:
     """Return where an observation contradicts its scene; empty if the reasoner had no image."""
     if scene.image is None:
         return ()
@@ -68,13 +68,13 @@ def disagreements(scene: Scene, said: Observation) -> tuple[Disagreement, ...]:
     return tuple(found)
 
 
-def noted(doubts: Mapping[str, float], found: tuple[Disagreement, ...], now_s: float) -> Mapping[str, float]:
+def update_disputes(doubts: Mapping[str, float], found: tuple[Disagreement, ...], now_s: float) -> Mapping[str, float]:
     """Return the doubts now in force, each with the time at which it ends (s, the solver's own time)."""
     kept = {key: until_s for key, until_s in doubts.items() if until_s > now_s}
-    return MappingProxyType({**kept, **{one.key: now_s + DOUBTED_S for one in found if one.counts}})
+    return MappingProxyType({**kept, **{one.key: now_s + DISPUTE_DURATION_S for one in found if one.counts}})
 
 
-def doubted(seen: Surroundings, doubts: Mapping[str, float], now_s: float) -> Surroundings:
+def mask_disputed(seen: Surroundings, doubts: Mapping[str, float], now_s: float) -> Surroundings:
     """Return the surroundings with doubted objects as unknown, or the same object if nothing is doubted."""
     held = _in_force(doubts, now_s)
     if not held:
@@ -82,7 +82,7 @@ def doubted(seen: Surroundings, doubts: Mapping[str, float], now_s: float) -> Su
     return seen.model_copy(update={"objects": _objects(seen.objects, held), "controls": _controls(seen.controls, held)})
 
 
-def doubted_scene(scene: Scene, doubts: Mapping[str, float], now_s: float) -> Scene:
+def mask_disputed_scene(scene: Scene, doubts: Mapping[str, float], now_s: float) -> Scene:
     """Return the scene for reasoners with doubted objects as unknown."""
     held = _in_force(doubts, now_s)
     if not held:
@@ -94,7 +94,7 @@ def doubted_scene(scene: Scene, doubts: Mapping[str, float], now_s: float) -> Sc
 def _contradict(perceived: ObjectKind, said: ObjectKind) -> bool:
     if ObjectKind.UNKNOWN in (perceived, said) or perceived is said:
         return False
-    return not any({perceived, said} <= alike for alike in ALIKE)
+    return not any({perceived, said} <= alike for alike in EQUIVALENT_KINDS)
 
 
 def _in_force(doubts: Mapping[str, float], now_s: float) -> frozenset[str]:

@@ -5,20 +5,20 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from stucksolver.guard import Reject, RejectCode, Verdict
+from stucksolver.guard import RejectCode, RejectReason, Verdict
 from stucksolver.immobilization import Trigger
-from stucksolver.ladder import AskPerson, AskReasoner, Assist, Resume
+from stucksolver.ladder import AskPerson, AskReasoner, CallAssistance, Resume
 from stucksolver.plan import Directive
-from stucksolver.reasoners import Answer
-from stucksolver.scene import AttemptEnd
+from stucksolver.reasoners import ReasonerAnswer
+from stucksolver.scene import AttemptOutcome
 from stucksolver.solver.events import EventKind
 from stucksolver.solver.query import NoAnswer, Query
-from stucksolver.solver.questions import QuestionKind, Reply
+from stucksolver.solver.questions import PersonReply, QuestionKind
 from stucksolver.solver.state_machine import claims, hand_back, human_in_the_loop, plan_lifecycle
-from stucksolver.solver.state_machine.blockage import why_stopped
+from stucksolver.solver.state_machine.blockage import blockage_text
 from stucksolver.solver.state_machine.history import GOT_ON_M, TEXTS
-from stucksolver.solver.state_machine.pending_transition import Turn
-from stucksolver.solver.state_machine.perception_disagreement import disagreements, doubted_scene
+from stucksolver.solver.state_machine.pending_transition import PendingTransition
+from stucksolver.solver.state_machine.perception_disagreement import find_disagreements, mask_disputed_scene
 from stucksolver.solver.state_machine.state import (
     AwaitingApproval,
     AwaitingGap,
@@ -29,22 +29,22 @@ from stucksolver.solver.state_machine.state import (
 )
 
 
-def next_step(turn: Turn) -> Directive:
+def next_step(turn: PendingTransition) -> Directive:
     """Ask whoever is next, because nothing is running."""
     now, question = turn.now_s, turn.state.question
-    if question is not None and human_in_the_loop.overdue(turn):
-        human_in_the_loop.unanswered(turn, question)
+    if question is not None and human_in_the_loop.is_question_overdue(turn):
+        human_in_the_loop.handle_unanswered(turn, question)
     activity = turn.state.activity
     if isinstance(activity, AwaitingApproval):
         return turn.resting
     if isinstance(activity, AwaitingGap):
         return plan_lifecycle.await_gap(turn, activity)
     if turn.state.words is not None:
-        climb = turn.state.words_escalation
+        climb = turn.state.guidance_escalation
         if climb.ready(now) and isinstance(climb.move, AskReasoner):
             _ask(turn, climb.move, Trigger.GUIDANCE)
         return turn.resting
-    if turn.state.escalation.exhausted:
+    if turn.state.escalation.out_of_tries:
         turn.climb()
     if turn.state.escalation.ready(now):
         return _on_rung(turn)
@@ -53,23 +53,23 @@ def next_step(turn: Turn) -> Directive:
     return turn.resting
 
 
-def _keep_calling(turn: Turn) -> None:
+def _keep_calling(turn: PendingTransition) -> None:
     """Call again if the vehicle has stopped for good and no call is open.
 
     That happens after an operator's no, or when a question about words replaced the call.
     """
     posture, move = turn.state.posture, turn.state.escalation.move
-    if isinstance(posture, MinimalRisk) and isinstance(move, Assist) and turn.state.question is None:
+    if isinstance(posture, MinimalRisk) and isinstance(move, CallAssistance) and turn.state.question is None:
         human_in_the_loop.call_for_help(turn, posture.stop.reason)
         turn.pause(turn.now_s + move.look_every_s)
 
 
-def _on_rung(turn: Turn) -> Directive:
+def _on_rung(turn: PendingTransition) -> Directive:
     move, trigger = turn.state.escalation.move, turn.inputs.trigger
     if not isinstance(move, AskReasoner):
         turn.begin(trigger)
     posture = turn.state.posture
-    if isinstance(move, Assist) and not isinstance(posture, MinimalRisk):
+    if isinstance(move, CallAssistance) and not isinstance(posture, MinimalRisk):
         directive = _help(turn, move)
         if directive is not None:
             return directive
@@ -81,7 +81,7 @@ def _on_rung(turn: Turn) -> Directive:
         if left <= 0.0:
             turn.climb()
             return turn.resting
-        why = why_stopped(turn)
+        why = blockage_text(turn)
         turn.ask_person(QuestionKind.ADVICE, move.to, f"I cannot get on: {why}. What shall I do?", within_s=left)
     _keep_calling(turn)
     whom = move if isinstance(move, AskReasoner) else turn.state.escalation.lowest
@@ -90,7 +90,7 @@ def _on_rung(turn: Turn) -> Directive:
     return turn.resting
 
 
-def _help(turn: Turn, move: Assist) -> Directive | None:
+def _help(turn: PendingTransition, move: CallAssistance) -> Directive | None:
     """The last rung: stop behind what blocks the path, at the best place in reach, and call for help.
 
     None if the vehicle is left to its driver: with nothing in its path, where the place does not allow a stop, and
@@ -107,7 +107,7 @@ def _help(turn: Turn, move: Assist) -> Directive | None:
         if judged is not None and judged.verdict.accepted:
             return plan_lifecycle.start(turn, judged)
     if may_stop and gap_m is not None:
-        return human_in_the_loop.halt(turn, move, gap_m)
+        return human_in_the_loop.stop_for_assistance(turn, move, gap_m)
     human_in_the_loop.not_held(turn, move, may_stop=may_stop)
     return None
 
@@ -115,10 +115,10 @@ def _help(turn: Turn, move: Assist) -> Directive | None:
 # ---- reasoners
 
 
-def _ask(turn: Turn, move: AskReasoner, trigger: Trigger) -> None:
+def _ask(turn: PendingTransition, move: AskReasoner, trigger: Trigger) -> None:
     """Start a question, unless the stack has no scene or the reasoner is still working on an older question."""
     turn.set(trigger=trigger)
-    seen = turn.seen
+    seen = turn.surroundings
     _look_back(turn)
     turn.tell(EventKind.TRIGGERED, trigger.value)
     shot = turn.inputs.scene()
@@ -137,23 +137,23 @@ def _ask(turn: Turn, move: AskReasoner, trigger: Trigger) -> None:
         }
     )
     words = None if state.words is None else state.words.words
-    said = claims.in_force(state, turn.now_s)
+    said = claims.active_claims(state, turn.now_s)
     told = {"ego": ego, "guidance": words, "claims": said, "attempts": state.history.attempts}
     query = Query(
         number=state.queries + 1,
         reasoner=move.reasoner,
-        scene=doubted_scene(shot.scene, state.doubts, turn.now_s).model_copy(update=told),
+        scene=mask_disputed_scene(shot.scene, state.doubts, turn.now_s).model_copy(update=told),
         asked_s=turn.now_s,
         deadline_s=move.deadline_s,
         screen=state.escalation.on.screens,
-        outlived=state.escalation.outlived(turn.now_s),
+        outlived=state.escalation.expired_waits(turn.now_s),
         seen=seen,
         reading=state.reading,
     )
     turn.set(activity=Querying(query), queries=query.number, scene=query.scene)
 
 
-def _look_back(turn: Turn) -> None:
+def _look_back(turn: PendingTransition) -> None:
     """The vehicle is still immobilized after a finished plan: note whether that plan changed anything."""
     under_way = turn.state.intervention
     done = None if under_way is None else under_way.done
@@ -163,11 +163,11 @@ def _look_back(turn: Turn) -> None:
     plan, history = done[0], turn.state.history
     if not history.may_be_useless(plan):
         return
-    turn.set(history=history.useless(plan).noted(plan, AttemptEnd.USELESS, turn.stack_s))
-    turn.tell(EventKind.USELESS, TEXTS[AttemptEnd.USELESS])
+    turn.set(history=history.useless(plan).with_attempt(plan, AttemptOutcome.INEFFECTIVE, turn.stack_s))
+    turn.tell(EventKind.INEFFECTIVE, TEXTS[AttemptOutcome.INEFFECTIVE])
 
 
-def take_answer(turn: Turn) -> Directive:
+def take_answer(turn: PendingTransition) -> Directive:
     """Take the reasoner's answer, if there is one."""
     answer = turn.inputs.answer
     if answer is None:
@@ -177,7 +177,7 @@ def take_answer(turn: Turn) -> Directive:
         _no_answer(turn, answer.why, malformed=answer.malformed)
         return turn.resting
     if turn.state.scene is not None:
-        turn.doubt(disagreements(turn.state.scene, answer.decision.observation))
+        turn.doubt(find_disagreements(turn.state.scene, answer.decision.observation))
     if answer.decision.plan is None or human_in_the_loop.only_looks(turn):
         _no_plan(turn, answer)
         return turn.resting
@@ -185,32 +185,32 @@ def take_answer(turn: Turn) -> Directive:
     return _asked_again(turn) if directive is None else directive
 
 
-def _asked_again(turn: Turn) -> Directive:
+def _asked_again(turn: PendingTransition) -> Directive:
     """Ask again at once, with the reason for the refusal among the past attempts."""
     next_step(turn)
     return turn.resting
 
 
-def _no_answer(turn: Turn, why: str, *, malformed: bool = False) -> None:
+def _no_answer(turn: PendingTransition, why: str, *, malformed: bool = False) -> None:
     """There is no answer, or one that could not be used: it is refused like a plan with unsound numbers."""
     turn.begin(turn.state.trigger)
-    verdict = Verdict(rejects=(Reject(code=RejectCode.UNSOUND, detail=why),)) if malformed else None
+    verdict = Verdict(rejects=(RejectReason(code=RejectCode.IMPLAUSIBLE, detail=why),)) if malformed else None
     turn.tell(EventKind.FAILED, f"the reasoner gave no answer: {why}", verdict=verdict)
     turn.failed()
 
 
-def _no_plan(turn: Turn, answer: Answer) -> None:
+def _no_plan(turn: PendingTransition, answer: ReasonerAnswer) -> None:
     """The answer has no plan: either waiting is right, or the try led to nothing."""
     now = turn.now_s
     if turn.state.words is not None:
         turn.begin(turn.state.trigger)
         turn.tell_decision(answer, None)
         again = now + turn.setup.ladder.asking.recheck_s
-        turn.set(words_escalation=turn.state.words_escalation.paused(again))
+        turn.set(guidance_escalation=turn.state.guidance_escalation.paused(again))
         return
     # A red light that was seen long ago is no reason to wait for ever.
     reason = None if turn.is_blind else answer.decision.analysis.wait
-    waits = turn.state.escalation.waited(reason, now)
+    waits = turn.state.escalation.note_wait(reason, now)
     if waits is None:
         turn.begin(turn.state.trigger)
     else:
@@ -223,7 +223,7 @@ def _no_plan(turn: Turn, answer: Answer) -> None:
 # ---- people
 
 
-def replied(turn: Turn, reply: Reply) -> Directive:
+def handle_reply(turn: PendingTransition, reply: PersonReply) -> Directive:
     """Handle a person's yes or no."""
     question, activity = reply.question, turn.state.activity
     said = "yes" if reply.yes else "no"
@@ -231,20 +231,20 @@ def replied(turn: Turn, reply: Reply) -> Directive:
     if question.kind is QuestionKind.ASSISTANCE:
         return human_in_the_loop.helped_out(turn, reply.yes)
     if not reply.yes or question.plan is None or not isinstance(activity, AwaitingApproval):
-        human_in_the_loop.denied(turn, question)
+        human_in_the_loop.record_declined_plan(turn, question)
         return turn.resting
-    human_in_the_loop.agreed(turn, question)
+    human_in_the_loop.record_approval(turn, question)
     directive = plan_lifecycle.judge(turn, activity.answer, question.plan)
     return _asked_again(turn) if directive is None else directive
 
 
-def cleared(turn: Turn) -> None:
+def close_questions(turn: PendingTransition) -> None:
     """The vehicle is moving on its own: nobody needs to answer any more."""
     if turn.drop_query():
         turn.tell(EventKind.CANCELLED, "the vehicle moves again")
     if not isinstance(turn.state.activity, Executing):
         turn.set(activity=Monitoring())
-    turn.set(escalation=turn.state.escalation.moved())
+    turn.set(escalation=turn.state.escalation.note_motion())
     if human_in_the_loop.still_calls(turn):
         return
     question = turn.withdraw_question()

@@ -10,14 +10,14 @@ from types import MappingProxyType
 from stucksolver.guard import Approvals
 from stucksolver.immobilization import Trigger
 from stucksolver.plan import CONTINUE, Continue, RecoveryPlan, SafeStop
-from stucksolver.reasoners import Answer
-from stucksolver.scene import Claim, Guidance, Reading, Scene
+from stucksolver.reasoners import ReasonerAnswer
+from stucksolver.scene import Claim, Guidance, Interpretation, Scene
 from stucksolver.solver.query import Query
 from stucksolver.solver.questions import Question
-from stucksolver.solver.recovery_watch import ProgressWatch
+from stucksolver.solver.recovery_watch import RecoveryWatch
 from stucksolver.solver.state_machine.escalation import Escalation
 from stucksolver.solver.state_machine.execution import Execution
-from stucksolver.solver.state_machine.history import History, Signature
+from stucksolver.solver.state_machine.history import AttemptHistory, Signature
 
 
 class StateName(str, Enum):
@@ -61,7 +61,7 @@ class Querying:
 class AwaitingApproval:
     """The plan lacks only a person's approval. `answer` is where it came from."""
 
-    answer: Answer
+    answer: ReasonerAnswer
 
     name = StateName.AWAITING_APPROVAL
 
@@ -77,7 +77,7 @@ class AwaitingGap:
         from_m: Progress on the route at its start (m) if it was given up for traffic right after that; else None.
     """
 
-    answer: Answer
+    answer: ReasonerAnswer
     plan: RecoveryPlan
     until_s: float
     from_m: float | None = None
@@ -98,7 +98,7 @@ class Executing:
     """
 
     execution: Execution
-    answer: Answer | None
+    answer: ReasonerAnswer | None
     words: Guidance | None
     begun_m: float
     withdrawn: bool = False
@@ -171,7 +171,7 @@ Posture = Driving | Holding | MinimalRisk
 
 
 @dataclass(frozen=True)
-class WordsInForce:
+class ActiveGuidance:
     """The passenger's words that count now, and since when (s, the solver's own time)."""
 
     words: Guidance
@@ -210,10 +210,10 @@ class State:
 
     escalation: Escalation
     """The place on the ladder."""
-    words_escalation: Escalation
+    guidance_escalation: Escalation
     """The place on the ladder for a plan that follows words, without the rungs of people."""
-    history: History
-    progress: ProgressWatch
+    history: AttemptHistory
+    progress: RecoveryWatch
     activity: Activity = Monitoring()
     posture: Posture = Driving()
     question: Question | None = None
@@ -222,7 +222,7 @@ class State:
     questions: int = 0
     """Number of questions asked so far."""
     queries: int = 0
-    words: WordsInForce | None = None
+    words: ActiveGuidance | None = None
     claims: Mapping[Claim, float] = field(default_factory=lambda: MappingProxyType({}))
     """What people have claimed about the world, and until when each claim is believed (s)."""
     doubts: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
@@ -233,24 +233,24 @@ class State:
     """When the last call to stay or stop was said (s, the solver's own time)."""
     letting_out: bool = False
     """True if the vehicle has stopped for somebody to get out. It stays until it is told to go."""
-    asked_back: bool = False
+    clarification_asked: bool = False
     """True if the passenger was already asked what the last words meant."""
     intervention: Intervention | None = None
     interventions: int = 0
     scene: Scene | None = None
     """The scene of the last question to a reasoner."""
     trigger: Trigger | None = None
-    refused_m: float | None = None
+    declined_at_m: float | None = None
     """Progress at which the passenger refused the plan (m); None if nothing is refused."""
-    afresh_s: float | None = None
+    detector_ignored_until_s: float | None = None
     """Detector output before this time is ignored, because a plan has finished since."""
     senses_fault: str | None = None
     camera_fault: str | None = None
-    told_fault: str | None = None
+    reported_fault: str | None = None
     """The current fault, if it was reported already."""
 
     @property
-    def reading(self) -> Reading | None:
+    def reading(self) -> Interpretation | None:
         """How the words that count now were understood."""
         return None if self.words is None else self.words.words.reading
 
@@ -264,7 +264,7 @@ class State:
         """True if a tick has something to check even without a trigger."""
         return (
             self.intervention is not None
-            or self.progress.on
+            or self.progress.active
             or self.words is not None
             or self.question is not None
             or self.letting_out
@@ -282,6 +282,6 @@ class State:
             and isinstance(self.posture, Driving)
         )
 
-    def but(self, **changes: object) -> State:
+    def evolve(self, **changes: object) -> State:
         """A copy with these fields changed."""
         return replace(self, **changes)  # type: ignore[arg-type]

@@ -8,14 +8,14 @@ from dataclasses import replace
 from stucksolver.immobilization import Trigger
 from stucksolver.ladder import Ladder
 from stucksolver.plan import CONTINUE, Directive
-from stucksolver.solver.events import EventKind, Told
-from stucksolver.solver.recovery_watch import ProgressWatch
+from stucksolver.solver.events import EventKind, StepOutput
+from stucksolver.solver.recovery_watch import RecoveryWatch
 from stucksolver.solver.state_machine import guidance, hand_back, plan_lifecycle, rung_dispatch
 from stucksolver.solver.state_machine.escalation import Escalation, Rungs
 from stucksolver.solver.state_machine.execution_steps import STAND
-from stucksolver.solver.state_machine.history import History
-from stucksolver.solver.state_machine.inputs import Inputs, Setup
-from stucksolver.solver.state_machine.pending_transition import Turn
+from stucksolver.solver.state_machine.history import AttemptHistory
+from stucksolver.solver.state_machine.inputs import Inputs, SolverSetup
+from stucksolver.solver.state_machine.pending_transition import PendingTransition
 from stucksolver.solver.state_machine.state import (
     AwaitingGap,
     Executing,
@@ -43,13 +43,13 @@ def first_state(ladder: Ladder, reasoners: frozenset[str], *, observe_only: bool
     """
     return State(
         escalation=Escalation(Rungs.of(ladder, reasoners, only_reasoners=observe_only)),
-        words_escalation=Escalation(Rungs.of(ladder, reasoners, only_reasoners=True)),
-        history=History(ladder.asking.remembered),
-        progress=ProgressWatch(ladder.hand_back.progress_m),
+        guidance_escalation=Escalation(Rungs.of(ladder, reasoners, only_reasoners=True)),
+        history=AttemptHistory(ladder.asking.remembered),
+        progress=RecoveryWatch(ladder.hand_back.progress_m),
     )
 
 
-def transition(state: State, inputs: Inputs, setup: Setup) -> tuple[State, Directive, tuple[Told, ...]]:
+def transition(state: State, inputs: Inputs, setup: SolverSetup) -> tuple[State, Directive, tuple[StepOutput, ...]]:
     """Compute one tick. The result depends only on the arguments, and none of them is changed.
 
     Args:
@@ -61,10 +61,10 @@ def transition(state: State, inputs: Inputs, setup: Setup) -> tuple[State, Direc
         The next state, the directive for the stack, and the events in order. A `Querying` state with a new query asks
         the caller to start a reasoner; leaving that state without an answer asks it to drop the question.
     """
-    turn = Turn(state, inputs, setup)
+    turn = PendingTransition(state, inputs, setup)
     if inputs.jump_s is not None:
         turn.tell(EventKind.FAULT, f"the clock jumped by {inputs.jump_s:.2f} s")
-    guidance.hear(turn)
+    guidance.receive_guidance(turn)
     _watch(turn)
     directive = _act(turn)
     if directive == CONTINUE:
@@ -76,33 +76,33 @@ def transition(state: State, inputs: Inputs, setup: Setup) -> tuple[State, Direc
     return turn.state, directive, tuple(turn.told)
 
 
-def _act(turn: Turn) -> Directive:
+def _act(turn: PendingTransition) -> Directive:
     reply = turn.reply
     if reply is not None:
         turn.set(question=None)
     if isinstance(turn.state.activity, Executing):
         return plan_lifecycle.perform(turn)
     if reply is not None:
-        return rung_dispatch.replied(turn, reply)
+        return rung_dispatch.handle_reply(turn, reply)
     state = turn.state
     hand_back.end_stop(turn)
     state, stopped = turn.state, isinstance(turn.state.posture, MinimalRisk)
     if state.letting_out and state.words is None:
         return state.posture.directive
     if turn.inputs.trigger is None and state.words is None and not stopped and not plan_lifecycle.still_there(turn):
-        rung_dispatch.cleared(turn)
+        rung_dispatch.close_questions(turn)
         return CONTINUE
     if isinstance(state.activity, Querying):
         return rung_dispatch.take_answer(turn)
     return rung_dispatch.next_step(turn)
 
 
-def _watch(turn: Turn) -> None:
+def _watch(turn: PendingTransition) -> None:
     """Note the progress. A legitimate wait is not an immobilization; only an open intervention is."""
     _forget_refusal(turn)
     under_way = turn.state.intervention
     counted: Trigger | None = None if under_way is None else turn.inputs.trigger
-    progress, recovered_after = turn.state.progress.updated(turn.status, turn.onset_s, counted)
+    progress, recovered_after = turn.state.progress.advance(turn.status, turn.onset_s, counted)
     turn.set(progress=progress)
     if recovered_after is None or under_way is None:
         return
@@ -112,30 +112,30 @@ def _watch(turn: Turn) -> None:
     turn.note(recovered=True, helped=False)
 
 
-def _forget_refusal(turn: Turn) -> None:
+def _forget_refusal(turn: PendingTransition) -> None:
     """Forget what a passenger refused, or warned of, once it is behind the vehicle."""
     barred_m = turn.state.barred_m
     if barred_m is not None and turn.status.progress_m - barred_m > REFUSAL_M:
         turn.set(barred_m=None)
-    escalation, refused_m = turn.state.escalation, turn.state.refused_m
+    escalation, declined_at_m = turn.state.escalation, turn.state.declined_at_m
     if escalation.quiet_until_s != math.inf:
-        turn.set(refused_m=None)
+        turn.set(declined_at_m=None)
         return
-    refused_m = turn.status.progress_m if refused_m is None else refused_m
-    turn.set(refused_m=refused_m)
-    if turn.status.progress_m - refused_m > REFUSAL_M:
-        turn.set(escalation=replace(escalation, quiet_until_s=turn.now_s), refused_m=None)
+    declined_at_m = turn.status.progress_m if declined_at_m is None else declined_at_m
+    turn.set(declined_at_m=declined_at_m)
+    if turn.status.progress_m - declined_at_m > REFUSAL_M:
+        turn.set(escalation=replace(escalation, quiet_until_s=turn.now_s), declined_at_m=None)
 
 
-def _settle(turn: Turn) -> None:
+def _settle(turn: PendingTransition) -> None:
     """Reset the counters once the hand-back is verified or there is nothing left to do."""
     state = turn.state
     if state.intervention is None or not state.settled or turn.inputs.hearing:
         return
     recovered = state.intervention.recovered
-    if not (recovered or not state.progress.on or turn.status.at_destination):
+    if not (recovered or not state.progress.active or turn.status.at_destination):
         return
     turn.tell(EventKind.CLOSED, "the vehicle is on its way" if recovered else "done")
     if isinstance(state.activity, AwaitingGap):
         turn.set(activity=Monitoring())
-    turn.set(intervention=None, escalation=state.escalation.reset(), history=History(state.history.remembered))
+    turn.set(intervention=None, escalation=state.escalation.reset(), history=AttemptHistory(state.history.remembered))

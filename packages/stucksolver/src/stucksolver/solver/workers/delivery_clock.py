@@ -29,7 +29,7 @@ class Pending:
     """Wall time until the answer (s), once there is one."""
 
 
-class Clock(Protocol):
+class DeliveryClock(Protocol):
     """Decides at each tick whether an answer may be delivered, and waits for it if time is only simulated."""
 
     name: str
@@ -49,7 +49,7 @@ class Lockstep:
         return True
 
 
-class Latency:
+class FixedLatency:
     """Delivers after a fixed time in a world that goes on."""
 
     def __init__(self, latency_s: float) -> None:
@@ -66,7 +66,7 @@ class Latency:
         return True
 
 
-class Measured:
+class MeasuredLatency:
     """Delivers after as many ticks as the answer took in wall time; not repeatable."""
 
     name = "latency:measured"
@@ -83,7 +83,7 @@ class Measured:
         return per_tick <= 0 or query.ticks >= math.ceil(took / per_tick)
 
 
-class Wall:
+class WallClock:
     """Delivers as soon as the answer is ready and never waits. For live stacks."""
 
     name = "wall"
@@ -104,7 +104,7 @@ def _wait(answer: Future[T], timeout_s: float) -> None:
 CHOICES = "lockstep, latency:SECONDS, latency:measured or wall"
 
 
-def make_clock(text: str) -> Clock:
+def make_clock(text: str) -> DeliveryClock:
     """Make a clock from its name.
 
     Args:
@@ -116,12 +116,12 @@ def make_clock(text: str) -> Clock:
     if text == "lockstep":
         return Lockstep()
     if text == "wall":
-        return Wall()
+        return WallClock()
     if text == "latency:measured":
-        return Measured()
+        return MeasuredLatency()
     if text.startswith("latency:"):
         try:
-            return Latency(float(text.removeprefix("latency:")))
+            return FixedLatency(float(text.removeprefix("latency:")))
         except ValueError as error:
             raise ValueError(f"clock {text!r}: {error}; use {CHOICES}") from error
     raise ValueError(f"unknown clock {text!r}: use {CHOICES}")

@@ -12,10 +12,10 @@ from collections import deque
 from concurrent.futures import Future
 from dataclasses import dataclass
 
-from stucksolver.interpreter import NoReader, WordsReader
-from stucksolver.scene import Guidance, Reading
-from stucksolver.solver.state_machine.inputs import Heard
-from stucksolver.solver.workers.delivery_clock import Clock, Lockstep, Measured, Pending, Wall
+from stucksolver.interpreter import Interpreter, NoInterpreter
+from stucksolver.scene import Guidance, Interpretation
+from stucksolver.solver.state_machine.inputs import GuidanceInput
+from stucksolver.solver.workers.delivery_clock import DeliveryClock, Lockstep, MeasuredLatency, Pending, WallClock
 from stucksolver.word_safeguards.restraint import STOPPING, alarm, held, restrained
 
 DEADLINE_S = 5.0
@@ -38,20 +38,20 @@ class _Utterance:
     situation: str
     alarmed: bool
     query: Pending | None = None
-    reading: Future[Reading] | None = None
+    reading: Future[Interpretation] | None = None
 
 
-class WordsWorker:
+class InterpreterWorker:
     """Words that are being read.
 
     Reading takes tens of milliseconds, so a clock that charges seconds for a language model's answers does not apply. A
     simulated world waits for the reading; a live stack never does.
     """
 
-    def __init__(self, reader: WordsReader, clock: Clock) -> None:
+    def __init__(self, reader: Interpreter, clock: DeliveryClock) -> None:
         self.reader = reader
-        self._clock: Clock = clock if isinstance(clock, Wall | Measured) else Lockstep()
-        self._alarms: deque[Heard] = deque()
+        self._clock: DeliveryClock = clock if isinstance(clock, WallClock | MeasuredLatency) else Lockstep()
+        self._alarms: deque[GuidanceInput] = deque()
         self._waiting: deque[_Utterance] = deque()
 
     @property
@@ -63,13 +63,13 @@ class WordsWorker:
         """Take new words, after those not read yet. `time_s` is the stack's time, `now_s` the solver's own."""
         words, called = Guidance(text=text, time_s=time_s), alarm(text)
         if called is not None:
-            self._call(Heard(words.model_copy(update={"reading": called})))
+            self._call(GuidanceInput(words.model_copy(update={"reading": called})))
         if len(self._waiting) < MOST_WAITING:
             self._waiting.append(_Utterance(words, now_s, situation, called is not None))
         elif called is None:
-            self._call(Heard(words.model_copy(update={"reading": held(text)}), TOO_MANY))
+            self._call(GuidanceInput(words.model_copy(update={"reading": held(text)}), TOO_MANY))
 
-    def poll(self, now_s: float) -> Heard | None:
+    def poll(self, now_s: float) -> GuidanceInput | None:
         """Return the next words with their reading, once it is due; calls to stop come first."""
         if self._alarms:
             return self._alarms.popleft()
@@ -81,19 +81,19 @@ class WordsWorker:
             self._waiting.popleft()
             reading = restrained(found[0], head.words.text)
             if not head.alarmed or reading.intent in STOPPING:
-                return Heard(head.words.model_copy(update={"reading": reading}), found[1])
+                return GuidanceInput(head.words.model_copy(update={"reading": reading}), found[1])
         return None
 
-    def _call(self, heard: Heard) -> None:
+    def _call(self, heard: GuidanceInput) -> None:
         """Deliver a call to stop at the next poll. Of a flood, the first ones and every new danger are enough."""
         more = _is_danger(heard) and not any(map(_is_danger, self._alarms))
         if len(self._alarms) < MOST_WAITING or more:
             self._alarms.append(heard)
 
-    def _read(self, head: _Utterance, now_s: float) -> tuple[Reading, str | None] | None:
+    def _read(self, head: _Utterance, now_s: float) -> tuple[Interpretation, str | None] | None:
         """Return the reading of the words that are next, with the fault; None while it is not due."""
         if head.query is None or head.reading is None:
-            head.query, head.reading = Pending(now_s, time.monotonic()), Future[Reading]()
+            head.query, head.reading = Pending(now_s, time.monotonic()), Future[Interpretation]()
             work = (self.reader, head.words.text, head.situation, head.query, head.reading)
             threading.Thread(target=_read, args=work, name="stucksolver-words", daemon=True).start()
         head.query.ticks += 1
@@ -102,13 +102,13 @@ class WordsWorker:
         return _result(head.reading)
 
 
-def _is_danger(heard: Heard) -> bool:
+def _is_danger(heard: GuidanceInput) -> bool:
     return heard.words.reading is not None and heard.words.reading.danger
 
 
-def _result(reading: Future[Reading]) -> tuple[Reading, str | None]:
+def _result(reading: Future[Interpretation]) -> tuple[Interpretation, str | None]:
     """Return the reading, or an unclear one with the fault."""
-    nobody = NoReader().read("", "")
+    nobody = NoInterpreter().read("", "")
     if not reading.done():
         return nobody, f"the reader of words gave no answer within {DEADLINE_S:g} s"
     error = reading.exception()
@@ -117,7 +117,7 @@ def _result(reading: Future[Reading]) -> tuple[Reading, str | None]:
     return reading.result(), None
 
 
-def _read(reader: WordsReader, text: str, situation: str, query: Pending, reading: Future[Reading]) -> None:
+def _read(reader: Interpreter, text: str, situation: str, query: Pending, reading: Future[Interpretation]) -> None:
     try:
         result = reader.read(text, situation)
     except BaseException as error:  # noqa: BLE001 - kept for the taker, whatever a reader raises

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from stucksolver.ladder import Waits
-from stucksolver.plan import Decision, WaitReason, decided_as_said
-from stucksolver.reasoners import Answer, Reasoner, Request, RuleReasoner, Trace
+from stucksolver.ladder import WaitPolicy
+from stucksolver.plan import Decision, WaitReason, apply_limits_to_decision
+from stucksolver.reasoners import Reasoner, ReasonerAnswer, ReasonerRequest, ReasonerTrace, RuleReasoner
 from stucksolver.reasoners.reasoner import MalformedAnswerError, PlanCheck
 from stucksolver.scene import Scene
 from stucksolver.scene.bounded_values import MalformedError, read_again
@@ -21,7 +21,7 @@ LONGEST_NAME = 200
 class ReasonerPool:
     """Reasoners by the names that the ladder uses."""
 
-    def __init__(self, reasoners: Mapping[str, Reasoner], waits: Waits) -> None:
+    def __init__(self, reasoners: Mapping[str, Reasoner], waits: WaitPolicy) -> None:
         self.reasoners = dict(reasoners)
         # Read once, because a property may raise later.
         self.names = {rung: str(one.name) for rung, one in self.reasoners.items()}
@@ -37,7 +37,7 @@ class ReasonerPool:
         outlived: frozenset[WaitReason],
         check: PlanCheck | None = None,
         limit_s: float | None = None,
-    ) -> Answer:
+    ) -> ReasonerAnswer:
         """Ask one reasoner about a scene. Runs outside the control loop.
 
         Args:
@@ -52,17 +52,17 @@ class ReasonerPool:
             ReasonerError: The reasoner failed.
             MalformedAnswerError: Its answer cannot be used.
         """
-        reasoner, request = self.reasoners[name], Request(scene, check, limit_s)
+        reasoner, request = self.reasoners[name], ReasonerRequest(scene, check, limit_s)
         if screen and scene.guidance is None and not isinstance(reasoner, RuleReasoner):
             held = self._rules.decide(request)
             analysis = held.decision.analysis
             if self._waits.is_wait(analysis.wait) and not analysis.immobilized and analysis.wait not in outlived:
                 return held
         answer = sound_answer(reasoner.decide(request), self.names[name])
-        return replace(answer, decision=decided_as_said(answer.decision, scene))
+        return replace(answer, decision=apply_limits_to_decision(answer.decision, scene))
 
 
-def sound_answer(answer: object, name: str) -> Answer:
+def sound_answer(answer: object, name: str) -> ReasonerAnswer:
     """Return a validated copy of what a reasoner answered. The effort is bounded, whatever it is.
 
     Args:
@@ -70,9 +70,9 @@ def sound_answer(answer: object, name: str) -> Answer:
         name: The reasoner's name.
 
     Raises:
-        MalformedAnswerError: It is not an `Answer` with a `Decision` within all bounds.
+        MalformedAnswerError: It is not an `ReasonerAnswer` with a `Decision` within all bounds.
     """
-    if type(answer) is not Answer:
+    if type(answer) is not ReasonerAnswer:
         raise MalformedAnswerError(f"{name} answered with a {type(answer).__name__}, not an Answer")
     held = object.__getattribute__(answer, "__dict__")
     decision, who, trace = (held.get(field) for field in ("decision", "reasoner", "trace"))
@@ -80,6 +80,6 @@ def sound_answer(answer: object, name: str) -> Answer:
         if type(who) is not str or len(who) > LONGEST_NAME:
             raise MalformedError("its `reasoner` is not a name")
         read = read_again(decision, Decision, MOST_VALUES)
-        return Answer(read, who, None if trace is None else read_again(trace, Trace, MOST_VALUES))
+        return ReasonerAnswer(read, who, None if trace is None else read_again(trace, ReasonerTrace, MOST_VALUES))
     except MalformedError as error:
         raise MalformedAnswerError(f"{name} answered with a decision that cannot be used: {error}") from error

@@ -7,16 +7,16 @@ import threading
 import time
 from concurrent.futures import Future
 
-from stucksolver.guard import Guard, Reject, RejectCode, Verdict
-from stucksolver.plan import RecoveryPlan, as_said, releases
-from stucksolver.reasoners import Answer, Cancellable, ReasonerError
+from stucksolver.guard import Guard, RejectCode, RejectReason, Verdict
+from stucksolver.plan import RecoveryPlan, apply_guidance_limits, intent_authorizes
+from stucksolver.reasoners import Cancellable, ReasonerAnswer, ReasonerError
 from stucksolver.reasoners.reasoner import MalformedAnswerError, PlanCheck
 from stucksolver.scene.bounded_values import MalformedError, read_again
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.scene.wording import in_one_line, said_by
 from stucksolver.solver.query import NoAnswer, Query
-from stucksolver.solver.state_machine.admission import second_opinion
-from stucksolver.solver.workers.delivery_clock import WAIT_LIMIT_S, Clock, Pending
+from stucksolver.solver.state_machine.admission import preview_verdict
+from stucksolver.solver.workers.delivery_clock import WAIT_LIMIT_S, DeliveryClock, Pending
 from stucksolver.solver.workers.reasoner_pool import MOST_VALUES, ReasonerPool
 
 
@@ -26,14 +26,14 @@ class ReasonerWorker:
     Its threads are daemons: a reasoner that never answers does not keep the process from ending.
     """
 
-    def __init__(self, pool: ReasonerPool, guard: Guard, clock: Clock) -> None:
+    def __init__(self, pool: ReasonerPool, guard: Guard, clock: DeliveryClock) -> None:
         self._pool = pool
         self._guard = guard
         self._clock = clock
         self._query: Query | None = None
         self._pending: Pending | None = None
-        self._answer: Future[Answer] | None = None
-        self._calls: dict[str, Future[Answer]] = {}
+        self._answer: Future[ReasonerAnswer] | None = None
+        self._calls: dict[str, Future[ReasonerAnswer]] = {}
         """The last call by the ladder's name, including dropped ones. A reasoner never has two calls at once."""
 
     def work_on(self, query: Query | None) -> None:
@@ -51,7 +51,7 @@ class ReasonerWorker:
         busy = {id(self._pool.reasoners[name]) for name, call in self._calls.items() if not call.done()}
         return frozenset(name for name, one in self._pool.reasoners.items() if id(one) in busy)
 
-    def poll(self, now_s: float) -> Answer | NoAnswer | None:
+    def poll(self, now_s: float) -> ReasonerAnswer | NoAnswer | None:
         """Return the answer when the clock delivers it, and on every tick after that until another question is
         asked.
         """
@@ -79,7 +79,7 @@ class ReasonerWorker:
         # why it has no answer.
         wait_s = max(WAIT_LIMIT_S, query.deadline_s + 5.0)
         self._pending = pending = Pending(query.asked_s, time.monotonic(), wait_s=wait_s)
-        self._answer = self._calls[query.reasoner] = answer = Future[Answer]()
+        self._answer = self._calls[query.reasoner] = answer = Future[ReasonerAnswer]()
         work = (self._pool, query, self._check(query), pending, answer)
         threading.Thread(target=_think, args=work, name="stucksolver-reasoner", daemon=True).start()
 
@@ -104,15 +104,17 @@ class ReasonerWorker:
             try:
                 plan = read_again(plan, RecoveryPlan, MOST_VALUES)
             except MalformedError as error:
-                return str(Verdict(rejects=(Reject(code=RejectCode.UNSOUND, detail=str(error)),)))
-            guided = releases(query.reading, plan)
-            wanted = as_said(plan, query.reading)
-            return second_opinion(wanted, FrenetScene(seen), query.asked_s, guard=self._guard, guided=guided)
+                return str(Verdict(rejects=(RejectReason(code=RejectCode.IMPLAUSIBLE, detail=str(error)),)))
+            guided = intent_authorizes(query.reading, plan)
+            wanted = apply_guidance_limits(plan, query.reading)
+            return preview_verdict(wanted, FrenetScene(seen), query.asked_s, guard=self._guard, guided=guided)
 
         return check
 
 
-def _think(pool: ReasonerPool, query: Query, check: PlanCheck | None, pending: Pending, answer: Future[Answer]) -> None:
+def _think(
+    pool: ReasonerPool, query: Query, check: PlanCheck | None, pending: Pending, answer: Future[ReasonerAnswer]
+) -> None:
     try:
         result = pool.consult(
             query.reasoner,

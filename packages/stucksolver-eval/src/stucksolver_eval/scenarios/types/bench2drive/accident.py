@@ -6,9 +6,9 @@ from stucksolver_eval.actors.actor_pool import lamps
 from stucksolver_eval.scenarios.families.obstacle import Obstacle
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import left_lane
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT, Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT, IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 POLICE = "vehicle.dodge.charger_police_2020"
 SIGN = "static.prop.warningaccident"
@@ -37,11 +37,11 @@ class Accident(AccidentScene):
     """A police car and two crashed cars block the hero's lane; it must change to the adjacent lane."""
 
     type = "Accident"
-    placed = Placed(
+    placed = SuitePlacement(
         "bench220",
         1000,
-        Along(left_lane, 125),
-        {"distance": Value(40, 44), "direction": ON_THE_RIGHT, "speed": Value(50, 60)},
+        LaneSites(left_lane, 125),
+        {"distance": IntegerDraw(40, 44), "direction": ON_THE_RIGHT, "speed": IntegerDraw(50, 60)},
     )
     driver_alone = "stuck behind the police car"
     starts = "the scene is present from the start; traffic in the next lane slows 5 s after the hero came within 50 m"

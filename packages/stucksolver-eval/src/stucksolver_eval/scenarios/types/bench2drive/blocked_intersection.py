@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from stucksolver_eval.scenarios.families.junction import JunctionScenario
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.sites.junction_sites import ALL_WAYS, Through
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.junction_sites import ALL_WAYS, JunctionSites
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 BEHIND_EXIT_M = 5.0
 NEAR_M = 13.0
@@ -19,7 +19,7 @@ class BlockedIntersection(JunctionScenario):
     """A car stands just beyond the junction's exit; the hero must wait until it is gone."""
 
     type = "BlockedIntersection"
-    placed = Placed("bench220", 1020, Through(ALL_WAYS))
+    placed = SuitePlacement("bench220", 1020, JunctionSites(ALL_WAYS))
     driver_alone = "completed: waits 13 s until the car is gone"
     starts = "the car stands there from the trigger on, and disappears 10 s after the hero came within 13 m"
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from stucksolver_eval.scenarios.families.obstacle import ConstructionSite
-from stucksolver_eval.scenarios.parameters import Number
+from stucksolver_eval.scenarios.parameters import NumberParameter
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import left_lane
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT, Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT, IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 
 @scenario
@@ -16,12 +16,12 @@ class ConstructionObstacle(ConstructionSite):
     """A construction site with cones closes the hero's lane; it must change to the adjacent lane."""
 
     type = "ConstructionObstacle"
-    placed = Placed(
+    placed = SuitePlacement(
         "bench220",
         1030,
-        Along(left_lane, 125),
-        {"distance": Value(40, 45), "direction": ON_THE_RIGHT, "speed": Value(44, 58)},
+        LaneSites(left_lane, 125),
+        {"distance": IntegerDraw(40, 45), "direction": ON_THE_RIGHT, "speed": IntegerDraw(44, 58)},
     )
     driver_alone = "stuck before the cones"
     starts = "the site appears at the trigger; traffic in the next lane slows 5 s after the hero came within 30 m"
-    distance_m = Number("distance", 100.0, "m")
+    distance_m = NumberParameter("distance", 100.0, "m")

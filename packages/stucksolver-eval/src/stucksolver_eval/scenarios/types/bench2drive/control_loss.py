@@ -10,8 +10,8 @@ from stucksolver_eval.scenarios.families.lane_places import beside
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.scenario import Scenario
 from stucksolver_eval.sites.lane_requirements import any_lane
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 DEBRIS_M = (14.0, 48.0, 74.0)
 REACH_M = 2.0
@@ -26,7 +26,7 @@ class ControlLoss(Scenario):
     """Debris on the road disturbs the hero's throttle and steering wherever it drives over it."""
 
     type = "ControlLoss"
-    placed = Placed("bench220", 1050, Along(any_lane, 125, direct=False))
+    placed = SuitePlacement("bench220", 1050, LaneSites(any_lane, 125, direct=False))
     driver_alone = "completed"
     timeout_s = None
     starts = "at each of three patches of debris, while the hero is within 2 m of it"

@@ -7,15 +7,15 @@ from typing import Any
 
 import carla
 
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.actor_flow import ActorFlow
 from stucksolver_eval.scenarios.families.crossing_actors import BICYCLES
 from stucksolver_eval.scenarios.families.junction import JunctionScenario
 from stucksolver_eval.scenarios.families.lane_places import run_of_lane
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.sites.junction_sites import TURNS, Through, bicycles
+from stucksolver_eval.sites.junction_sites import TURNS, JunctionSites, bicycles
 from stucksolver_eval.sites.parameter_draws import flow_values
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 RED_S = 5.0
 LOOK_M = 200.0
@@ -27,7 +27,9 @@ class CrossingBicycleFlow(ActorFlow, JunctionScenario):
     """The hero turns across a bicycle lane with a flow of bicycles."""
 
     type = "CrossingBicycleFlow"
-    placed = Placed("bench220", 1060, Through(TURNS, extra=bicycles), flow_values((8, 12), (5, 15), (25, 30)))
+    placed = SuitePlacement(
+        "bench220", 1060, JunctionSites(TURNS, extra=bicycles), flow_values((8, 12), (5, 15), (25, 30))
+    )
     driver_alone = "collision: turns into a bicycle"
     starts = "the bicycles ride from the trigger on; if there are lights, the hero's is red for 5 s, then green"
     needs_map = "a junction on the route, and a bicycle lane from `start_actor_flow` through it"
@@ -35,7 +37,7 @@ class CrossingBicycleFlow(ActorFlow, JunctionScenario):
     all_lanes = False
     lane_type = carla.LaneType.Biking
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         if self.start_at is not None:
             place = carla.Location(*self.start_at)
             lane = setting.map.get_waypoint(place, project_to_road=True, lane_type=self.lane_type)

@@ -6,16 +6,16 @@ from collections.abc import Iterator
 
 import carla
 
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.crossing_actors import ADULTS, WALKER_LIFT_M, walk_for
 from stucksolver_eval.scenarios.families.lane_places import beside, edge_m, lane_of
-from stucksolver_eval.scenarios.parameters import Choice, Number, Text
+from stucksolver_eval.scenarios.parameters import ChoiceParameter, NumberParameter, TextParameter
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.scenario import Scenario
 from stucksolver_eval.sites.lane_requirements import sidewalk
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import BLOCKERS, ON_THE_RIGHT, Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import BLOCKERS, ON_THE_RIGHT, IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 WALK_MPS = 2.0
 SYNC_S = 2.1
@@ -30,15 +30,15 @@ class DynamicObjectCrossing(Scenario):
     """A pedestrian steps out from behind an object at the roadside and crosses in front of the hero."""
 
     type = "DynamicObjectCrossing"
-    placed = Placed(
+    placed = SuitePlacement(
         "bench220",
         1070,
-        Along(sidewalk, 125),
+        LaneSites(sidewalk, 125),
         {
-            "distance": Value(33, 50),
+            "distance": IntegerDraw(33, 50),
             "direction": ON_THE_RIGHT,
             "blocker_model": BLOCKERS,
-            "crossing_angle": Value(0, 15),
+            "crossing_angle": IntegerDraw(0, 15),
         },
     )
     driver_alone = "completed: brakes"
@@ -46,12 +46,12 @@ class DynamicObjectCrossing(Scenario):
     starts = "the pedestrian starts when the hero is 2.1 s (0.1 s more for each 5° of angle) or 6 m away"
     needs_map = "a sidewalk or shoulder along the road"
     blueprints = ADULTS
-    distance_m = Number("distance", 12.0, "m")
-    direction = Choice("direction", "right", options=("left", "right"))
-    blocker = Text("blocker_model", "static.prop.vendingmachine")
-    angle_deg = Number("crossing_angle", 0.0, "°")
+    distance_m = NumberParameter("distance", 12.0, "m")
+    direction = ChoiceParameter("direction", "right", options=("left", "right"))
+    blocker = TextParameter("blocker_model", "static.prop.vendingmachine")
+    angle_deg = NumberParameter("crossing_angle", 0.0, "°")
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         if not setting.cast.knows(self.blocker):
             return f"the blueprint library has no {self.blocker}"
         lane = self.ahead(self.distance_m)

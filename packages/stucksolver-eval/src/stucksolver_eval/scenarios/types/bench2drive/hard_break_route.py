@@ -8,8 +8,8 @@ from stucksolver_eval.actors.actor_pool import lamps
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.scenario import Scenario
 from stucksolver_eval.sites.lane_requirements import any_lane
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 STOPS_S = 10.0
 ENDS_M = 15.0
@@ -20,7 +20,7 @@ class HardBreakRoute(Scenario):
     """All cars ahead brake hard, stand for ten seconds, and continue."""
 
     type = "HardBreakRoute"
-    placed = Placed("bench220", 1090, Along(any_lane, 125))
+    placed = SuitePlacement("bench220", 1090, LaneSites(any_lane, 125))
     driver_alone = "completed: stands 13 s"
     timeout_s = None
     starts = "the cars brake at the trigger"

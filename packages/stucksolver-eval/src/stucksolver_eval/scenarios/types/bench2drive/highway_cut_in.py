@@ -8,13 +8,13 @@ from typing import Any
 import carla
 
 from stucksolver_eval.actors import Car
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.lane_places import run_of_lane, side_driving_lane
-from stucksolver_eval.scenarios.parameters import Place
+from stucksolver_eval.scenarios.parameters import LocationParameter
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.scenario import Scenario, ScenarioError
 from stucksolver_eval.sites.motorway_sites import cut_ins
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 SLOWEST_MPS = 4.0
 FASTEST_MPS = 30.0
@@ -31,15 +31,15 @@ class HighwayCutIn(Scenario):
     """A vehicle comes from a ramp next to the hero and cuts into its lane, slower than the hero."""
 
     type = "HighwayCutIn"
-    placed = Placed("bench220", 1120, cut_ins)
+    placed = SuitePlacement("bench220", 1120, cut_ins)
     driver_alone = "completed: brakes, a near miss"
     timeout_s = None
     starts = "the vehicle starts at the trigger, timed to arrive with the hero"
     needs_map = "a lane from `other_actor_location` into a junction with the hero's road"
     simplified = "the vehicle's speed is updated ten times a second until it has arrived"
-    start_at = Place("other_actor_location", None)
+    start_at = LocationParameter("other_actor_location", None)
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         line = self._line()
         if not any(w.is_junction for w in line) or line[-1].is_junction:
             return "the lane at <other_actor_location> does not lead through a junction"

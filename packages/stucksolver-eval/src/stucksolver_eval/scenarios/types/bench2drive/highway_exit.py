@@ -9,7 +9,7 @@ from stucksolver_eval.scenarios.families.actor_flow import ActorFlow
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.motorway_sites import exits
 from stucksolver_eval.sites.parameter_draws import flow_values
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 
 @scenario
@@ -17,7 +17,7 @@ class HighwayExit(ActorFlow):
     """There is a flow in the lane next to the hero's; the hero must cross it to leave the motorway."""
 
     type = "HighwayExit"
-    placed = Placed("bench220", 1130, exits, flow_values((10, 15), (11, 20), (33, 46)))
+    placed = SuitePlacement("bench220", 1130, exits, flow_values((10, 15), (11, 20), (33, 46)))
     driver_alone = "completed"
     needs_map = "lanes from `start_actor_flow` to `end_actor_flow`"
     all_lanes = False

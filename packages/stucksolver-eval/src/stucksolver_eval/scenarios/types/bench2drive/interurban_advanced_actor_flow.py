@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.junction import JunctionScenario, straight_way
 from stucksolver_eval.scenarios.families.vehicle_flow import Flow, run_flows
-from stucksolver_eval.scenarios.parameters import Choice, Number, Range
+from stucksolver_eval.scenarios.parameters import ChoiceParameter, NumberParameter, RangeParameter
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.sites.junction_sites import LEFT_TURNS, SIGNED, Through, crossing_flow
+from stucksolver_eval.sites.junction_sites import LEFT_TURNS, SIGNED, JunctionSites, crossing_flow
 from stucksolver_eval.sites.parameter_draws import flow_values
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 SOURCE_S = 6.0
 SINK_M = 60.0
@@ -22,21 +22,21 @@ class InterurbanAdvancedActorFlow(JunctionScenario):
     """The hero turns left onto an interurban road: across a flow from its left, into a flow from its right."""
 
     type = "InterurbanAdvancedActorFlow"
-    placed = Placed(
+    placed = SuitePlacement(
         "bench220",
         1150,
-        Through(LEFT_TURNS, SIGNED, arms=3, extra=crossing_flow),
+        JunctionSites(LEFT_TURNS, SIGNED, arms=3, extra=crossing_flow),
         flow_values((16, 18), (36, 42), (84, 94)),
         only_in="interurban",
     )
     driver_alone = "completed: turns in a gap, a near miss"
     needs_map = "a junction with roads from the left and from the right"
     simplified = "both flows are derived from the junction's lanes; `direction` names the one that the hero joins"
-    direction = Choice("direction", "right", options=("left", "right"))
-    flow_mps = Number("flow_speed", 10.0, "m/s")
-    gaps_m = Range("source_dist_interval", (5.0, 7.0), "m")
+    direction = ChoiceParameter("direction", "right", options=("left", "right"))
+    flow_mps = NumberParameter("flow_speed", 10.0, "m/s")
+    gaps_m = RangeParameter("source_dist_interval", (5.0, 7.0), "m")
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         missing = super().needs(setting)
         if missing is None and not (self.entries_from("left") and self.entries_from("right")):
             missing = "the junction does not have roads from both the left and the right"

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 
 from stucksolver_eval.background_traffic.lanes import oncoming_lanes
 from stucksolver_eval.scenarios.families.lane_places import beside
-from stucksolver_eval.scenarios.families.obstacle import TwoWays
-from stucksolver_eval.scenarios.parameters import Number
+from stucksolver_eval.scenarios.families.obstacle import TwoWayObstacle
+from stucksolver_eval.scenarios.parameters import NumberParameter
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import bend
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import Hundredths, Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import HundredthsDraw, IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 SPACING_M = (40.0, 40.0)
 HALF_CAR_M = 0.7
@@ -22,19 +22,22 @@ CONES_M = 6.0
 
 
 @scenario
-class InvadingTurn(TwoWays):
+class InvadingTurn(TwoWayObstacle):
     """Oncoming cars cross the centre line because of cones on their side; the hero must keep right."""
 
     type = "InvadingTurn"
-    placed = Placed(
-        "bench220", 1160, Along(bend, 125, direct=False), {"distance": Value(50, 60), "offset": Hundredths(0.18, 0.39)}
+    placed = SuitePlacement(
+        "bench220",
+        1160,
+        LaneSites(bend, 125, direct=False),
+        {"distance": IntegerDraw(50, 60), "offset": HundredthsDraw(0.18, 0.39)},
     )
     driver_alone = "completed, with near misses"
     starts = "the oncoming cars come from the trigger on"
     blueprints = (CONE,)
     simplified = "the oncoming cars hold their speed whatever the hero does, until one has touched it"
-    distance_m = Number("distance", 100.0, "m")
-    offset_m = Number("offset", 0.25, "m")
+    distance_m = NumberParameter("distance", 100.0, "m")
+    offset_m = NumberParameter("offset", 0.25, "m")
 
     def put(self) -> tuple[float, float]:
         self._cones = []

@@ -5,9 +5,9 @@ from __future__ import annotations
 from stucksolver_eval.scenarios.families.obstacle import Obstacle
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import left_lane
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT, Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT, IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 OFFSET = 0.7
 
@@ -26,11 +26,11 @@ class ParkedObstacle(ParkedCar):
     """A car with hazard lights stands in the hero's lane; it must change to the adjacent lane."""
 
     type = "ParkedObstacle"
-    placed = Placed(
+    placed = SuitePlacement(
         "bench220",
         1240,
-        Along(left_lane, 125),
-        {"distance": Value(40, 44), "direction": ON_THE_RIGHT, "speed": Value(40, 59)},
+        LaneSites(left_lane, 125),
+        {"distance": IntegerDraw(40, 44), "direction": ON_THE_RIGHT, "speed": IntegerDraw(40, 59)},
     )
     driver_alone = "stuck behind the car"
     starts = "the car stands there from the start; traffic in the next lane slows 5 s after the hero came within 50 m"

@@ -6,16 +6,16 @@ from collections.abc import Iterator
 
 import carla
 
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.crossing_actors import ADULTS, WALKER_LIFT_M, walk_for
 from stucksolver_eval.scenarios.families.lane_places import beside, lane_of, side_driving_lane
-from stucksolver_eval.scenarios.parameters import Choice, Number
+from stucksolver_eval.scenarios.parameters import ChoiceParameter, NumberParameter
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.scenario import Scenario
 from stucksolver_eval.sites.lane_requirements import parking
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT, Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT, IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 WALK_MPS = 2.0
 WALK_M = 8.0
@@ -29,22 +29,22 @@ class ParkingCrossingPedestrian(Scenario):
     """A pedestrian steps out from behind a parked car and crosses in front of the hero."""
 
     type = "ParkingCrossingPedestrian"
-    placed = Placed(
+    placed = SuitePlacement(
         "bench220",
         1260,
-        Along(parking, 125),
-        {"distance": Value(36, 45), "direction": ON_THE_RIGHT, "crossing_angle": Value(0, 12)},
+        LaneSites(parking, 125),
+        {"distance": IntegerDraw(36, 45), "direction": ON_THE_RIGHT, "crossing_angle": IntegerDraw(0, 12)},
     )
     driver_alone = "completed: brakes"
     timeout_s = None
     starts = "the pedestrian starts when the hero is 2.15 s or 6 m away"
     needs_map = "a parking lane next to the hero's, or no driving lane there"
     blueprints = ADULTS
-    distance_m = Number("distance", 12.0, "m")
-    direction = Choice("direction", "right", options=("left", "right"))
-    angle_deg = Number("crossing_angle", 0.0, "°")
+    distance_m = NumberParameter("distance", 12.0, "m")
+    direction = ChoiceParameter("direction", "right", options=("left", "right"))
+    angle_deg = NumberParameter("crossing_angle", 0.0, "°")
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         here = self.ahead(self.distance_m)
         if lane_of(here, carla.LaneType.Parking, self.direction) is None and side_driving_lane(here, self.direction):
             return (

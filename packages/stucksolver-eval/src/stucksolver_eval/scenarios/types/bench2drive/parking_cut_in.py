@@ -6,15 +6,15 @@ from collections.abc import Iterator
 
 import carla
 
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.lane_places import lane_of
-from stucksolver_eval.scenarios.parameters import Choice
+from stucksolver_eval.scenarios.parameters import ChoiceParameter
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.scenario import Scenario
 from stucksolver_eval.sites.lane_requirements import parking
-from stucksolver_eval.sites.lane_sites import Along
+from stucksolver_eval.sites.lane_sites import LaneSites
 from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 BLOCKER_M = 28.0
 CUTTER_M = 35.0
@@ -30,14 +30,14 @@ class ParkingCutIn(Scenario):
     """A car pulls out of a row of parked cars directly in front of the hero."""
 
     type = "ParkingCutIn"
-    placed = Placed("bench220", 1270, Along(parking, 125), {"direction": ON_THE_RIGHT})
+    placed = SuitePlacement("bench220", 1270, LaneSites(parking, 125), {"direction": ON_THE_RIGHT})
     driver_alone = "completed: brakes, a near miss"
     timeout_s = None
     starts = "the car pulls out when the hero is 2.35 s or 10 m away"
     needs_map = "a parking lane next to the hero's"
-    direction = Choice("direction", "right", options=("left", "right"))
+    direction = ChoiceParameter("direction", "right", options=("left", "right"))
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         for distance_m in (BLOCKER_M, CUTTER_M):
             lane = lane_of(self.ahead(distance_m), carla.LaneType.Parking, self.direction)
             if lane is None or lane.lane_id * self.ahead(distance_m).lane_id < 0:

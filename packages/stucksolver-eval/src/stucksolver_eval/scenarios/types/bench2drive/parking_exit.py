@@ -7,15 +7,15 @@ from collections.abc import Iterator
 import carla
 
 from stucksolver_eval.actors import Car
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.lane_places import lane_of
-from stucksolver_eval.scenarios.parameters import Choice, Number
+from stucksolver_eval.scenarios.parameters import ChoiceParameter, NumberParameter
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.scenario import Scenario
 from stucksolver_eval.sites.lane_requirements import parking
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT, Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT, IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 SPACING_M = 25.0
 ROOM_AHEAD_M = 60.0
@@ -30,24 +30,24 @@ class ParkingExit(Scenario):
     """The hero stands between two parked cars and must pull out into traffic."""
 
     type = "ParkingExit"
-    placed = Placed(
+    placed = SuitePlacement(
         "bench220",
         1280,
-        Along(parking, 150, before_m=0, behind_m=20),
+        LaneSites(parking, 150, before_m=0, behind_m=20),
         {
             "direction": ON_THE_RIGHT,
-            "front_vehicle_distance": Value(9, 9),
-            "behind_vehicle_distance": Value(9, 9),
+            "front_vehicle_distance": IntegerDraw(9, 9),
+            "behind_vehicle_distance": IntegerDraw(9, 9),
         },
     )
     driver_alone = "completed: pulls out in a gap"
     starts = "at the start of the route; a car next to the hero drives off at the trigger"
     needs_map = "a parking lane next to the hero's at the trigger point"
-    direction = Choice("direction", "right", options=("left", "right"))
-    front_m = Number("front_vehicle_distance", 20.0, "m")
-    behind_m = Number("behind_vehicle_distance", 10.0, "m")
+    direction = ChoiceParameter("direction", "right", options=("left", "right"))
+    front_m = NumberParameter("front_vehicle_distance", 20.0, "m")
+    behind_m = NumberParameter("behind_vehicle_distance", 10.0, "m")
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         lane = lane_of(self.ahead(0.0), carla.LaneType.Parking, self.direction)
         if lane is None or lane.lane_id * self.ahead(0.0).lane_id < 0:
             return f"at the trigger point there is no parking lane on the hero's {self.direction}"

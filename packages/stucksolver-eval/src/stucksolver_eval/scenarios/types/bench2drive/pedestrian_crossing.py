@@ -8,13 +8,13 @@ from typing import Any
 import carla
 
 from stucksolver_eval.actors import ScenarioActor
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.crossing_actors import ADULTS, WALKER_LIFT_M, together, walk_for
 from stucksolver_eval.scenarios.families.junction import JunctionScenario
 from stucksolver_eval.scenarios.families.lane_places import beside, edge_m, lane_of
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.sites.junction_sites import ALL_WAYS, Through
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.junction_sites import ALL_WAYS, JunctionSites
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 SYNC_S = 3.5
 NEAR_M = 12.0
@@ -30,14 +30,14 @@ class PedestrianCrossing(JunctionScenario):
     """Three pedestrians cross the hero's road where it enters a junction."""
 
     type = "PedestrianCrossing"
-    placed = Placed("bench220", 1290, Through(ALL_WAYS, rightmost=True))
+    placed = SuitePlacement("bench220", 1290, JunctionSites(ALL_WAYS, rightmost=True))
     driver_alone = "completed: brakes"
     timeout_s = None
     starts = "the pedestrians start when the hero is 3.5 s or 12 m away, each with a delay of up to 1.5 s"
     needs_map = "a junction on the route with a sidewalk at its entry"
     blueprints = ADULTS
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         missing = super().needs(setting)
         if missing is None and lane_of(self._crossing, carla.LaneType.Sidewalk) is None:
             missing = "there is no sidewalk where the route enters its next junction"

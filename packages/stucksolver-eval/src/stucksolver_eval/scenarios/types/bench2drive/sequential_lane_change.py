@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.scenario import Scenario
 from stucksolver_eval.sites.motorway_sites import lane_changes
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 LENGTH_M = 200.0
 
@@ -17,7 +17,7 @@ class SequentialLaneChange(Scenario):
     """The route requires several lane changes one after another, in background traffic."""
 
     type = "SequentialLaneChange"
-    placed = Placed("bench220", 1300, lane_changes)
+    placed = SuitePlacement("bench220", 1300, lane_changes)
     driver_alone = "completed"
     starts = "nothing happens; the route itself is the task"
 

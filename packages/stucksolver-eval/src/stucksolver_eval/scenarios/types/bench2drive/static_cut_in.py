@@ -6,15 +6,15 @@ from collections.abc import Iterator
 
 import carla
 
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.lane_places import side_driving_lane
-from stucksolver_eval.scenarios.parameters import Choice, Number
+from stucksolver_eval.scenarios.parameters import ChoiceParameter, NumberParameter
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.scenario import Scenario
 from stucksolver_eval.sites.lane_requirements import right_lane
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT, Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import ON_THE_RIGHT, IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 APART_M = 11.0
 CARS, CUTTER = 6, 2
@@ -32,15 +32,17 @@ class StaticCutIn(Scenario):
     """A car pulls out of a queue in the adjacent lane into the hero's lane and drives away."""
 
     type = "StaticCutIn"
-    placed = Placed("bench220", 1340, Along(right_lane, 185), {"distance": Value(40, 45), "direction": ON_THE_RIGHT})
+    placed = SuitePlacement(
+        "bench220", 1340, LaneSites(right_lane, 185), {"distance": IntegerDraw(40, 45), "direction": ON_THE_RIGHT}
+    )
     driver_alone = "completed: brakes"
     timeout_s = None
     starts = "the queue appears at the trigger; the car cuts in when the hero is 2.7 s or 15 m away"
     needs_map = "a driving lane of the hero's direction on the side that `direction` names"
-    distance_m = Number("distance", 100.0, "m")
-    direction = Choice("direction", "right", options=("left", "right"))
+    distance_m = NumberParameter("distance", 100.0, "m")
+    direction = ChoiceParameter("direction", "right", options=("left", "right"))
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         for k in range(CARS):
             if side_driving_lane(self._beside(k), self.direction) is None:
                 return (

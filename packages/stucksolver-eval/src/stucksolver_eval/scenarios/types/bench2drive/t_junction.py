@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.scenario import Scenario
-from stucksolver_eval.sites.junction_sites import TURNS, Through
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.junction_sites import TURNS, JunctionSites
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 LENGTH_M = 200.0
 
@@ -17,7 +17,7 @@ class TJunction(Scenario):
     """The hero turns at a T-junction with the existing traffic, lights and signs."""
 
     type = "T_Junction"
-    placed = Placed("bench220", 1350, Through(TURNS, arms=3))
+    placed = SuitePlacement("bench220", 1350, JunctionSites(TURNS, arms=3))
     driver_alone = "completed: yields"
     starts = "nothing happens; lights and signs are unchanged"
 

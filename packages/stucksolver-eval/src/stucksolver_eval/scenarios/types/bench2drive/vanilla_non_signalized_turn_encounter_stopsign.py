@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from stucksolver_eval.scenarios.families.controlled_turn import PlainTurn
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.sites.junction_sites import TURNS, Through
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.junction_sites import TURNS, JunctionSites
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 
 @scenario
@@ -13,5 +13,5 @@ class VanillaNonSignalizedTurnEncounterStopsign(PlainTurn):
     """The hero turns at a junction with a stop sign."""
 
     type = "VanillaNonSignalizedTurnEncounterStopsign"
-    placed = Placed("bench220", 1370, Through(TURNS, frozenset({"stop"})))
+    placed = SuitePlacement("bench220", 1370, JunctionSites(TURNS, frozenset({"stop"})))
     driver_alone = "completed: stops at the sign"

@@ -7,15 +7,15 @@ from collections.abc import Iterator
 import carla
 
 from stucksolver_eval.actors.actor_pool import LIFT_M
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.lane_places import beside, lane_of
-from stucksolver_eval.scenarios.families.obstacle import PAST_M, TwoWays
-from stucksolver_eval.scenarios.parameters import Number
+from stucksolver_eval.scenarios.families.obstacle import PAST_M, TwoWayObstacle
+from stucksolver_eval.scenarios.parameters import NumberParameter
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import two_ways_with_parking
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import IntervalDraw, Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import IntegerDraw, IntervalDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 OPENS_S = 3.0
 OPENS_M = 10.0
@@ -23,22 +23,22 @@ EDGE_M = 0.05
 
 
 @scenario
-class VehicleOpensDoorTwoWays(TwoWays):
+class VehicleOpensDoorTwoWays(TwoWayObstacle):
     """A parked car opens its door into the hero's lane; the hero must swing out in a gap of the oncoming flow."""
 
     type = "VehicleOpensDoorTwoWays"
-    placed = Placed(
+    placed = SuitePlacement(
         "bench220",
         1400,
-        Along(two_ways_with_parking, 150),
-        {"distance": Value(37, 59), "frequency": IntervalDraw((25, 40), (85, 100))},
+        LaneSites(two_ways_with_parking, 150),
+        {"distance": IntegerDraw(37, 59), "frequency": IntervalDraw((25, 40), (85, 100))},
     )
     driver_alone = "collision: touches the open door"
     starts = "the door opens when the hero is 3 s or 10 m away; the oncoming flow starts 5 s later"
     needs_map = "a parking lane next to the hero's, and an oncoming lane"
-    distance_m = Number("distance", 50.0, "m")
+    distance_m = NumberParameter("distance", 50.0, "m")
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         if lane_of(self.ahead(self.distance_m), carla.LaneType.Parking, self.direction) is None:
             return f"{self.distance_m:.0f} m beyond the trigger point there is no parking lane on the {self.direction}"
         if not self._cars_with_doors():

@@ -10,8 +10,8 @@ from stucksolver_eval.scenarios.families.crossing_actors import BICYCLES
 from stucksolver_eval.scenarios.families.junction import JunctionScenario
 from stucksolver_eval.scenarios.families.lane_places import beside, edge_m
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.sites.junction_sites import TURNS, Through
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.junction_sites import TURNS, JunctionSites
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 BEYOND_M = 11.0
 RIDE_MPS = 1.8
@@ -24,7 +24,7 @@ class VehicleTurningRoute(JunctionScenario):
     """After the hero's turn, a bicycle crosses its road from the right."""
 
     type = "VehicleTurningRoute"
-    placed = Placed("bench220", 1410, Through(TURNS))
+    placed = SuitePlacement("bench220", 1410, JunctionSites(TURNS))
     driver_alone = "completed: brakes"
     timeout_s = None
     starts = "the bicycle starts when the hero is 1.8 s or 6 m from where it crosses"

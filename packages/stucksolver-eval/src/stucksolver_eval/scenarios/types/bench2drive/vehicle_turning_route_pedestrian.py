@@ -8,8 +8,8 @@ from stucksolver_eval.scenarios.families.crossing_actors import ADULTS, WALKER_L
 from stucksolver_eval.scenarios.families.junction import JunctionScenario
 from stucksolver_eval.scenarios.families.lane_places import beside, edge_m
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.sites.junction_sites import TURNS, Through
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.junction_sites import TURNS, JunctionSites
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 BEYOND_M = 3.0
 WALK_MPS = 1.8
@@ -22,7 +22,7 @@ class VehicleTurningRoutePedestrian(JunctionScenario):
     """Just after the hero's turn, a pedestrian crosses its road from the right."""
 
     type = "VehicleTurningRoutePedestrian"
-    placed = Placed("bench220", 1420, Through(TURNS, rightmost=True))
+    placed = SuitePlacement("bench220", 1420, JunctionSites(TURNS, rightmost=True))
     driver_alone = "completed: stops for the pedestrian"
     timeout_s = None
     starts = "the pedestrian starts when the hero is 2.2 s or 6 m from where it crosses"

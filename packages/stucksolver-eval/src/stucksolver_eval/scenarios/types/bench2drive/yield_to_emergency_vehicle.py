@@ -7,15 +7,15 @@ from collections.abc import Iterator
 from stucksolver_eval.actors import Car
 from stucksolver_eval.actors.actor_pool import lamps
 from stucksolver_eval.background_traffic.lanes import slots
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.lane_places import upstream
-from stucksolver_eval.scenarios.parameters import Number
+from stucksolver_eval.scenarios.parameters import NumberParameter
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.scenarios.scenario import Scenario
 from stucksolver_eval.sites.lane_requirements import several_lanes
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 FASTER_MPS = 25.0
 NEAR_M = 50.0
@@ -30,15 +30,17 @@ class YieldToEmergencyVehicle(Scenario):
     """An emergency vehicle approaches fast from behind; the hero must change lanes and let it pass."""
 
     type = "YieldToEmergencyVehicle"
-    placed = Placed("bench220", 1430, Along(several_lanes, 180, before_m=45, direct=False), {"distance": Value(26, 30)})
+    placed = SuitePlacement(
+        "bench220", 1430, LaneSites(several_lanes, 180, before_m=45, direct=False), {"distance": IntegerDraw(26, 30)}
+    )
     driver_alone = "completed, but does not let the vehicle pass"
     timeout_s = None
     starts = "the vehicle comes at the trigger"
     needs_map = "a second driving lane of the hero's direction"
     simplified = "the vehicle's speed is set in every tick from its distance to the vehicle ahead in its lane"
-    distance_m = Number("distance", 140.0, "m")
+    distance_m = NumberParameter("distance", 140.0, "m")
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         if not setting.cast.kinds(special_type="emergency"):
             return "the blueprint library has no emergency vehicle"
         if len(slots(self.ahead(0.0))) < 2:

@@ -37,7 +37,7 @@ class PeopleAtRedLight(StuckAtLight):
             walker = self.cast.must_spawn(blueprint, place, lift_m=WALKER_LIFT_M)
             self._walkers.append((walker, place.rotation.yaw, 2.0 * abs(right_m) + PAST_M))
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         self.hold_lights(green=[])
         end_s = self.cast.time_s + GREEN_S
         yield from self.wait(SET_OFF_S)

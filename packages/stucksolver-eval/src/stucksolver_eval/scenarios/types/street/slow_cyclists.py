@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stucksolver_eval.scenarios.families.street import StreetScenario
-from stucksolver_eval.scenarios.parameters import Number
+from stucksolver_eval.scenarios.parameters import NumberParameter
 from stucksolver_eval.scenarios.registry import scenario
 
 BICYCLES = ("vehicle.diamondback.century", "vehicle.bh.crossbike")
@@ -17,8 +17,8 @@ class SlowCyclists(StreetScenario):
     type = "SlowCyclists"
     starts = "everyone starts with the hero"
     blueprints = BICYCLES
-    distance_m = Number("distance", 20.0, "m")
-    speed_kmh = Number("speed", 9.0, "km/h")
+    distance_m = NumberParameter("distance", 20.0, "m")
+    speed_kmh = NumberParameter("speed", 9.0, "km/h")
 
     def put(self) -> None:
         for k, blueprint in enumerate(BICYCLES):

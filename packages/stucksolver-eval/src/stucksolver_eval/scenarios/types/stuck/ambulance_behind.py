@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 from stucksolver_eval.actors.actor_pool import lamps
 from stucksolver_eval.background_traffic.lanes import back
-from stucksolver_eval.scenarios.families.stuck import PASSABLE_M, Stuck
+from stucksolver_eval.scenarios.families.stuck import PASSABLE_M, StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import two_ways
 from stucksolver_eval.sites.stuck_sites import to_pass
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 AMBULANCE, CAR = "vehicle.ford.ambulance", "vehicle.lincoln.mkz_2020"
 BEHIND_M = 45.0
@@ -19,11 +19,11 @@ SPEED_MPS = 12.0
 
 
 @scenario
-class AmbulanceBehind(Stuck):
+class AmbulanceBehind(StuckScenario):
     """The hero stands behind a broken-down car when an ambulance comes up from behind: clear the way."""
 
     type = "AmbulanceBehind"
-    placed = Placed("immobilized", 3180, to_pass(two_ways))
+    placed = SuitePlacement("immobilized", 3180, to_pass(two_ways))
     driver_alone = "stuck, with the ambulance behind it"
     expected = "recover"
     suspends = frozenset({"blocked", "wrong_lane"})
@@ -35,7 +35,7 @@ class AmbulanceBehind(Stuck):
     def stage(self) -> None:
         self.put_disabled(CAR)
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         self.traffic.switch_route_sources(False)
         yield from self.hero_near()
         yield from self.until(lambda: self.hero.speed_mps < STANDING_MPS)

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 import carla
 
 from stucksolver_eval.scenarios.families.lane_places import beside
-from stucksolver_eval.scenarios.families.stuck import Stuck
+from stucksolver_eval.scenarios.families.stuck import StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import one_lane
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 COW, DOG = "animal.cow", "animal.dog"
 PLACES = ((COW, 0.0, -0.6), (COW, 2.6, 1.0), (DOG, -1.6, 1.2))
@@ -23,11 +23,11 @@ BACK_M = 1.0
 
 
 @scenario
-class AnimalsOnRoad(Stuck):
+class AnimalsOnRoad(StuckScenario):
     """Animals stand on the road and walk away after a while: wait."""
 
     type = "AnimalsOnRoad"
-    placed = Placed("immobilized", 3160, Along(one_lane), {"distance": Value(40, 48)})
+    placed = SuitePlacement("immobilized", 3160, LaneSites(one_lane), {"distance": IntegerDraw(40, 48)})
     driver_alone = "completed: waits 28 s"
     expected = "wait"
     suspends = frozenset({"blocked"})
@@ -42,7 +42,7 @@ class AnimalsOnRoad(Stuck):
             for kind, ahead_m, right_m in PLACES
         ]
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         yield from self.hero_near()
         yield from self.wait(LASTS_S)
         aside = self.ahead(self.distance_m).transform.get_right_vector()

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.junction import straight_way
 from stucksolver_eval.scenarios.families.stuck import StuckAtLight
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.sites.junction_sites import LIT, STRAIGHT, Through
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.junction_sites import LIT, STRAIGHT, JunctionSites
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 CARS = 3
 SPACING_M = 7.5
@@ -21,13 +21,13 @@ class BlockedJunctionBox(StuckAtLight):
     """The hero's light is green, but cars of the crossing road stand in the junction; they leave after 30 s: wait."""
 
     type = "BlockedJunctionBox"
-    placed = Placed("immobilized", 3120, Through(STRAIGHT, LIT, arms=4))
+    placed = SuitePlacement("immobilized", 3120, JunctionSites(STRAIGHT, LIT, arms=4))
     driver_alone = "completed: waits 36 s at its green light"
     expected = "wait"
     starts = "the cars stand there from the trigger on, and drive off 30 s after the hero came near"
     suspends = frozenset({"blocked"})
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         missing = super().needs(setting)
         if missing is None and not self._crossing():
             missing = "the hero's next junction has no road from the left or right"
@@ -36,7 +36,7 @@ class BlockedJunctionBox(StuckAtLight):
     def _crossing(self) -> list[Any]:
         return [*self.entries_from("left"), *self.entries_from("right")]
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         self.traffic.handle_junction_scenario(remove_entries=self._crossing())
         self.hold_lights(green=self.own_lights)
         line = self.approach(self._crossing()[0], 0.0, 60.0, straight_way)

@@ -9,10 +9,10 @@ from typing import ClassVar
 import carla
 
 from stucksolver_eval.scenarios.families.lane_places import beside, way_turn_deg
-from stucksolver_eval.scenarios.families.stuck import Stuck
+from stucksolver_eval.scenarios.families.stuck import StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.stuck_sites import closed_streets
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 BARRIER, SIGN = "static.prop.streetbarrier", "static.prop.warningconstruction"
 BARRIER_M = 1.2
@@ -22,11 +22,11 @@ FOR_VEHICLES = carla.LaneType.Driving | carla.LaneType.Parking | carla.LaneType.
 
 
 @scenario
-class ClosedRoad(Stuck):
+class ClosedRoad(StuckScenario):
     """The road is closed from kerb to kerb: leave the route and reach the destination another way."""
 
     type = "ClosedRoad"
-    placed: ClassVar[Placed | None] = Placed("immobilized", 3140, closed_streets, only_in="grid_town")
+    placed: ClassVar[SuitePlacement | None] = SuitePlacement("immobilized", 3140, closed_streets, only_in="grid_town")
     driver_alone = "stuck before the barrier"
     expected = "reroute"
     suspends = frozenset({"blocked", "route_deviation"})

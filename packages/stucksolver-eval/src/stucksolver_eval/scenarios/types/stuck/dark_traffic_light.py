@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import carla
 
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.deadlock import Deadlock
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.stuck_sites import dark_lights
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 
 @scenario
@@ -18,13 +18,13 @@ class DarkTrafficLight(Deadlock):
     """All lights of a junction are dark, so it is an all-way stop, and everybody waits: creep, yield, go."""
 
     type = "DarkTrafficLight"
-    placed = Placed("immobilized", 3070, dark_lights)
+    placed = SuitePlacement("immobilized", 3070, dark_lights)
     driver_alone = "stuck before the nose in its path"
     expected = "recover"
     suspends = frozenset({"blocked"})
     needs_map = f"{Deadlock.needs_map}, with lights that stop the hero"
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         missing = super().needs(setting)
         if missing is None and not self.own_lights:
             missing = "the hero has no traffic light at its next junction"

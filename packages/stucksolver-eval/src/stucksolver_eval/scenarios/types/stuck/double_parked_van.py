@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from stucksolver_eval.scenarios.families.crossing_actors import walk_for
-from stucksolver_eval.scenarios.families.stuck import PASSABLE_M, Stuck
+from stucksolver_eval.scenarios.families.stuck import PASSABLE_M, StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import two_ways
-from stucksolver_eval.sites.parameter_draws import Value
+from stucksolver_eval.sites.parameter_draws import IntegerDraw
 from stucksolver_eval.sites.stuck_sites import to_pass
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 VAN, PERSON = "vehicle.mercedes.sprinter", "walker.pedestrian.0002"
 WALK_MPS = 1.2
@@ -19,11 +19,11 @@ ASIDE_M = 0.6
 
 
 @scenario
-class DoubleParkedVan(Stuck):
+class DoubleParkedVan(StuckScenario):
     """A delivery van with hazard lights stands in the only lane, and a person works next to it: pass with room."""
 
     type = "DoubleParkedVan"
-    placed = Placed("immobilized", 3090, to_pass(two_ways), {"distance": Value(40, 48)})
+    placed = SuitePlacement("immobilized", 3090, to_pass(two_ways), {"distance": IntegerDraw(40, 48)})
     driver_alone = "stuck behind the van"
     expected = "recover"
     suspends = frozenset({"blocked", "wrong_lane"})
@@ -37,7 +37,7 @@ class DoubleParkedVan(Stuck):
         aside_m = ASIDE_M + self._van.half_width_m + 0.7
         self._person = self.put(PERSON, -self._van.half_length_m, aside_m)
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         # The hero needs room behind it to back up and see past the van.
         self.traffic.switch_route_sources(False)
         self.traffic.remove_behind()

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 from stucksolver_eval.actors.actor_pool import lamps
 from stucksolver_eval.background_traffic.lanes import oncoming_lanes
-from stucksolver_eval.scenarios.families.stuck import Stuck
+from stucksolver_eval.scenarios.families.stuck import StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import one_lane
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 ENGINE, POLICE = "vehicle.carlamotors.firetruck", "vehicle.dodge.charger_police_2020"
 OFFICER = "walker.pedestrian.0030"
@@ -19,11 +19,11 @@ LASTS_S = 45.0
 
 
 @scenario
-class EmergencyScene(Stuck):
+class EmergencyScene(StuckScenario):
     """A control: a fire engine, a police car and people block the road; after a while they leave."""
 
     type = "EmergencyScene"
-    placed = Placed("immobilized", 3240, Along(one_lane), {"distance": Value(40, 48)})
+    placed = SuitePlacement("immobilized", 3240, LaneSites(one_lane), {"distance": IntegerDraw(40, 48)})
     driver_alone = "completed: waits 45 s"
     expected = "wait"
     starts = "the scene is present from the start, and is gone 45 s after the hero came within 25 m"
@@ -39,7 +39,7 @@ class EmergencyScene(Stuck):
             self.cast.lights(member, lamps("Special1", "Special2"))
         self._scene += [self.put(OFFICER, ahead_m, right_m) for ahead_m, right_m in ((0.0, 0.5), (1.5, -1.0))]
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         self.traffic.change_opposite_behavior(active=False)
         self.traffic.clear_opposite()
         yield from self.hero_near()

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stucksolver_eval.scenarios.families.stuck import Stuck
+from stucksolver_eval.scenarios.families.stuck import StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import two_ways
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 FLAGGER, CONE, SIGN = "walker.flagger.0001", "static.prop.trafficcone01", "static.prop.warningconstruction"
 LASTS_S = 30.0
 
 
 @scenario
-class Flagger(Stuck):
+class Flagger(StuckScenario):
     """A flagger at a work site stops the hero, then waves it through: wait for the sign."""
 
     type = "Flagger"
-    placed = Placed("immobilized", 3170, Along(two_ways), {"distance": Value(40, 48)})
+    placed = SuitePlacement("immobilized", 3170, LaneSites(two_ways), {"distance": IntegerDraw(40, 48)})
     driver_alone = "completed: waits 30 s"
     expected = "wait"
     suspends = frozenset({"blocked"})
@@ -34,7 +34,7 @@ class Flagger(Stuck):
         self._cones = [self.put(CONE, 3.0, share * half_m) for share in (-0.7, 0.0, 0.7)]
         self.put(SIGN, -12.0, half_m + 0.8, turn_deg=180.0)
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         yield from self.hero_near()
         yield from self.wait(LASTS_S)
         self.cast.remove([self._stop, *self._cones])

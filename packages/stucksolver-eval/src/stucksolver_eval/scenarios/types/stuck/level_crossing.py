@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from stucksolver_eval.scenarios.families.lane_places import beside, edge_m
-from stucksolver_eval.scenarios.families.stuck import Stuck
+from stucksolver_eval.scenarios.families.stuck import StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.stuck_sites import level_crossings
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 GATE, POST = "static.prop.crossinggate", "static.prop.crossinggatepost"
 BEFORE_RAILS_M = 5.0
@@ -16,11 +16,11 @@ LASTS_S = 35.0
 
 
 @scenario
-class LevelCrossing(Stuck):
+class LevelCrossing(StuckScenario):
     """A control: the gate of a level crossing is down for 35 s and then rises."""
 
     type = "LevelCrossing"
-    placed = Placed("immobilized", 3230, level_crossings)
+    placed = SuitePlacement("immobilized", 3230, level_crossings)
     driver_alone = "completed: waits 36 s"
     expected = "wait"
     simplified = "no train comes; the raised boom and the gate beyond the rails are not shown"
@@ -34,7 +34,7 @@ class LevelCrossing(Stuck):
         # The boom extends to the right of its origin, so it is turned to reach over the hero's lane.
         self._gate = self.cast.must_spawn(GATE, beside(lane, aside_m, -0.4, turn_deg=180.0), lift_m=0.0)
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         # The boom reaches into the oncoming lane, which the gate on the other side closes.
         self.traffic.change_opposite_behavior(active=False)
         self.traffic.clear_opposite()

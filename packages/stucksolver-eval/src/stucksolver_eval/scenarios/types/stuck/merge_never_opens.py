@@ -9,7 +9,7 @@ from stucksolver_eval.scenarios.families.deadlock import hero_creeps
 from stucksolver_eval.scenarios.families.vehicle_flow import Flow, run_flows
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.motorway_sites import merges
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 CAR = "vehicle.mini.cooper_s_2021"
 SPEED_MPS = 1.5
@@ -22,7 +22,7 @@ class MergeNeverOpens(ActorFlow):
     """Traffic crawls bumper to bumper in the lane that the hero must merge into; no gap opens until it noses in."""
 
     type = "MergeNeverOpens"
-    placed = Placed("immobilized", 3110, merges)
+    placed = SuitePlacement("immobilized", 3110, merges)
     driver_alone = "stuck next to the lane"
     expected = "recover"
     timeout_s = None

@@ -7,14 +7,14 @@ from typing import Any
 
 import carla
 
-from stucksolver_eval.scenario_context import Setting
+from stucksolver_eval.scenario_context import ScenarioContext
 from stucksolver_eval.scenarios.families.lane_places import run_of_lane
-from stucksolver_eval.scenarios.families.stuck import Stuck
+from stucksolver_eval.scenarios.families.stuck import StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import narrow
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 SPEED_MPS = 4.0
 FROM_M = 30.0
@@ -22,11 +22,11 @@ BACKED_M = 6.0
 
 
 @scenario
-class NarrowRoadStandoff(Stuck):
+class NarrowRoadStandoff(StuckScenario):
     """On a road too narrow for two, an oncoming car stops before the hero; it leaves once the hero has backed up."""
 
     type = "NarrowRoadStandoff"
-    placed = Placed("immobilized", 3050, Along(narrow), {"distance": Value(40, 48)})
+    placed = SuitePlacement("immobilized", 3050, LaneSites(narrow), {"distance": IntegerDraw(40, 48)})
     driver_alone = "stuck nose to nose"
     expected = "recover"
     suspends = frozenset({"blocked", "wrong_lane"})
@@ -34,7 +34,7 @@ class NarrowRoadStandoff(Stuck):
     needs_map = "an oncoming lane next to the hero's"
     simplified = "once the hero has backed up 6 m, the other car disappears, as if into a driveway"
 
-    def needs(self, setting: Setting) -> str | None:
+    def needs(self, setting: ScenarioContext) -> str | None:
         if self._oncoming(self.distance_m) is None:
             return f"{self.distance_m:.0f} m beyond the trigger point there is no adjacent oncoming lane"
         return None
@@ -46,7 +46,7 @@ class NarrowRoadStandoff(Stuck):
         against = lane is not None and lane.lane_type == carla.LaneType.Driving and lane.lane_id * here.lane_id < 0
         return lane if against else None
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         self.traffic.change_opposite_behavior(active=False)
         self.traffic.clear_opposite()
         self.traffic.remove_behind()

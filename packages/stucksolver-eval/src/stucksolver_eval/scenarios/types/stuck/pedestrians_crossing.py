@@ -10,7 +10,7 @@ from stucksolver_eval.scenarios.families.junction import JunctionScenario
 from stucksolver_eval.scenarios.families.lane_places import beside, edge_m
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.stuck_sites import crosswalks
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 WALKERS = 6
 EVERY_S = 5.0
@@ -24,7 +24,7 @@ class PedestriansCrossing(JunctionScenario):
     """A control: pedestrians cross the hero's road one after another for half a minute."""
 
     type = "PedestriansCrossing"
-    placed = Placed("immobilized", 3210, crosswalks)
+    placed = SuitePlacement("immobilized", 3210, crosswalks)
     driver_alone = "completed: waits 32 s"
     expected = "wait"
     timeout_s = None

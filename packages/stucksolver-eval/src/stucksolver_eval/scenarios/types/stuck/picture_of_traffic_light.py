@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from stucksolver_eval.scenarios.families.lane_places import edge_m
-from stucksolver_eval.scenarios.families.stuck import PASSABLE_M, Stuck
+from stucksolver_eval.scenarios.families.stuck import PASSABLE_M, StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import two_ways_by_sidewalk
-from stucksolver_eval.sites.parameter_draws import Value
+from stucksolver_eval.sites.parameter_draws import IntegerDraw
 from stucksolver_eval.sites.stuck_sites import to_pass
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 STOP, POSTER, CAR = "static.prop.busstoplb", "static.prop.advertisement", "vehicle.lincoln.mkz_2020"
 BEFORE_M = 6.0
 
 
 @scenario
-class PictureOfTrafficLight(Stuck):
+class PictureOfTrafficLight(StuckScenario):
     """A bus stop shows a picture of a red traffic light, and a car ahead waits for it: it does not count, so pass."""
 
     type = "PictureOfTrafficLight"
-    placed = Placed("immobilized", 3150, to_pass(two_ways_by_sidewalk), {"distance": Value(40, 48)})
+    placed = SuitePlacement("immobilized", 3150, to_pass(two_ways_by_sidewalk), {"distance": IntegerDraw(40, 48)})
     driver_alone = "stuck behind the car"
     expected = "recover"
     simplified = "the picture itself is not drawn; all that can be seen is that there is no light"

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from stucksolver_eval.background_traffic.lanes import back
 from stucksolver_eval.scenarios.families.stuck import StuckAtLight
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.sites.junction_sites import LIT, STRAIGHT, Through
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.junction_sites import LIT, STRAIGHT, JunctionSites
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 CARS = 3
 SPACING_M = 8.0
@@ -20,12 +20,12 @@ class QueueAtLight(StuckAtLight):
     """A control: cars wait ahead of the hero at a red light, and go when it turns green."""
 
     type = "QueueAtLight"
-    placed = Placed("immobilized", 3200, Through(STRAIGHT, LIT))
+    placed = SuitePlacement("immobilized", 3200, JunctionSites(STRAIGHT, LIT))
     driver_alone = "completed: waits 37 s"
     expected = "wait"
     starts = "the queue stands there from the trigger on; the light turns green 30 s after the hero came near"
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         self.hold_lights(green=[])
         self.traffic.handle_junction_scenario()
         queue = []

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 from stucksolver_eval.background_traffic.lanes import oncoming_lanes
 from stucksolver_eval.scenarios.families.lane_places import run_of_lane
-from stucksolver_eval.scenarios.families.stuck import Stuck
+from stucksolver_eval.scenarios.families.stuck import StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import two_ways
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 TRUCK, CAR = "vehicle.carlamotors.carlacola", "vehicle.lincoln.mkz_2020"
 LASTS_S = 60.0
@@ -19,11 +19,11 @@ CLEARS_MPS = 6.0
 
 
 @scenario
-class RoadBlockedForAMinute(Stuck):
+class RoadBlockedForAMinute(StuckScenario):
     """A truck and a car manoeuvre side by side and block the whole road; after a minute it is free: wait."""
 
     type = "RoadBlockedForAMinute"
-    placed = Placed("immobilized", 3130, Along(two_ways), {"distance": Value(40, 48)})
+    placed = SuitePlacement("immobilized", 3130, LaneSites(two_ways), {"distance": IntegerDraw(40, 48)})
     driver_alone = "completed: waits 62 s"
     expected = "wait"
     suspends = frozenset({"blocked"})
@@ -38,7 +38,7 @@ class RoadBlockedForAMinute(Stuck):
         for member, _ in self._others:
             self.cast.hold(member)
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         self.traffic.change_opposite_behavior(active=False)
         self.traffic.clear_opposite()
         yield from self.hero_near()

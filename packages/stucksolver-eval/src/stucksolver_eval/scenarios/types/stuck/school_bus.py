@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from stucksolver_eval.actors.actor_pool import lamps
 from stucksolver_eval.scenarios.families.crossing_actors import walk_for
 from stucksolver_eval.scenarios.families.lane_places import edge_m
-from stucksolver_eval.scenarios.families.stuck import Stuck
+from stucksolver_eval.scenarios.families.stuck import StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import two_ways
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 BUS, CHILDREN = "vehicle.carlette.schoolbus", ("walker.pedestrian.0009", "walker.pedestrian.0010")
 BOARDS_S = 10.0
@@ -21,11 +21,11 @@ DRIVES_MPS = 7.0
 
 
 @scenario
-class SchoolBus(Stuck):
+class SchoolBus(StuckScenario):
     """A control: a school bus stands with its stop arm out while children cross; then it drives on."""
 
     type = "SchoolBus"
-    placed = Placed("immobilized", 3220, Along(two_ways), {"distance": Value(40, 48)})
+    placed = SuitePlacement("immobilized", 3220, LaneSites(two_ways), {"distance": IntegerDraw(40, 48)})
     driver_alone = "completed: waits 30 s"
     expected = "wait"
     starts = "children cross 10 s after the hero came within 25 m; then the bus drives on"
@@ -39,7 +39,7 @@ class SchoolBus(Stuck):
         front_m = self._bus.half_length_m + 1.5
         self._children = [self.put(kind, front_m + k, self._aside_m) for k, kind in enumerate(CHILDREN)]
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         yield from self.hero_near()
         yield from self.wait(BOARDS_S)
         lane = self.ahead(self.distance_m)

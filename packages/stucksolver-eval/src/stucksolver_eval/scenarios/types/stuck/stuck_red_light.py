@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from stucksolver_eval.scenarios.families.stuck import StuckAtLight
 from stucksolver_eval.scenarios.registry import scenario
-from stucksolver_eval.sites.junction_sites import ALL_WAYS, LIT, Through
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.junction_sites import ALL_WAYS, LIT, JunctionSites
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 
 @scenario
@@ -19,12 +19,12 @@ class StuckRedLight(StuckAtLight):
     """
 
     type = "StuckRedLight"
-    placed = Placed("immobilized", 3080, Through(ALL_WAYS, LIT))
+    placed = SuitePlacement("immobilized", 3080, JunctionSites(ALL_WAYS, LIT))
     driver_alone = "stuck at the light, which is right, but does not ask"
     expected = "ask"
     suspends = frozenset({"blocked", "tick_runtime"})
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         self.traffic.handle_junction_scenario(stop_entries=False)
         self.hold_lights(green=[])
         yield

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 from stucksolver_eval.scenarios.families.crossing_actors import walk_for
 from stucksolver_eval.scenarios.families.lane_places import edge_m
-from stucksolver_eval.scenarios.families.stuck import Stuck
+from stucksolver_eval.scenarios.families.stuck import StuckScenario
 from stucksolver_eval.scenarios.registry import scenario
 from stucksolver_eval.sites.lane_requirements import one_lane
-from stucksolver_eval.sites.lane_sites import Along
-from stucksolver_eval.sites.parameter_draws import Value
-from stucksolver_eval.sites.suite_placement import Placed
+from stucksolver_eval.sites.lane_sites import LaneSites
+from stucksolver_eval.sites.parameter_draws import IntegerDraw
+from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 CHILD, TOY = "walker.pedestrian.0009", "static.prop.toy"
 HESITATES_S = 15.0
@@ -19,11 +19,11 @@ WALK_MPS = 1.0
 
 
 @scenario
-class ToyInLane(Stuck):
+class ToyInLane(StuckScenario):
     """A toy lies in the only lane and a child stands at the kerb; after a while it fetches the toy: wait."""
 
     type = "ToyInLane"
-    placed = Placed("immobilized", 3040, Along(one_lane), {"distance": Value(40, 48)})
+    placed = SuitePlacement("immobilized", 3040, LaneSites(one_lane), {"distance": IntegerDraw(40, 48)})
     driver_alone = "completed: waits 18 s"
     expected = "wait"
     suspends = frozenset({"blocked"})
@@ -37,7 +37,7 @@ class ToyInLane(Stuck):
         self._child = self.put(CHILD, 0.0, self._way_m, turn_deg=-90.0)
         self._yaw_deg = lane.transform.rotation.yaw - 90.0
 
-    def happen(self) -> Iterator[None]:
+    def situation(self) -> Iterator[None]:
         yield from self.hero_near()
         yield from self.wait(HESITATES_S)
         reach_m = self._way_m - 0.4
