@@ -57,7 +57,7 @@ def run(smoke: bool) -> dict[str, float]:
         ("rain", PRECIPITATION, 80.0),
         ("night", SUN_ALTITUDE, -40.0),
     ):
-        world.weather = tuple(value if i == index else one for i, one in enumerate(CLEAR_NOON))
+        world.weather = tuple(value if i == index else item for i, item in enumerate(CLEAR_NOON))
         _measure(figures, f"rgb_{name}_800x450", _ticking(world, jobs["rgb_800x450"]), frames, baseline)
     return figures
 
@@ -91,10 +91,11 @@ def _street(network: RoadNetwork) -> World:
     """A world with cars around the spot, one of them driving."""
     world = World(network)
     definition = load_catalogue().definitions["vehicle.lincoln.mkz_2020"]
-    attributes = {one.id: (one.type, one.value) for one in definition.attributes}
+    attributes = {attribute.id: (attribute.type, attribute.value) for attribute in definition.attributes}
     middle = network.spawn_points()[SPOT].location
     spots = sorted(
-        network.spawn_points(), key=lambda one: (one.location.x - middle.x) ** 2 + (one.location.y - middle.y) ** 2
+        network.spawn_points(),
+        key=lambda point: (point.location.x - middle.x) ** 2 + (point.location.y - middle.y) ** 2,
     )
     for pose in spots[1 : CARS + 1]:
         spawn(world, definition.id, attributes, pose)

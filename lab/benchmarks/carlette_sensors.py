@@ -25,7 +25,7 @@ LIDAR = (
     "sensor.lidar.ray_cast",
     {"channels": 64, "range": 100, "points_per_second": 1_310_720, "rotation_frequency": 20},
 )
-SMALL = tuple((f"sensor.other.{one}", dict[str, int]()) for one in ("gnss", "imu", "radar", "collision"))
+SMALL = tuple((f"sensor.other.{text}", dict[str, int]()) for text in ("gnss", "imu", "radar", "collision"))
 SETS = {"none": (), "camera": (CAMERA,), "lidar": (LIDAR,), "camera_and_lidar": (CAMERA, LIDAR, *SMALL)}
 
 
@@ -82,7 +82,7 @@ def _drive(port: int, name: str, ticks: int, result: Any) -> None:
     for car in cars:
         car.set_autopilot(True, MANAGER_PORT)
     queues = [_listen(carla, world, cars[0], type_id, attributes) for type_id, attributes in SETS[name]]
-    measuring = [one for one, (type_id, _) in zip(queues, SETS[name], strict=True) if "collision" not in type_id]
+    measuring = [item for item, (type_id, _) in zip(queues, SETS[name], strict=True) if "collision" not in type_id]
     for tick in range(WARM_UP_TICKS + ticks):
         if tick == WARM_UP_TICKS:
             result.send(time.perf_counter())

@@ -130,7 +130,7 @@ def _drive(port: int, cars: int, ticks: int, seed: int, result: Any) -> None:
     spots = world.get_map().get_spawn_points()
     random.Random(seed).shuffle(spots)
     spawned = (world.try_spawn_actor(blueprint, spot) for spot in spots)
-    fleet = [car for _, car in zip(range(cars), (one for one in spawned if one is not None), strict=False)]
+    fleet = [car for _, car in zip(range(cars), (item for item in spawned if item is not None), strict=False)]
     world.tick()
     for car in fleet:
         car.set_autopilot(True, MANAGER_PORT)
@@ -138,8 +138,8 @@ def _drive(port: int, cars: int, ticks: int, seed: int, result: Any) -> None:
     for tick in range(1, ticks + 1):
         world.tick()
         snapshot = world.get_snapshot()
-        there = [one for one in (snapshot.find(car.id) for car in fleet) if one is not None]
-        moved_m += STEP_S * sum(one.get_velocity().length() for one in there)
+        there = [item for item in (snapshot.find(car.id) for car in fleet) if item is not None]
+        moved_m += STEP_S * sum(item.get_velocity().length() for item in there)
         if tick % REPORT_TICKS == 0 or tick == ticks:
             result.send((tick, moved_m))
 

@@ -82,7 +82,7 @@ def _round(port: int, town: str, ticks: int, seed: int) -> dict[str, Any]:
     finally:
         client.kill()
         client.join()
-    return {**found, **{one: int(one == ending) for one in ENDINGS}, "seconds": round(time.monotonic() - start, 1)}
+    return {**found, **{text: int(text == ending) for text in ENDINGS}, "seconds": round(time.monotonic() - start, 1)}
 
 
 def _drive(port: int, town: str, ticks: int, seed: int, result: Any) -> None:
@@ -103,7 +103,7 @@ def _drive(port: int, town: str, ticks: int, seed: int, result: Any) -> None:
     for car in cars:
         car.set_autopilot(True, port)
     sensors = [_listen(carla, world, cars[0], type_id, attributes) for type_id, attributes in SENSORS]
-    found = _tick(world, ticks, {one.type_id: queue for one, queue in sensors})
+    found = _tick(world, ticks, {item.type_id: queue for item, queue in sensors})
     for sensor, _ in sensors:
         sensor.destroy()
     client.apply_batch_sync([carla.command.DestroyActor(car) for car in cars])
@@ -128,7 +128,7 @@ def _cars(world: carla.World, seed: int) -> list[Any]:
     spots = world.get_map().get_spawn_points()
     random.Random(seed).shuffle(spots)
     spawned = (world.try_spawn_actor(blueprint, spot) for spot in spots)
-    return [car for _, car in zip(range(1 + CARS), (one for one in spawned if one is not None), strict=False)]
+    return [car for _, car in zip(range(1 + CARS), (item for item in spawned if item is not None), strict=False)]
 
 
 def _listen(
@@ -153,11 +153,11 @@ def _tick(world: carla.World, ticks: int, queues: dict[str, Queue[int]]) -> dict
         start = time.monotonic()
         frames = [_next(queue) for queue in queues.values()]
         found["missing"] += frames.count(None)
-        found["misframed"] += sum(one not in (None, frame) for one in frames)
+        found["misframed"] += sum(item not in (None, frame) for item in frames)
         found["ticks"] += 1
         waited_s = time.monotonic() - start
         first_s, longest_s = (waited_s, longest_s) if tick == 0 else (first_s, max(longest_s, waited_s))
-    found |= {"surplus": sum(one.qsize() for one in queues.values()), "collisions": hits.qsize()}
+    found |= {"surplus": sum(item.qsize() for item in queues.values()), "collisions": hits.qsize()}
     return {**found, "first_wait_s": round(first_s, 2), "longest_wait_s": round(longest_s, 2)}
 
 
@@ -176,16 +176,16 @@ def _show_errors(log: IO[str]) -> None:
 
 
 def _summary(rounds: list[dict[str, Any]]) -> dict[str, Any]:
-    memory = [one["rss_mb"] for one in rounds]
-    total = {name: sum(one[name] for one in rounds) for name in (*COUNTED, *ENDINGS)}
+    memory = [item["rss_mb"] for item in rounds]
+    total = {name: sum(item[name] for item in rounds) for name in (*COUNTED, *ENDINGS)}
     return {
         "rounds": len(rounds),
         **total,
         "simulated_s": round(total["ticks"] * STEP_S, 1),
         "measurements": total["ticks"] * (len(SENSORS) - 1) - total["missing"],
-        "hours": round(sum(one["seconds"] for one in rounds) / 3600.0, 2),
-        "longest_wait_s": max(one.get("longest_wait_s", 0.0) for one in rounds),
-        "longest_first_wait_s": max(one.get("first_wait_s", 0.0) for one in rounds),
+        "hours": round(sum(item["seconds"] for item in rounds) / 3600.0, 2),
+        "longest_wait_s": max(item.get("longest_wait_s", 0.0) for item in rounds),
+        "longest_first_wait_s": max(item.get("first_wait_s", 0.0) for item in rounds),
         "rss_mb": {"first": memory[0], "median": statistics.median(memory), "last": memory[-1], "most": max(memory)},
     }
 

@@ -58,9 +58,9 @@ def _measure(smoke: bool, words: bool) -> dict[str, float]:
     reasoner.decide(asked[0])
     figures = {"s_start": time.perf_counter() - began}
     times, spent = [], []
-    for one in asked[1:]:
+    for request in asked[1:]:
         wall, cpu = time.perf_counter(), time.process_time()
-        reasoner.decide(one)
+        reasoner.decide(request)
         times.append(1e3 * (time.perf_counter() - wall))
         spent.append(1e3 * (time.process_time() - cpu))
     for name, found in (("ms", times), ("cpu_ms", spent)):

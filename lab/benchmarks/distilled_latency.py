@@ -41,9 +41,9 @@ def _times(reasoner: Reasoner, asked: list[ReasonerRequest]) -> list[float]:
     """Return what each question takes (s), after one that loads the weights."""
     reasoner.decide(asked[0])
     times = []
-    for one in asked:
+    for request in asked:
         began = time.perf_counter()
-        reasoner.decide(one)
+        reasoner.decide(request)
         times.append(time.perf_counter() - began)
     return times
 

@@ -37,5 +37,5 @@ def _measured(client: carla.Client, name: str, ticks: int) -> dict[str, float]:
         world.tick()
         if driver.done():
             break
-    steps = [1e-3 * one for one in times["step"]]
+    steps = [1e-3 * time for time in times["step"]]
     return {"ms": statistics.median(steps), "p99_ms": statistics.quantiles(steps, n=100)[98], "worst_ms": max(steps)}

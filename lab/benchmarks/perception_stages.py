@@ -53,7 +53,7 @@ def _street(world: carla.World) -> carla.Vehicle:
     library, spots = world.get_blueprint_library(), world.get_map().get_spawn_points()
     ego: carla.Vehicle = world.spawn_actor(library.find("vehicle.lincoln.mkz_2020"), spots[0])
     here = spots[0].location
-    near = sorted(spots[1:], key=lambda one: one.location.distance(here))[:CARS]
+    near = sorted(spots[1:], key=lambda spot: spot.location.distance(here))[:CARS]
     for spot in near:
         world.try_spawn_actor(library.find("vehicle.tesla.model3"), spot)
     world.tick()

@@ -154,7 +154,7 @@ class Timed:
         began = time.process_time()
         found = self._reader.read(target.crop(rgb), target.single)
         self.cpu_ms.append(1e3 * (time.process_time() - began))
-        return Counter(one.word for one in found)
+        return Counter(item.word for item in found)
 
 
 def measure_signs(weather: str, rig: CameraRig) -> None:
@@ -165,10 +165,12 @@ def measure_signs(weather: str, rig: CameraRig) -> None:
         counts: Counter[str] = Counter()
         reader.cpu_ms.clear()
         for shot in shots(weather, rig):
-            parts = [around(shot, rig)] if kind == "known place" else [one for one in swaths(rig) if one is not None]
+            parts = (
+                [around(shot, rig)] if kind == "known place" else [swath for swath in swaths(rig) if swath is not None]
+            )
             words = set().union(*(reader.read(shot.rgb, part) for part in parts))
             wrong = words - {shot.word}
-            answer = "WRONG " + "+".join(one.value for one in wrong) if wrong else "yes" if words else "-"
+            answer = "WRONG " + "+".join(item.value for item in wrong) if wrong else "yes" if words else "-"
             told.setdefault(shot.name, []).append(f"{shot.away_m} m {answer}")
             sort = "with a word" if shot.word else "without"
             counts[f"{sort}: {'wrong' if wrong else 'read' if words else 'nothing'}"] += 1
@@ -221,7 +223,7 @@ def type_of(tick: Recorded, target: SignTarget) -> str:
 
 def pose_of(tick: Recorded) -> PoseEstimate:
     """The true pose."""
-    x, y, z, yaw = (float(one) for one in tick.pose[:4])
+    x, y, z, yaw = (float(item) for item in tick.pose[:4])
     return PoseEstimate(tick.time_s, x, y, z, yaw, 0.0, 0.0, np.eye(4))
 
 
@@ -235,7 +237,7 @@ def tracks_of(tick: Recorded) -> Iterator[Track]:
 
 def track_of(number: int, time_s: float, label: int, box: Floats) -> Track:
     """A track with this box, see `recording.BOX_COLUMNS`."""
-    x, y, z, yaw, length, width, height = (float(one) for one in box[:7])
+    x, y, z, yaw, length, width, height = (float(item) for item in box[:7])
     return Track(
         number, time_s, label, 1.0, 1.0, x, y, z, yaw, 0.0, 0.0, length, width, height, np.eye(5), 0.0, time_s, 9,
         False, 0.0, None,

@@ -181,7 +181,7 @@ def _export(options: argparse.Namespace) -> int:
 def _some(text: str, known: tuple[str, ...]) -> tuple[str, ...]:
     """Split a list of names, each of which must be known. Raises `UsageError`."""
     names = _names(text)
-    strange = [one for one in names if one not in known]
+    strange = [name for name in names if name not in known]
     if strange:
         raise UsageError(f"--only {strange[0]}: unknown part; choose from {', '.join(known)}")
     return names

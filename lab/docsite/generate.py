@@ -37,7 +37,7 @@ def commands_page() -> str:
 def _parts(parser: argparse.ArgumentParser, before: str = "stucksolver") -> Iterator[tuple[str, Any, str]]:
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
-            told = {one.dest: one.help or "" for one in action._choices_actions}
+            told = {item.dest: item.help or "" for item in action._choices_actions}
             for name, part in action.choices.items():
                 yield f"{before} {name}", part, part.description or told[name]
                 yield from _parts(part, f"{before} {name}")
@@ -48,7 +48,7 @@ def _options(parser: argparse.ArgumentParser) -> list[str]:
     for action in parser._actions:
         if isinstance(action, argparse._HelpAction | argparse._SubParsersAction):
             continue
-        name = ", ".join(f"`{one}`" for one in action.option_strings) or f"`{action.dest}`"
+        name = ", ".join(f"`{string}`" for string in action.option_strings) or f"`{action.dest}`"
         value = "" if action.nargs == 0 or not action.option_strings else f" `{action.metavar or _kind(action)}`"
         default = "" if action.default in (None, False, "", (), []) else f"`{action.default}`"
         told = _cell((action.help or "").replace("%%", "%"))
@@ -116,7 +116,7 @@ def schemas_page() -> str:
             if "properties" in definition:
                 lines += [*heading, *_fields(definition), ""]
             elif "enum" in definition:
-                lines += [*heading, f"One of {', '.join(f'`{one}`' for one in definition['enum'])}.", ""]
+                lines += [*heading, f"One of {', '.join(f'`{item}`' for item in definition['enum'])}.", ""]
     return "\n".join(lines)
 
 
@@ -147,10 +147,10 @@ def _type(field: dict[str, Any]) -> str:
     if "const" in field:
         return f"`{field['const']}`"
     if "enum" in field:
-        return ", ".join(f"`{one}`" for one in field["enum"])
+        return ", ".join(f"`{item}`" for item in field["enum"])
     for several in ("anyOf", "oneOf", "allOf"):
         if several in field:
-            return " or ".join(dict.fromkeys(_type(one) for one in field[several]))
+            return " or ".join(dict.fromkeys(_type(item) for item in field[several]))
     if field.get("type") == "array":
         inside = field.get("items") or {}
         return f"list of {_type(inside) if inside else 'values'}"
@@ -175,13 +175,13 @@ def http_page() -> str:
         for method, call in methods.items():
             lines += [f"## {method.upper()} {path}", "", call.get("description") or call.get("summary", ""), ""]
             rows = [
-                f"| `{one['name']}` | {one['in']} | {_type(one.get('schema', {}))} |"
-                for one in call.get("parameters", ())
+                f"| `{item['name']}` | {item['in']} | {_type(item.get('schema', {}))} |"
+                for item in call.get("parameters", ())
             ]
             body = call.get("requestBody", {}).get("content", {}).get("application/json", {}).get("schema")
             rows += [f"| body | JSON | {_type(body)} |"] if body else []
             lines += ["| parameter | where | type |", "|---|---|---|", *rows, ""] if rows else []
-            answers = [f"{code} {one['description']}" for code, one in call["responses"].items()]
+            answers = [f"{code} {item['description']}" for code, item in call["responses"].items()]
             lines += [f"Answers: {', '.join(answers)}.", ""]
     for name, definition in schema["components"]["schemas"].items():
         if "properties" in definition:

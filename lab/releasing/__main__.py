@@ -111,7 +111,7 @@ def _check_files(name: str, wheel: Path, project: Path) -> None:
     missing = [path for path in here if path.removeprefix("src/") not in inside]
     if missing:
         raise ReleaseError(f"{wheel.name} lacks {len(missing)} files, for example {missing[0]}")
-    if not any("LICENSE" in one for one in inside):
+    if not any("LICENSE" in text for text in inside):
         raise ReleaseError(f"{name}: the wheel has no licence")
 
 

@@ -33,11 +33,13 @@ ALLOWED = {
 PARTS = re.compile(r"\s+(?:AND|OR|WITH)\s+|\s*[;,]\s*|^\(|\)$")
 
 
-def declared(one: Distribution) -> str:
+def declared(distribution: Distribution) -> str:
     """The declared licence of a package: the expression, else the classifiers, else the first line of the text."""
-    told = one.metadata.get_all("License-Expression") or []
-    kinds = [c.rpartition(" :: ")[2] for c in one.metadata.get_all("Classifier") or [] if c.startswith("License ::")]
-    text = "".join(one.metadata.get_all("License") or []).strip().splitlines()
+    told = distribution.metadata.get_all("License-Expression") or []
+    kinds = [
+        c.rpartition(" :: ")[2] for c in distribution.metadata.get_all("Classifier") or [] if c.startswith("License ::")
+    ]
+    text = "".join(distribution.metadata.get_all("License") or []).strip().splitlines()
     return " AND ".join(told or [kind for kind in kinds if kind != "OSI Approved"] or text[:1])
 
 
@@ -50,13 +52,13 @@ def allowed(licence: str) -> bool:
 def main() -> int:
     """Lists the licences in this environment. Returns 1 if one is missing or not allowed."""
     bad = 0
-    for one in sorted(distributions(), key=lambda each: str(each.metadata["Name"]).lower()):
-        name, licence = one.metadata["Name"], declared(one)
+    for distribution in sorted(distributions(), key=lambda each: str(each.metadata["Name"]).lower()):
+        name, licence = distribution.metadata["Name"], declared(distribution)
         if name in ("pip", "setuptools"):
             continue  # part of the environment, not of our dependencies
         fine = allowed(licence)
         bad |= not fine
-        print(f"{'ok     ' if fine else 'REFUSED'} {name} {one.version}: {licence or 'none declared'}")
+        print(f"{'ok     ' if fine else 'REFUSED'} {name} {distribution.version}: {licence or 'none declared'}")
     return int(bad)
 
 

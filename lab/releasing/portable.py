@@ -97,7 +97,7 @@ def run(setting: Setting, pytest_args: list[str]) -> int:
 
 def main() -> int:
     """Run the tests under every setting. Returns 1 if any test fails."""
-    known = {one.name: one for one in settings()}
+    known = {item.name: item for item in settings()}
     parser = argparse.ArgumentParser(prog="python -m lab.releasing.portable", description=__doc__)
     parser.add_argument("--times", type=int, default=1, help="how often under each setting (default: 1)")
     parser.add_argument("--only", action="append", choices=tuple(known), help="only this setting; may be repeated")

@@ -71,7 +71,7 @@ def run_alone(folder: Path, program: str) -> subprocess.CompletedProcess[str]:
     """With one wheel and what it needs, but not with what lies in this checkout or is there by chance."""
     allowed = needed_by(folder)
     brought = packages_distributions()
-    hidden = {module for module, names in brought.items() if not {canonical(one) for one in names} & allowed}
+    hidden = {module for module, names in brought.items() if not {canonical(name) for name in names} & allowed}
     own = {path.name for path in folder.iterdir()}
     # Without `site` the links to this checkout are not followed.
     start = ONLY.format(hidden=hidden - own, folder=str(folder), others=sysconfig.get_path("purelib"))

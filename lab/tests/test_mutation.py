@@ -28,26 +28,26 @@ CASES = {
 
 def changes(source: str) -> set[str]:
     raw = source.encode()
-    return {one.applied(raw).decode() for one in mutants_of(raw)}
+    return {mutant.applied(raw).decode() for mutant in mutants_of(raw)}
 
 
 @pytest.mark.parametrize("code", CASES, ids=list(CASES))
 def test_mutants_of_a_statement_are_its_operators_and_bounds(code: str) -> None:
     head = "def it(a, b, c, x, turn):\n    "
-    assert changes(head + code + "\n") == {f"{head}{one}\n" for one in CASES[code]}
+    assert changes(head + code + "\n") == {f"{head}{case}\n" for case in CASES[code]}
 
 
 def test_mutants_of_an_early_return_never_take_it() -> None:
     source = "def it(a):\n    if a:\n        return 1\n    return 2\n"
-    heads = {one.split("\n")[1].strip() for one in changes(source)}
+    heads = {change.split("\n")[1].strip() for change in changes(source)}
     assert {"if False:", "if not (a):"} < heads
 
 
 def test_mutants_of_a_named_bound_make_it_larger_and_smaller() -> None:
     source = b"FAR_M: float = 4.0\nKINDS = frozenset({A, B})\nMOST = 6\n"
     found = mutants_of(source)
-    assert {one.name for one in found} == {"FAR_M", "KINDS", "MOST"} and all(one.imports for one in found)
-    assert {one.new for one in found} == {"(4.0) * 1.25", "(4.0) * 0.8", "{B}", "{A}", "5", "7"}
+    assert {item.name for item in found} == {"FAR_M", "KINDS", "MOST"} and all(item.imports for item in found)
+    assert {item.new for item in found} == {"(4.0) * 1.25", "(4.0) * 0.8", "{B}", "{A}", "5", "7"}
 
 
 def test_mutants_of_the_guard_compile_and_keep_their_lines() -> None:

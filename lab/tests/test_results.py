@@ -75,7 +75,7 @@ def test_last_long_campaign_is_stored_and_the_safety_case_says_what_it_does_not_
     assert bool(long) is (guard_oracle.NONE_YET not in page("guard_oracle"))
     numbers = {"None": 0, "One": 1, "Two": 2, "Three": 3, "Four": 4}
     says = re.search(r"\*\*(\w+) (?:is|are) not excused\*\*", SAFETY.read_text(encoding="utf-8"))
-    against = [sum(bool(one.get("missed") or not one.get("excused")) for one in data["found"]) for data in campaigns]
+    against = [sum(bool(item.get("missed") or not item.get("excused")) for item in data["found"]) for data in campaigns]
     assert says is not None and numbers[says[1]] == against[long[-1]]
     for data, count in zip(campaigns[long[-1] :], against[long[-1] :], strict=True):
         assert 5000 * count <= data["counts"]["driven"]
@@ -83,7 +83,7 @@ def test_last_long_campaign_is_stored_and_the_safety_case_says_what_it_does_not_
 
 def test_campaigns_count_each_contact_they_keep():
     for data in guard_oracle.campaigns().values():
-        contacts = [one for one in data["found"] if "contact" in one]
+        contacts = [item for item in data["found"] if "contact" in item]
         assert sum(data["causes"].values()) == len(contacts)
-        assert data["counts"].get("not excused", 0) == sum(not one["excused"] for one in contacts)
+        assert data["counts"].get("not excused", 0) == sum(not contact["excused"] for contact in contacts)
         assert sum(counts.get("driven", 0) for counts in data["classes"].values()) == data["counts"]["driven"]

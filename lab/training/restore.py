@@ -84,15 +84,15 @@ def fill(modules: Modules, layers: Sequence[Layer]) -> None:
                 normalisation.weight.fill_((1.0 + normalisation.eps) ** 0.5)
 
 
-def mean_of(one: Mapping[str, Tensor], other: Mapping[str, Tensor], share: float) -> dict[str, Tensor]:
+def mean_of(first: Mapping[str, Tensor], second: Mapping[str, Tensor], share: float) -> dict[str, Tensor]:
     """The weighted mean of two state dicts of one shape; `share` is the weight of the other (0 to 1).
 
     A network that is trained on for new data forgets some of what it knew. Its weights lie near the old ones, and their
     mean keeps most of both (Wortsman et al. 2022, "Robust fine-tuning of zero-shot models").
     """
     return {
-        name: value + share * (other[name] - value) if value.is_floating_point() else value
-        for name, value in one.items()
+        name: value + share * (second[name] - value) if value.is_floating_point() else value
+        for name, value in first.items()
     }
 
 
@@ -114,7 +114,9 @@ def settle(net: nn.Module, run: Callable[[], object]) -> None:
         layer.running_mean.copy_(mean)
         layer.running_var.copy_(variance)
 
-    hooks = [one.register_forward_pre_hook(measure) for one in net.modules() if isinstance(one, nn.BatchNorm2d)]
+    hooks = [
+        module.register_forward_pre_hook(measure) for module in net.modules() if isinstance(module, nn.BatchNorm2d)
+    ]
     was_training = net.training
     with torch.no_grad():
         net.eval()
@@ -128,12 +130,12 @@ def _values(graph: Any) -> dict[str, np.ndarray[Any, Any]]:
     """Return the constants of a graph by name, and those that it turns from integers into numbers."""
     from onnx import numpy_helper
 
-    values = {one.name: numpy_helper.to_array(one) for one in graph.initializer}
+    values = {item.name: numpy_helper.to_array(item) for item in graph.initializer}
     for node in graph.node:
         if node.op_type != "DequantizeLinear" or node.input[0] not in values:
             continue
         whole, scale, zero = (values[name] for name in node.input)
-        axis = next((one.i for one in node.attribute if one.name == "axis"), 1)
+        axis = next((item.i for item in node.attribute if item.name == "axis"), 1)
         shape = [-1 if i == axis else 1 for i in range(whole.ndim)] if scale.ndim else []
         values[node.output[0]] = (whole.astype(np.float32) - zero.reshape(shape)) * scale.reshape(shape)
     return values

@@ -42,11 +42,11 @@ class Body:
         return (self.x - other.x) ** 2 + (self.y - other.y) ** 2 <= reach * reach
 
 
-def distance(one: Body, other: Body, most: float = 5.0) -> float:
+def distance(first: Body, second: Body, most: float = 5.0) -> float:
     """Gap between two bodies (m), 0 where they touch; at most `most`."""
-    if not one.within(other, most):
+    if not first.within(second, most):
         return most
-    return min(float(shapely.distance(one.polygon(), other.polygon())), most)
+    return min(float(shapely.distance(first.polygon(), second.polygon())), most)
 
 
 def part_touched(body: Body, other: Body) -> str:

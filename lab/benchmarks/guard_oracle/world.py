@@ -94,10 +94,10 @@ class World:
         self.t = round(self.t + DT, 6)
 
     def _note_who_drives_through(self) -> None:
-        for k, one in enumerate(self.others):
+        for k, item in enumerate(self.others):
             for other in self.others[:k]:
-                if one.body.within(other.body, 0.0) and distance(one.body, other.body) <= 0.0:
-                    self.through |= {each.name for each in (one, other) if math.hypot(each.vx, each.vy) > AT_REST_MPS}
+                if item.body.within(other.body, 0.0) and distance(item.body, other.body) <= 0.0:
+                    self.through |= {each.name for each in (item, other) if math.hypot(each.vx, each.vy) > AT_REST_MPS}
 
     def sees(self, other: Other) -> bool:
         """Is someone in sight of the ego?"""

@@ -89,7 +89,7 @@ def mutants_of(source: bytes) -> list[Mutant]:
     """Return the mutants of a source file, in the order of their places."""
     finder = _Finder(source)
     finder.visit(ast.parse(source))
-    return sorted(set(finder.found), key=lambda one: (one.start, one.end, one.new))
+    return sorted(set(finder.found), key=lambda mutant: (mutant.start, mutant.end, mutant.new))
 
 
 class _Finder(ast.NodeVisitor):
@@ -167,7 +167,7 @@ class _Finder(ast.NodeVisitor):
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
         """The body; defaults of arguments belong to the code around."""
-        for default in (*node.args.defaults, *(one for one in node.args.kw_defaults if one)):
+        for default in (*node.args.defaults, *(item for item in node.args.kw_defaults if item)):
             self.visit(default)
         before, self._function = self._function, True
         name, self._name = self._name, None
@@ -206,12 +206,12 @@ class _Finder(ast.NodeVisitor):
 
     def _bound(self, value: ast.expr) -> None:
         """Make a constant larger and smaller, or take one element out of a set."""
-        if isinstance(value, ast.Tuple) and any(isinstance(one, ast.Constant) for one in value.elts):
-            for one in value.elts:
-                self._bound(one)
+        if isinstance(value, ast.Tuple) and any(isinstance(elt, ast.Constant) for elt in value.elts):
+            for elt in value.elts:
+                self._bound(elt)
         elif isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id == "frozenset":
-            for one in value.args:
-                self._elements(one)
+            for argument in value.args:
+                self._elements(argument)
         elif isinstance(value, ast.Tuple | ast.Set):
             self._elements(value)
         elif isinstance(value, ast.Constant) and isinstance(value.value, bool):
@@ -228,7 +228,7 @@ class _Finder(ast.NodeVisitor):
 
     def _elements(self, value: ast.expr) -> None:
         if isinstance(value, ast.Set | ast.Tuple) and len(value.elts) > 1:
-            texts = [self._text(one) for one in value.elts]
+            texts = [self._text(elt) for elt in value.elts]
             for k in range(len(texts)):
                 left = ", ".join(texts[:k] + texts[k + 1 :])
                 self._replace(value, f"{{{left}}}" if isinstance(value, ast.Set) else f"({left},)", "element dropped")
@@ -239,8 +239,8 @@ class _Finder(ast.NodeVisitor):
         if isinstance(value, ast.Constant):
             return not isinstance(value.value, float)
         inner = list(ast.walk(value))
-        strings = any(isinstance(one, ast.Constant) and isinstance(one.value, str) for one in inner)
-        return strings or any(isinstance(one, ast.BitOr) for one in inner)
+        strings = any(isinstance(constant, ast.Constant) and isinstance(constant.value, str) for constant in inner)
+        return strings or any(isinstance(item, ast.BitOr) for item in inner)
 
     def visit_If(self, node: ast.If) -> None:
         """An early return that is never taken; a condition that is the other way round."""
@@ -288,10 +288,10 @@ class _Finder(ast.NodeVisitor):
         """Elements of a ranking change places."""
         if isinstance(node.value, ast.Tuple):
             parts = node.value.elts
-            for one, other in itertools.pairwise(parts):
-                first, last = self._span(one)[0], self._span(other)[1]
-                between = self._source[self._span(one)[1] : self._span(other)[0]].decode()
-                self._add(first, last, self._text(other) + between + self._text(one), "order")
+            for part, other in itertools.pairwise(parts):
+                first, last = self._span(part)[0], self._span(other)[1]
+                between = self._source[self._span(part)[1] : self._span(other)[0]].decode()
+                self._add(first, last, self._text(other) + between + self._text(part), "order")
         self.generic_visit(node)
 
     # ---- expressions
@@ -308,7 +308,7 @@ class _Finder(ast.NodeVisitor):
     def visit_BinOp(self, node: ast.BinOp) -> None:
         """Another operator."""
         pair = ARITHMETIC.get(type(node.op))
-        text = any(isinstance(one, ast.JoinedStr) or self._is_string(one) for one in (node.left, node.right))
+        text = any(isinstance(item, ast.JoinedStr) or self._is_string(item) for item in (node.left, node.right))
         if pair is not None and not text and (self._function or not isinstance(node.op, ast.BitOr)):
             self._between(node.left, node.right, re.escape(pair[0]), pair[1], "arithmetic")
         self.generic_visit(node)
@@ -322,8 +322,8 @@ class _Finder(ast.NodeVisitor):
         pattern, new = ("and", "or") if isinstance(node.op, ast.And) else ("or", "and")
         for left, right in zip(node.values[:-1], node.values[1:], strict=True):
             self._between(left, right, pattern, new, "and/or")
-        for one in node.values:
-            self._replace(one, "True" if isinstance(node.op, ast.And) else "False", "operand dropped")
+        for value in node.values:
+            self._replace(value, "True" if isinstance(node.op, ast.And) else "False", "operand dropped")
         self.generic_visit(node)
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> None:
@@ -373,8 +373,8 @@ def reads(source: bytes) -> Iterator[tuple[str, tuple[int, int]]]:
         for field, head in ast.iter_fields(statement):
             if field in ("body", "orelse", "finalbody", "handlers"):
                 continue
-            for one in head if isinstance(head, list) else [head]:
-                for node in ast.walk(one) if isinstance(one, ast.AST) else ():
+            for item in head if isinstance(head, list) else [head]:
+                for node in ast.walk(item) if isinstance(item, ast.AST) else ():
                     name = getattr(node, "id", None) or getattr(node, "attr", None)
                     if name is not None:
                         yield name, lines

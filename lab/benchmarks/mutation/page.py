@@ -38,7 +38,7 @@ def write_page(found: Path) -> None:
     results = read(found)
     files = sources()
     listed = {(name, mutant.line, mutant.kind, mutant.change(files[name])) for name, mutant in all_mutants(files)}
-    kept = [one for one in results if one.key in listed]
+    kept = [result for result in results if result.key in listed]
     if not kept:
         raise SystemExit(f"error: no result in {found} belongs to a line of the present sources")
     write(KEPT, kept)
@@ -54,12 +54,12 @@ def page(results: list[Result], listed: int, outdated: int) -> str:
         outdated: Number of results whose line has changed since.
     """
     counts = _counts(results)
-    alive = [one for one in results if one.outcome != KILLED]
-    other = [one for one in alive if one.kind != BOUNDARY]
+    alive = [result for result in results if result.outcome != KILLED]
+    other = [item for item in alive if item.kind != BOUNDARY]
     missing = listed - len(results)
     left = f" {missing} of {listed} mutants of the present sources have no result." if missing else ""
     old = f" {outdated} results belong to lines that have changed since, and are left out." if outdated else ""
-    cut = sum(one.outcome == SURVIVED and one.ran < one.reaching for one in results)
+    cut = sum(result.outcome == SURVIVED and result.ran < result.reaching for result in results)
     return f"""# Mutation testing of the guard and of the execution of plans
 
 Each mutant changes one operator, bound, condition or early return of `guard/` or of what executes a plan in
@@ -77,7 +77,7 @@ state a promise first, stored verdicts and random worlds last. Every result is i
 | killed only by stored verdicts or random worlds | {_share(counts["general"], len(results))} |
 | alive, and change only whether a bound is inclusive | {_share(len(alive) - len(other), len(results))} |
 | alive, others | {_share(len(other), len(results))} |
-| of these, no test runs the line | {_share(sum(one.outcome == UNREACHED for one in other), len(results))} |
+| of these, no test runs the line | {_share(sum(item.outcome == UNREACHED for item in other), len(results))} |
 
 Killed counts those after which the tests no longer end ({counts["time"]}) or the process breaks ({counts["died"]}).
 Of those alive, {cut} ran only the quickest of the tests that reach them (`--limit-s`).{left}{old}
@@ -89,13 +89,13 @@ promised about that case.
 
 | file | mutants | killed | only by stored verdicts or random worlds | alive: inclusive | alive: others |
 |---|---|---|---|---|---|
-{_table(results, lambda one: one.file)}
+{_table(results, lambda result: result.file)}
 
 ## By change
 
 | change | mutants | killed | only by stored verdicts or random worlds | alive: inclusive | alive: others |
 |---|---|---|---|---|---|
-{_table(results, lambda one: MEANINGS[one.kind])}
+{_table(results, lambda result: MEANINGS[result.kind])}
 """
 
 
@@ -112,17 +112,17 @@ def _how(result: Result) -> str:
 
 
 def _counts(results: Iterable[Result]) -> Counter[str]:
-    return Counter(_how(one) for one in results)
+    return Counter(_how(result) for result in results)
 
 
 def _table(results: list[Result], group: Callable[[Result], str]) -> str:
     groups: dict[str, list[Result]] = defaultdict(list)
-    for one in results:
-        groups[group(one)].append(one)
+    for result in results:
+        groups[group(result)].append(result)
     rows = []
     for name, some in sorted(groups.items()):
         counts = _counts(some)
-        killed = sum(one.outcome == KILLED for one in some)
+        killed = sum(item.outcome == KILLED for item in some)
         shown = f"`{name}`" if name.endswith(".py") else name
         rows.append(
             f"| {shown} | {len(some)} | {killed} | {counts['general']} | {counts['inclusive']} | {counts['others']} |"

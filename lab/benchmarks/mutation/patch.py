@@ -21,11 +21,11 @@ class Functions:
     def __init__(self) -> None:
         self._found: dict[Key, list[FunctionType]] = defaultdict(list)
         self._caches: list[_lru_cache_wrapper[object]] = []
-        for one in gc.get_objects():
-            if type(one) is FunctionType:
-                self._found[_key(one.__code__)].append(one)
-            elif type(one) is _lru_cache_wrapper:
-                self._caches.append(one)
+        for obj in gc.get_objects():
+            if type(obj) is FunctionType:
+                self._found[_key(obj.__code__)].append(obj)
+            elif type(obj) is _lru_cache_wrapper:
+                self._caches.append(obj)
 
     def change(self, file: str, before: bytes, after: bytes) -> int:
         """Give the functions of a file the code of a changed source. Returns how many changed."""
@@ -47,7 +47,7 @@ def _key(code: CodeType) -> Key:
 
 def _pairs(old: CodeType, new: CodeType) -> Iterator[tuple[CodeType, CodeType]]:
     """Yield the outermost functions, before and after, whose code is not the same."""
-    inner = ([one for one in code.co_consts if isinstance(one, CodeType)] for code in (old, new))
+    inner = ([const for const in code.co_consts if isinstance(const, CodeType)] for code in (old, new))
     for was, now in zip(*inner, strict=True):
         if was == now:
             continue

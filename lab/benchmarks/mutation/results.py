@@ -68,5 +68,8 @@ def line_of(result: Result) -> str:
 def write(path: Path, results: Iterable[Result]) -> None:
     """Write a whole file, sorted by place."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    text = "".join(line_of(one) for one in sorted(results, key=lambda one: (one.file, one.line, one.kind, one.change)))
+    text = "".join(
+        line_of(result)
+        for result in sorted(results, key=lambda result: (result.file, result.line, result.kind, result.change))
+    )
     path.write_text("\t".join(COLUMNS) + "\n" + text, encoding="utf-8")

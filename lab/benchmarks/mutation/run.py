@@ -107,7 +107,7 @@ class Run:
         if os.waitpid(pid, 0)[1]:
             raise SystemExit("error: the tests cannot be collected; run pytest on them alone")
         self._reach, self._names = pickle.loads(self._reach_path.read_bytes())
-        todo = [(file, one) for file, one in self._todo() if one.imports]
+        todo = [(file, item) for file, item in self._todo() if item.imports]
         say(f"{len(todo)} changes of constants and defaults")
         self._keep(todo, self._cold)
 
@@ -118,18 +118,18 @@ class Run:
         random.Random(1).shuffle(found)
         found = found[: self._options.sample] if self._options.sample else found
         again = self._options.again
-        done = {one.key for one in results.read(self._path) if not again or one.outcome == KILLED}
-        return [(file, one) for file, one in found if self._key(file, one) not in done]
+        done = {item.key for item in results.read(self._path) if not again or item.outcome == KILLED}
+        return [(file, item) for file, item in found if self._key(file, item) not in done]
 
     def _key(self, file: str, mutant: Mutant) -> tuple[str, int, str, str]:
         return file, mutant.line, mutant.kind, mutant.change(self._files[file])
 
     def _in_time(self, todo: list[tuple[str, Mutant]]) -> Iterator[tuple[str, Mutant]]:
-        for one in todo:
+        for item in todo:
             if time.monotonic() > self._until_s:
                 say("the time is over; the same command goes on from here")
                 return
-            yield one
+            yield item
 
     def _tests(self, file: str, mutant: Mutant) -> list[int]:
         """Return the tests that reach a change, in order."""
@@ -173,9 +173,9 @@ class Run:
         say(f"{len(items)} tests collected")
         self._find_reach(items)
         functions = Functions()
-        todo = [(file, one) for file, one in self._todo() if not one.imports]
+        todo = [(file, entry) for file, entry in self._todo() if not entry.imports]
         say(f"{len(todo)} changes of functions")
-        self._keep(todo, lambda file, one: self._warm(file, one, items, functions))
+        self._keep(todo, lambda file, item: self._warm(file, item, items, functions))
 
     def _find_reach(self, items: list[pytest.Item]) -> None:
         if self._reach_path.exists():
@@ -210,7 +210,7 @@ class Run:
             jobs.append(Job(tests, lambda tests=tests: self._until_failed(tests, items, every=True), cpu_s))  # type: ignore[misc]
         for ended in in_forks(jobs, self._options.processes):
             if ended.how != "done":
-                found += [k for k in ended.key if k not in [one[0] for one in ended.told]]
+                found += [k for k in ended.key if k not in [item[0] for item in ended.told]]
             found += [k for k, outcome, _ in ended.told if outcome == "failed"]
         return found
 
@@ -292,12 +292,14 @@ class Run:
         counts: Counter[str] = Counter()
         began = time.monotonic()
         # No process is needed for a line that no test reaches.
-        dead = [(file, one) for file, one in todo if not self._tests(file, one)]
-        nobody = set(map(id, (one for _, one in dead)))
-        jobs = (job_of(file, one) for file, one in self._in_time([pair for pair in todo if id(pair[1]) not in nobody]))
+        dead = [(file, item) for file, item in todo if not self._tests(file, item)]
+        nobody = set(map(id, (item for _, item in dead)))
+        jobs = (
+            job_of(file, item) for file, item in self._in_time([pair for pair in todo if id(pair[1]) not in nobody])
+        )
         with self._path.open("a", encoding="utf-8") as out:
-            for file, one in dead:
-                out.write(results.line_of(Result(*self._key(file, one), UNREACHED, "", 0, 0, 0.0)))
+            for file, item in dead:
+                out.write(results.line_of(Result(*self._key(file, item), UNREACHED, "", 0, 0, 0.0)))
             counts[UNREACHED] += len(dead)
             for ended in in_forks(jobs, self._options.processes):
                 result = self._result(ended)

@@ -245,8 +245,8 @@ def main() -> None:
     options = parser.parse_args()
     options.out.parent.mkdir(parents=True, exist_ok=True)
     with options.out.open("w", encoding="utf-8") as out:
-        for one in composed(options.count, options.seed):
-            out.write(json.dumps(asdict(one), ensure_ascii=False) + "\n")
+        for sentence in composed(options.count, options.seed):
+            out.write(json.dumps(asdict(sentence), ensure_ascii=False) + "\n")
 
 
 if __name__ == "__main__":

@@ -29,9 +29,9 @@ DEV_SHARE = 0.05
 """Of the hand-written sentences, kept apart to calibrate on."""
 
 
-def in_dev(one: Sentence) -> bool:
+def in_dev(sentence: Sentence) -> bool:
     """Is a hand-written sentence kept apart? By its text alone, so that no copy of it is trained on."""
-    digest = sha256(one.text.strip().lower().encode()).digest()
+    digest = sha256(sentence.text.strip().lower().encode()).digest()
     return digest[0] / 256 < DEV_SHARE
 
 
@@ -39,14 +39,23 @@ def varied(sentences: Sequence[Sentence], seed: int) -> Iterable[Sentence]:
     """Copies of the hand-written sentences; only those without a question of the car's get another situation."""
     random = Random(seed)
     composer = Composer(load(), random)
-    for one in sentences:
-        asked = "?" in one.situation
+    for sentence in sentences:
+        asked = "?" in sentence.situation
         for copy in range(COPIES):
-            text = one.text if copy == 0 else disturb(one.text, random, 0.5)
-            situation = one.situation
+            text = sentence.text if copy == 0 else disturb(sentence.text, random, 0.5)
+            situation = sentence.situation
             if not asked and copy % 2:
                 situation = composer.situation(asked=False)
-            yield Sentence(situation, text, one.intent, one.side, one.negated, one.claims, one.urgent, one.language)
+            yield Sentence(
+                situation,
+                text,
+                sentence.intent,
+                sentence.side,
+                sentence.negated,
+                sentence.claims,
+                sentence.urgent,
+                sentence.language,
+            )
 
 
 def fitted(tokenizer_json: str, sentences: Iterable[Sentence]) -> str:
@@ -56,7 +65,7 @@ def fitted(tokenizer_json: str, sentences: Iterable[Sentence]) -> str:
     """
     data = json.loads(tokenizer_json) | {"padding": None, "truncation": None}
     vocabulary: dict[str, int] = data["model"]["vocab"]
-    wanted = sorted({c for one in sentences for c in one.text if "\u3400" <= c <= "\u9fff"} - set(vocabulary))
+    wanted = sorted({c for sentence in sentences for c in sentence.text if "\u3400" <= c <= "\u9fff"} - set(vocabulary))
     unused = sorted((name for name in vocabulary if name.startswith("[unused")), key=lambda name: vocabulary[name])
     for character, name in zip(wanted, unused, strict=False):
         vocabulary[character] = vocabulary.pop(name)
@@ -70,18 +79,18 @@ def arrays(sentences: Sequence[Sentence], tokenizer: Tokenizer) -> dict[str, np.
     kinds = np.zeros((n, MAX_TOKENS), np.uint8)
     length = np.zeros(n, np.uint8)
     claims = np.zeros((n, len(labels.CLAIMS)), np.uint8)
-    for i, one in enumerate(sentences):
-        pieces, kind = encoded(tokenizer, one.situation, one.text)
+    for i, sentence in enumerate(sentences):
+        pieces, kind = encoded(tokenizer, sentence.situation, sentence.text)
         ids[i, : len(pieces)], kinds[i, : len(pieces)], length[i] = pieces, kind, len(pieces)
-        for claim in one.claims:
+        for claim in sentence.claims:
             claims[i, labels.CLAIMS.index(claim)] = 1
     return {
         "ids": ids,
         "kinds": kinds,
         "length": length,
-        "intent": np.array([labels.INTENTS.index(one.intent) for one in sentences], np.uint8),
-        "side": np.array([labels.SIDES.index(one.side or "none") for one in sentences], np.uint8),
-        "flags": np.array([[one.negated, one.urgent] for one in sentences], np.uint8),
+        "intent": np.array([labels.INTENTS.index(sentence.intent) for sentence in sentences], np.uint8),
+        "side": np.array([labels.SIDES.index(sentence.side or "none") for sentence in sentences], np.uint8),
+        "flags": np.array([[sentence.negated, sentence.urgent] for sentence in sentences], np.uint8),
         "claims": claims,
         "logits": np.array(labels.LOGITS),
     }

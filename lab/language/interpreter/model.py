@@ -77,7 +77,9 @@ class Layer(nn.Module):
 
     def forward(self, x: Tensor, bias: Tensor) -> Tensor:
         """`x`: (batch, tokens, width); `bias`: (batch, heads, tokens, tokens)."""
-        q, k, v = (one(x).unflatten(-1, (HEADS, WIDTH // HEADS)).transpose(1, 2) for one in (self.q, self.k, self.v))
+        q, k, v = (
+            linear(x).unflatten(-1, (HEADS, WIDTH // HEADS)).transpose(1, 2) for linear in (self.q, self.k, self.v)
+        )
         if torch.jit.is_tracing():
             mixed = (q @ k.transpose(-1, -2) / (WIDTH // HEADS) ** 0.5 + bias).softmax(-1) @ v
         else:
@@ -119,9 +121,9 @@ class Net(nn.Module):
     def __init__(self, words: int, logits: int, layers: int, *, coarse: bool, dropout: float = 0.1) -> None:
         super().__init__()
         self.words, self.reader, self.coarse = nn.Embedding(words, WIDTH), Encoder(logits, layers, dropout), coarse
-        for one in self.reader.modules():
-            if isinstance(one, Linear):
-                one.coarse = coarse
+        for module in self.reader.modules():
+            if isinstance(module, Linear):
+                module.coarse = coarse
 
     def forward(self, ids: Tensor, kinds: Tensor, mask: Tensor) -> Tensor:
         vectors = self.words(ids)
@@ -133,7 +135,7 @@ class Net(nn.Module):
         """Names of the weights that are stored so."""
         if not self.coarse:
             return set()
-        names = {f"{name}.weight" for name, one in self.named_modules() if isinstance(one, Linear)}
+        names = {f"{name}.weight" for name, module in self.named_modules() if isinstance(module, Linear)}
         return names | {"words.weight"}
 
     @property

@@ -84,26 +84,26 @@ class Search:
             options = offered(self.scene, self.settings.steps if depth == 0 else self.settings.later_steps)
             views = [FrenetScene(moved(self.seen, node.trail)) for node in beam]
             children = (
-                self._extended(node, one, view) for node, view in zip(beam, views, strict=True) for one in options
+                self._extended(node, option, view) for node, view in zip(beam, views, strict=True) for option in options
             )
             nodes = [child for child in children if child is not None]
             found += [plan for node in nodes if (plan := self._admitted(node)) is not None]
             beam = varied(nodes, lambda n: (kinds(n.behaviors), n.value), self.settings.beam)
-        return tuple(sorted(found, key=lambda one: -one.value))
+        return tuple(sorted(found, key=lambda item: -item.value))
 
-    def _extended(self, node: _Node, one: Behavior, view: FrenetScene) -> _Node | None:
+    def _extended(self, node: _Node, behavior: Behavior, view: FrenetScene) -> _Node | None:
         """Return the plan with one more behaviour, if the guard accepts that behaviour from the plan's end (`view`)."""
         self.checked += 1
-        if one.stands_still:
-            if not self.guard.allows_standing(one, view).accepted:
+        if behavior.stands_still:
+            if not self.guard.allows_standing(behavior, view).accepted:
                 return None
-            trail = stand(node.trail, one.duration_s if isinstance(one, Wait) else 0.0)
+            trail = stand(node.trail, behavior.duration_s if isinstance(behavior, Wait) else 0.0)
         else:
-            verdict, proven = self.guard.accept((one,), view, guided=False)
+            verdict, proven = self.guard.accept((behavior,), view, guided=False)
             if proven is None or not verdict.accepted:
                 return None
             trail = drive(node.trail, proven, view)
-        return _Node((*node.behaviors, one), trail, self.value(trail))
+        return _Node((*node.behaviors, behavior), trail, self.value(trail))
 
     def _admitted(self, node: _Node) -> SearchedPlan | None:
         """Return the whole plan, if the solver would admit it at the standstill."""
@@ -131,8 +131,8 @@ def varied(items: Iterable[T], key: Callable[[T], tuple[tuple[str, ...], float]]
     """
     turns: Counter[tuple[str, ...]] = Counter()
     ranked: list[tuple[int, float, T]] = []
-    for item in sorted(items, key=lambda one: -key(one)[1]):
+    for item in sorted(items, key=lambda item: -key(item)[1]):
         kind, value = key(item)
         ranked.append((turns[kind], -value, item))
         turns[kind] += 1
-    return [item for _, _, item in sorted(ranked, key=lambda one: one[:2])[:most]]
+    return [item for _, _, item in sorted(ranked, key=lambda item: item[:2])[:most]]

@@ -160,7 +160,7 @@ class _Campaign:
 
     def __init__(self, spec: PlanSearchSpec, labels: LabelFile, say: Say, searchers: Executor) -> None:
         self._spec, self._labels, self._say, self._searchers = spec, labels, say, searchers
-        self._done = {_key(one.standstill, one.source, one.plan) for one in labels.labels}
+        self._done = {_key(label.standstill, label.source, label.plan) for label in labels.labels}
         self._planned = 0
         self.standstills = self.drives = 0
 
@@ -208,7 +208,7 @@ class _Campaign:
 
     def _drives(self, route: Route, still: Standstill, found: SearchRecord) -> Iterator[Step]:
         """Return what to drive: waiting, and the best plans of the search. The drive with the rules already exists."""
-        taught = [PlanTrial(still, "teacher", one.plan, one.value) for one in found.chosen]
+        taught = [PlanTrial(still, "teacher", candidate.plan, candidate.value) for candidate in found.chosen]
         for trial in (PlanTrial(still, "rules", still.rules.plan), PlanTrial(still, "wait", None), *taught):
             if _key(still.name, trial.source, trial.plan) in self._done:
                 continue
@@ -274,11 +274,11 @@ def search(spec: PlanSearchSpec, still: Standstill) -> SearchRecord:
     began = time.perf_counter()
     guard = Guard(find_ladder(spec.drives.ladder or "evaluation").guard_policy())
     work = Search(guard, still.scene, still.surroundings, QuickValue(still.surroundings).value, spec.search)
-    accepted = [one for one in work.run() if one.plan != still.rules.plan]
+    accepted = [item for item in work.run() if item.plan != still.rules.plan]
     ahead = LookAhead(still.town, still.surroundings, (spec.drives.maps,) if spec.drives.maps else ())
     looked = [
-        Candidate(plan=one.plan, value=round(ahead.value(one.trail), 2))
-        for one in varied(accepted, _kind_and_value, spec.search.looked)
+        Candidate(plan=item.plan, value=round(ahead.value(item.trail), 2))
+        for item in varied(accepted, _kind_and_value, spec.search.looked)
     ]
     return SearchRecord(
         accepted=len(accepted),
@@ -291,8 +291,8 @@ def search(spec: PlanSearchSpec, still: Standstill) -> SearchRecord:
     )
 
 
-def _kind_and_value(one: Candidate | SearchedPlan) -> tuple[tuple[str, ...], float]:
-    return kinds(one.plan.behaviors), one.value
+def _kind_and_value(candidate: Candidate | SearchedPlan) -> tuple[tuple[str, ...], float]:
+    return kinds(candidate.plan.behaviors), candidate.value
 
 
 def _of_the_rules(spec: PlanSearchSpec, trial: PlanTrial, route: Route) -> Label:

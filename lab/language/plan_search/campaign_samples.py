@@ -46,11 +46,11 @@ def lessons(standstills: Path, labels: Sequence[Label], guard: Guard) -> Iterato
         path = standstills / f"{name}.json"
         still = Standstill.model_validate_json(path.read_text(encoding="utf-8"))
         driven = {
-            one.plan: JudgedPlan(plan=one.plan, value_m=worth_m(one.grade))
-            for one in group
-            if one.counts and one.plan is not None and one.grade is not None
+            label.plan: JudgedPlan(plan=label.plan, value_m=worth_m(label.grade))
+            for label in group
+            if label.counts and label.plan is not None and label.grade is not None
         }
-        judged = [capped(one, driven.values()) for one in judge(still.scene, still.surroundings, guard)]
+        judged = [capped(item, driven.values()) for item in judge(still.scene, still.surroundings, guard)]
         yield DecisionSample(
             suite=still.suite,
             route_id=still.route_id,
@@ -64,17 +64,17 @@ def lessons(standstills: Path, labels: Sequence[Label], guard: Guard) -> Iterato
             # would teach that waits end.
             gone_after_s=None,
             watched_s=0.0,
-            plans=(*(one for one in judged if one.plan not in driven), *driven.values()),
+            plans=(*(item for item in judged if item.plan not in driven), *driven.values()),
         )
 
 
-def capped(one: JudgedPlan, driven: Iterable[JudgedPlan]) -> JudgedPlan:
+def capped(plan: JudgedPlan, driven: Iterable[JudgedPlan]) -> JudgedPlan:
     """Return a plan that was not driven, worth at most what the best driven one of its kind is."""
-    kind = _kind(one.plan)
+    kind = _kind(plan.plan)
     alike = [other.value_m for other in driven if other.value_m is not None and _kind(other.plan) == kind]
-    if one.value_m is None or not alike:
-        return one
-    return JudgedPlan(plan=one.plan, value_m=min(one.value_m, max(alike)))
+    if plan.value_m is None or not alike:
+        return plan
+    return JudgedPlan(plan=plan.plan, value_m=min(plan.value_m, max(alike)))
 
 
 def _kind(plan: RecoveryPlan) -> tuple[str, ...]:

@@ -89,7 +89,7 @@ class PlanTrial:
 def label_of(trial: PlanTrial, task: RouteTask, outcome: RouteOutcome) -> Label:
     """Grade a drive that has ended, and check that it reached the standstill."""
     still = trial.standstill
-    reached = any(digest_of(one) == still.digest for one in questions_of(task.folder))
+    reached = any(digest_of(question) == still.digest for question in questions_of(task.folder))
     graded = _grade(task, outcome, still.at_s) if outcome.state == "driven" else None
     return Label(
         standstill=still.name,

@@ -149,11 +149,11 @@ def judge(scene: Scene, seen: Surroundings, guard: Guard) -> Iterator[JudgedPlan
 def _trail(plan: RecoveryPlan, seen: Surroundings, guard: Guard) -> EgoTrajectory | None:
     """Return where an accepted plan takes the ego; None if a later part cannot be driven from where it then is."""
     trail = begin(seen)
-    for one in plan.behaviors:
-        if one.stands_still:
+    for behavior in plan.behaviors:
+        if behavior.stands_still:
             continue
         view = FrenetScene(moved(seen, trail))
-        verdict, proven = guard.accept((one,), view, guided=False)
+        verdict, proven = guard.accept((behavior,), view, guided=False)
         if proven is None or not verdict.accepted:
             return None
         trail = drive(trail, proven, view)
@@ -166,7 +166,7 @@ def write_moments(path: Path, moments: Iterable[DecisionSample]) -> None:
     Raises:
         OutputError: The file cannot be written.
     """
-    lines = "".join(one.model_dump_json() + "\n" for one in moments)
+    lines = "".join(sample.model_dump_json() + "\n" for sample in moments)
     write_bytes(path, gzip.compress(lines.encode("utf-8"), mtime=0))
 
 

@@ -89,13 +89,13 @@ def best(labels: Iterable[Label], *sources: Source) -> Label | None:
 
     Of equal grades the first one counts.
     """
-    fitting = [one for one in labels if one.counts and (not sources or one.source in sources)]
-    return max(fitting, key=lambda one: one.grade.rank if one.grade else (), default=None)
+    fitting = [label for label in labels if label.counts and (not sources or label.source in sources)]
+    return max(fitting, key=lambda item: item.grade.rank if item.grade else (), default=None)
 
 
 def by_standstill(labels: Iterable[Label]) -> dict[str, list[Label]]:
     """Return the labels of each standstill, in the order in which it first appears."""
     found: dict[str, list[Label]] = {}
-    for one in labels:
-        found.setdefault(one.standstill, []).append(one)
+    for label in labels:
+        found.setdefault(label.standstill, []).append(label)
     return found

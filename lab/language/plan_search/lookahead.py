@@ -79,10 +79,10 @@ class LookAhead:
         self._ego = _vehicle(self._world, EGO, ego.x_m, ego.y_m, ego.yaw_rad)
         self._frame = road_frame(self.seen.road)
         self._others: list[tuple[Actor, TrackedObject]] = []
-        for one in self.seen.objects:
-            actor = _enter(self._world, one)
+        for obj in self.seen.objects:
+            actor = _enter(self._world, obj)
             if actor is not None:
-                self._others.append((actor, one))
+                self._others.append((actor, obj))
         self._half = (
             np.array([o.length_m / 2 for _, o in self._others]),
             np.array([o.width_m / 2 for _, o in self._others]),
@@ -91,7 +91,7 @@ class LookAhead:
 
     def value(self, trail: EgoTrajectory) -> float:
         """Return the progress minus the cost of contacts and near misses (m), averaged over all hypotheses."""
-        return float(np.mean([self.outcome(trail, one) for one in Hypothesis]))
+        return float(np.mean([self.outcome(trail, hypothesi) for hypothesi in Hypothesis]))
 
     def outcome(self, trail: EgoTrajectory, hypothesis: Hypothesis) -> float:
         """Return the value under one hypothesis. After the trail, carlette's traffic drives the ego along its lane."""
@@ -125,14 +125,14 @@ class LookAhead:
 
     def _roll(self, world: World, t_s: float) -> None:
         ego = self.seen.ego
-        for actor, one in self._others:
-            beyond = (one.x_m - ego.x_m) * math.cos(ego.yaw_rad) + (one.y_m - ego.y_m) * math.sin(ego.yaw_rad)
+        for actor, other in self._others:
+            beyond = (other.x_m - ego.x_m) * math.cos(ego.yaw_rad) + (other.y_m - ego.y_m) * math.sin(ego.yaw_rad)
             if beyond < 0.0:
                 # Traffic behind would brake for a stationary vehicle.
                 continue
             position = world.bodies.position[world.actors[actor.id].row]
             start = self._world.bodies.position[actor.row]
-            position[:2] = start[0] + one.vx_mps * t_s, start[1] - one.vy_mps * t_s
+            position[:2] = start[0] + other.vx_mps * t_s, start[1] - other.vy_mps * t_s
 
     def _gap(self, world: World) -> float:
         """Return the smallest gap to anyone who is nearer than at the standstill (m)."""
@@ -167,21 +167,21 @@ def _put(world: World, ego: Actor, trail: EgoTrajectory, t_s: float) -> None:
     world.bodies.velocity[row, :2] = velocity[0], -velocity[1]
 
 
-def _enter(world: World, one: TrackedObject) -> Actor | None:
+def _enter(world: World, object: TrackedObject) -> Actor | None:
     """Add an object to the world: a vehicle as the model nearest in size, anything else as a box that does not move."""
-    if one.kind in VEHICLES:
-        two_wheeled = one.kind in TWO_WHEELED
+    if object.kind in VEHICLES:
+        two_wheeled = object.kind in TWO_WHEELED
         models = [m for m in load_catalogue().vehicles.values() if m.is_two_wheeler is two_wheeled]
-        size = (one.length_m / 2, one.width_m / 2)
+        size = (object.length_m / 2, object.width_m / 2)
         fit = min(models, key=lambda m: abs(m.box.extent.x - size[0]) + abs(m.box.extent.y - size[1]))
         try:
-            actor = _vehicle(world, fit.id, one.x_m, one.y_m, one.yaw_rad)
+            actor = _vehicle(world, fit.id, object.x_m, object.y_m, object.yaw_rad)
         except SpawnCollisionError:
             return None
-        world.bodies.velocity[actor.row, :2] = one.vx_mps, -one.vy_mps
+        world.bodies.velocity[actor.row, :2] = object.vx_mps, -object.vy_mps
         return actor
-    half = Vector(one.length_m / 2, one.width_m / 2, one.height_m / 2)
-    pose = _pose(world, one.x_m, one.y_m, one.yaw_rad)
+    half = Vector(object.length_m / 2, object.width_m / 2, object.height_m / 2)
+    pose = _pose(world, object.x_m, object.y_m, object.yaw_rad)
     actor = world.enter("static.prop.box", ActorKind.OTHER, pose, Box(Vector(z=half.z), half))
     world.bodies.solid[actor.row] = True
     return actor

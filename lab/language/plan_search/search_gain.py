@@ -63,7 +63,7 @@ def rows_of(labels: Sequence[Label]) -> list[GainRow]:
         rules, wait, top = best(group, "rules"), best(group, "wait"), best(group)
         if rules is None or wait is None or top is None or rules.grade is None or wait.grade is None:
             continue
-        drives = sum(one.counts for one in group)
+        drives = sum(item.counts for item in group)
         rows.append(GainRow(name, rules.scenario, rules.grade, wait.grade, top, drives))
     return rows
 
@@ -106,14 +106,14 @@ def page(manifest: PlanSearchManifest, labels: Sequence[Label], searches: Sequen
 
 def budget(labels: Sequence[Label], searches: Sequence[SearchRecord]) -> str:
     """Return a sentence about the work spent."""
-    failed = sum(one.grade is None for one in labels)
-    missed = sum(one.grade is not None and not one.reached for one in labels)
-    forks, fork_s = sum(one.forks for one in searches), sum(one.fork_s for one in searches)
+    failed = sum(label.grade is None for label in labels)
+    missed = sum(label.grade is not None and not label.reached for label in labels)
+    forks, fork_s = sum(search.forks for search in searches), sum(search.fork_s for search in searches)
     return (
-        f"Work: {len(labels)} exact drives, {sum(one.drive_s for one in labels):.0f} s of wall time, one core and one "
-        f"simulator each; {failed} failed and {missed} did not reach the same moment, and are left out. The "
-        f"searches made {sum(one.checked for one in searches)} guard checks and {forks} forks ({fork_s:.0f} s), and "
-        f"took {sum(one.seconds for one in searches):.0f} s in total."
+        f"Work: {len(labels)} exact drives, {sum(label.drive_s for label in labels):.0f} s of wall time, one core and "
+        f"one simulator each; {failed} failed and {missed} did not reach the same moment, and are left out. The "
+        f"searches made {sum(search.checked for search in searches)} guard checks and {forks} forks ({fork_s:.0f} s), "
+        f"and took {sum(search.seconds for search in searches):.0f} s in total."
     )
 
 
@@ -145,7 +145,7 @@ def _plan(label: Label) -> str:
 
 def _by_type(rows: Sequence[GainRow]) -> list[tuple[str, ...]]:
     types = sorted({row.scenario for row in rows})
-    groups = [(one, [row for row in rows if row.scenario == one]) for one in types]
+    groups = [(text, [row for row in rows if row.scenario == text]) for text in types]
     return [_sums(name, group) for name, group in [*groups, (ALL, list(rows))] if group]
 
 

@@ -57,9 +57,11 @@ def moments(questions: Sequence[LoggedQuery]) -> tuple[LoggedQuery, ...]:
 
     Before that, every answer was to wait, so the driver has driven alone. Both may be the same question.
     """
-    asked = [one for one in questions if one.reasoner != SCREENED_BY and one.surroundings is not None]
-    planned = [one for one in asked if one.decision.plan is not None]
-    found = {one.number: one for one in (*asked[:1], *planned[:1])}
+    asked = [
+        question for question in questions if question.reasoner != SCREENED_BY and question.surroundings is not None
+    ]
+    planned = [query for query in asked if query.decision.plan is not None]
+    found = {query.number: query for query in (*asked[:1], *planned[:1])}
     return tuple(found.values())
 
 

@@ -50,7 +50,7 @@ def batch_of(examples: Sequence[Example], rng: np.random.Generator | None = None
         examples: The examples.
         rng: Source of noise; None for the numbers as they are, with all plans.
     """
-    chosen = [_chosen(one, rng) for one in examples]
+    chosen = [_chosen(example, rng) for example in examples]
     most = max((len(keep) for keep in chosen), default=0) or 1
     width = examples[0].plans.shape[-1]
     plans = np.zeros((len(examples), most, SLOTS, width), np.float32)
@@ -58,13 +58,13 @@ def batch_of(examples: Sequence[Example], rng: np.random.Generator | None = None
     accepted = np.full((len(examples), most), -1, np.int64)
     value = np.full((len(examples), most), np.nan, np.float32)
     fitting = np.zeros((len(examples), most), np.bool_)
-    for number, (one, keep) in enumerate(zip(examples, chosen, strict=True)):
+    for number, (example, keep) in enumerate(zip(examples, chosen, strict=True)):
         count = len(keep)
-        plans[number, :count], named[number, :count] = one.plans[keep], one.named[keep]
-        accepted[number, :count], value[number, :count] = one.accepted[keep], one.value[keep]
-        fitting[number, :count] = one.fitting[keep]
-    rows = {kind: np.stack([one.scene.rows[kind] for one in examples]) for kind in KINDS}
-    mask = np.stack([one.scene.mask for one in examples])
+        plans[number, :count], named[number, :count] = example.plans[keep], example.named[keep]
+        accepted[number, :count], value[number, :count] = example.accepted[keep], example.value[keep]
+        fitting[number, :count] = example.fitting[keep]
+    rows = {kind: np.stack([example.scene.rows[kind] for example in examples]) for kind in KINDS}
+    mask = np.stack([example.scene.mask for example in examples])
     if rng is not None:
         rows, mask = _noisy(rows, mask, rng)
     as_tensor = torch.from_numpy
@@ -73,10 +73,10 @@ def batch_of(examples: Sequence[Example], rng: np.random.Generator | None = None
         mask=as_tensor(mask),
         plans=as_tensor(plans),
         named=as_tensor(named),
-        ends=as_tensor(np.stack([one.ends for one in examples])),
-        cause=torch.tensor([one.cause for one in examples]),
-        hold=torch.tensor([one.hold for one in examples]),
-        intents=as_tensor(np.stack([one.intents for one in examples])),
+        ends=as_tensor(np.stack([example.ends for example in examples])),
+        cause=torch.tensor([example.cause for example in examples]),
+        hold=torch.tensor([example.hold for example in examples]),
+        intents=as_tensor(np.stack([example.intents for example in examples])),
         accepted=as_tensor(accepted),
         value=as_tensor(value),
         fitting=as_tensor(fitting),
@@ -84,12 +84,12 @@ def batch_of(examples: Sequence[Example], rng: np.random.Generator | None = None
     )
 
 
-def _chosen(one: Example, rng: np.random.Generator | None) -> NDArray[np.int64]:
+def _chosen(example: Example, rng: np.random.Generator | None) -> NDArray[np.int64]:
     """Return which plans of an example are looked at: all that the guard accepts or that fit, and some others."""
-    count = len(one.accepted)
+    count = len(example.accepted)
     if rng is None or count <= MOST_PLANS:
         return np.arange(count)
-    first = (one.accepted == 1) | one.fitting
+    first = (example.accepted == 1) | example.fitting
     order = np.lexsort((rng.random(count), ~first))
     return np.sort(order[:MOST_PLANS])
 

@@ -106,8 +106,8 @@ def copy_to(weights: Path, out: Path) -> Path:
 
 def _groups(data: Sequence[Path], apart: Sequence[str], seed: int) -> dict[str, list[Example]]:
     found: dict[str, list[Example]] = {}
-    for one in examples(files_in(data), vocabulary(), apart, seed):
-        found.setdefault(one.group, []).append(one)
+    for example in examples(files_in(data), vocabulary(), apart, seed):
+        found.setdefault(example.group, []).append(example)
     if not found:
         raise ValueError("there are no moments in these folders: run `stucksolver distill collect --waits` first")
     return found
@@ -117,13 +117,13 @@ def _trained(asked: StudentJob, groups: dict[str, list[Example]]) -> dict[str, A
     """Return for people how the weights were made: the command without folders of this machine, and the data."""
     command = ["stucksolver", "distill", "train", "--data", "DIR", "--seed", str(asked.seed)]
     command += ["--steps", str(asked.steps)] if asked.steps else ["--minutes", f"{asked.minutes:g}"]
-    moments = [one.moment for one in groups.get("train", ()) if one.hold >= 0]
+    moments = [group.moment for group in groups.get("train", ()) if group.hold >= 0]
     return {
         "command": shlex.join([*command, "--hold-out", ",".join(asked.apart), "--out", "OUT"]),
         "moments": len(moments),
         "standstills": len({(m.suite, m.route_id, m.seed, m.standstill) for m in moments}),
         "drives": dict(sorted(Counter(s for s, *_ in {(m.suite, m.route_id, m.seed) for m in moments}).items())),
-        "held_out_types": sorted({one.moment.scenario for one in groups.get("types", ())}),
+        "held_out_types": sorted({group.moment.scenario for group in groups.get("types", ())}),
         "held_out_maps_and_routes": sorted(asked.apart),
     }
 
@@ -131,6 +131,6 @@ def _trained(asked: StudentJob, groups: dict[str, list[Example]]) -> dict[str, A
 def _short(found: dict[str, Any]) -> dict[str, Any]:
     """Return the scores for the card, without the tables of calibration."""
     return {
-        name: {**one, "wait": {t: {k: v for k, v in w.items() if k != "calibration"} for t, w in one["wait"].items()}}
-        for name, one in found.items()
+        name: {**item, "wait": {t: {k: v for k, v in w.items() if k != "calibration"} for t, w in item["wait"].items()}}
+        for name, item in found.items()
     }

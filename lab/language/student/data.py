@@ -136,9 +136,9 @@ def example(moment: DecisionSample, scene: Scene, group: str, words: Vocabulary)
     rules = RuleReasoner().decide(ReasonerRequest(scene)).decision
     said = moment.answer or rules
     encoded = encode(scene)
-    kept = [one for one in moment.plans if leads_on(one.plan)]
-    judged = [one.value_m for one in kept]
-    plans = [one.plan for one in kept] or _answered(moment, scene)
+    kept = [plan for plan in moment.plans if leads_on(plan.plan)]
+    judged = [item.value_m for item in kept]
+    plans = [item.plan for item in kept] or _answered(moment, scene)
     unjudged = len(plans) - len(judged)
     rows, named = encode_plans(plans, encoded.ids, words)
     stuck = moment.gone_after_s is None and moment.watched_s >= TIMES_S[-1]
@@ -146,7 +146,7 @@ def example(moment: DecisionSample, scene: Scene, group: str, words: Vocabulary)
     told = said.analysis.cause
     cause = true if told in (None, CauseCode.UNKNOWN) else told
     intents = np.full(MOST["objects"], -1, np.int64)
-    seen = {one.object_id: one.intent for one in said.observation.participants}
+    seen = {participant.object_id: participant.intent for participant in said.observation.participants}
     for row, name in enumerate(encoded.ids):
         intents[row] = INTENTS.index(seen.get(name))
     return Example(
@@ -160,7 +160,7 @@ def example(moment: DecisionSample, scene: Scene, group: str, words: Vocabulary)
         intents=intents,
         plans=rows,
         named=named,
-        accepted=np.array([*(int(one is not None) for one in judged), *[-1] * unjudged], np.int64),
+        accepted=np.array([*(int(item is not None) for item in judged), *[-1] * unjudged], np.int64),
         value=np.array([*map(_worth, judged), *[math.nan] * unjudged], np.float32),
         fitting=_fitting(plans, said.plan),
         rules_cause=-1 if rules.analysis.cause is None else CAUSES.index(rules.analysis.cause),
@@ -198,7 +198,7 @@ def ends_of(gone_after_s: float | None, watched_s: float) -> NDArray[np.int64]:
 
 
 def _requests() -> list[Interpretation]:
-    asked = sorted(REQUESTS, key=lambda one: one.value)
+    asked = sorted(REQUESTS, key=lambda request: request.value)
     sides = (None, *Side)
     return [Interpretation(intent=i, likely=i, side=s, confidence=1.0, reader="labels") for i in asked for s in sides]
 
@@ -222,5 +222,5 @@ def _fitting(plans: Sequence[RecoveryPlan], wanted: RecoveryPlan | None) -> NDAr
 
 def kind_of(plan: RecoveryPlan) -> tuple[tuple[object, ...], ...]:
     """Return what a plan does, without its numbers and its standing behaviours."""
-    moving = [one for one in plan.behaviors if not one.stands_still]
-    return tuple(tuple(v for _, v in one if isinstance(v, str)) for one in moving)
+    moving = [behavior for behavior in plan.behaviors if not behavior.stands_still]
+    return tuple(tuple(v for _, v in obj if isinstance(v, str)) for obj in moving)

@@ -68,7 +68,7 @@ def export(
         warnings.simplefilter("ignore")  # the exporter that needs no further package warns that it is deprecated
         torch.onnx.export(
             flat,
-            tuple(torch.from_numpy(one) for one in inputs.values()),
+            tuple(torch.from_numpy(row) for row in inputs.values()),
             str(file),
             input_names=list(INPUTS),
             output_names=list(OUTPUTS),
@@ -89,8 +89,8 @@ def export(
     return card
 
 
-def _inputs(one: Example) -> dict[str, np.ndarray[Any, Any]]:
-    batch = batch_of([one])
+def _inputs(example: Example) -> dict[str, np.ndarray[Any, Any]]:
+    batch = batch_of([example])
     tensors = {**batch.rows, "mask": batch.mask, "plans": batch.plans, "named": batch.named}
     return {name: tensors[name].numpy() for name in INPUTS}
 
@@ -99,8 +99,8 @@ def _compare(flat: _Flat, file: Path, tried: Sequence[Example]) -> None:
     import onnxruntime
 
     session = onnxruntime.InferenceSession(file.read_bytes(), providers=["CPUExecutionProvider"])
-    for one in tried:
-        inputs = _inputs(one)
+    for example in tried:
+        inputs = _inputs(example)
         with torch.no_grad():
             wanted = flat(*(torch.from_numpy(table) for table in inputs.values()))
         found = session.run(list(OUTPUTS), inputs)

@@ -71,13 +71,13 @@ def places_in(folders: Sequence[Path], maps: Sequence[str]) -> list[PlanSample]:
         ValueError: A file of moments is damaged.
     """
     moments = [moment for path in files_in(folders) for moment in read_moments(path)]
-    kept = [one for one in moments if held_out(one, maps) in ("types", "maps")]
-    places = [PlanSample(read_scene(one.scene), _accepted(one)) for one in kept]
-    return [one for one in places if one.accepted]
+    kept = [sample for sample in moments if held_out(sample, maps) in ("types", "maps")]
+    places = [PlanSample(read_scene(item.scene), _accepted(item)) for item in kept]
+    return [place for place in places if place.accepted]
 
 
 def _accepted(moment: DecisionSample) -> tuple[RecoveryPlan, ...]:
-    return tuple(one.plan for one in moment.plans if one.value_m is not None)
+    return tuple(plan.plan for plan in moment.plans if plan.value_m is not None)
 
 
 def matches_request(meant: Interpretation, plan: RecoveryPlan) -> bool:

@@ -41,9 +41,9 @@ class ScoredExamples:
 
 def answered(network: StudentNetwork, examples: Sequence[Example]) -> ScoredExamples:
     """Return the network's answers to examples."""
-    keys = [(m.suite, m.route_id, m.seed, m.standstill) for m in (one.moment for one in examples)]
+    keys = [(m.suite, m.route_id, m.seed, m.standstill) for m in (example.moment for example in examples)]
     counts = Counter(keys)
-    numbers = [network.run(one.scene, one.plans, one.named) for one in examples]
+    numbers = [network.run(example.scene, example.plans, example.named) for example in examples]
     return ScoredExamples(list(examples), numbers, np.array([1.0 / counts[key] for key in keys]))
 
 
@@ -59,7 +59,7 @@ def scores(told: ScoredExamples) -> dict[str, Any]:
 
 def with_choices(found: dict[str, Any], student: Reasoner, examples: Sequence[Example]) -> dict[str, Any]:
     """Return scores with what the student and the rules choose at the same moments."""
-    choices = {name: choice_scores(one, examples) for name, one in (("student", student), ("rules", RuleReasoner()))}
+    choices = {name: choice_scores(item, examples) for name, item in (("student", student), ("rules", RuleReasoner()))}
     return found | {"choices": choices}
 
 
@@ -83,11 +83,13 @@ def wait_scores(told: ScoredExamples, number: int) -> dict[str, Any]:
 def _ends(told: ScoredExamples, number: int) -> tuple[Array, Array, Array, Array]:
     """Return the probability, the truth, the weight, and if the rules wait, where the truth is known."""
     rows = []
-    for one, out, weight in zip(told.examples, told.numbers, told.weight, strict=True):
-        labels = one.ends[: number + 1]
+    for example, out, weight in zip(told.examples, told.numbers, told.weight, strict=True):
+        labels = example.ends[: number + 1]
         if not (labels == 1).any() and labels[-1] != 0:
             continue
-        rows.append((ends_within(out.hazard)[number], float((labels == 1).any()), weight, float(one.rules_hold > 0)))
+        rows.append(
+            (ends_within(out.hazard)[number], float((labels == 1).any()), weight, float(example.rules_hold > 0))
+        )
     table = np.array(rows, np.float64).reshape(-1, 4)
     return table[:, 0], table[:, 1], table[:, 2], table[:, 3]
 
@@ -116,13 +118,13 @@ def cause_scores(told: ScoredExamples) -> dict[str, Any]:
     unsure = (-1, CAUSES.index(CauseCode.UNKNOWN))
     rows = [
         (
-            float(out.cause.argmax() == one.true_cause),
-            float(one.rules_cause == one.true_cause),
-            float((out.cause.argmax() if one.rules_cause in unsure else one.rules_cause) == one.true_cause),
+            float(out.cause.argmax() == example.true_cause),
+            float(example.rules_cause == example.true_cause),
+            float((out.cause.argmax() if example.rules_cause in unsure else example.rules_cause) == example.true_cause),
             weight,
         )
-        for one, out, weight in zip(told.examples, told.numbers, told.weight, strict=True)
-        if one.true_cause >= 0
+        for example, out, weight in zip(told.examples, told.numbers, told.weight, strict=True)
+        if example.true_cause >= 0
     ]
     if not rows:
         return {"moments": 0}
@@ -142,12 +144,12 @@ def plan_scores(told: ScoredExamples) -> dict[str, Any]:
     `rules_accepted` how often some plan of the kind that the rules propose is.
     """
     rows = []
-    for one, out in zip(told.examples, told.numbers, strict=True):
-        if not (one.accepted == 1).any() or one.hold < 0:
+    for example, out in zip(told.examples, told.numbers, strict=True):
+        if not (example.accepted == 1).any() or example.hold < 0:
             continue
         order = np.argsort(-out.value / (1.0 + np.exp(-out.accepted)), kind="stable")[:ASKED]
-        taken = one.accepted[order] == 1
-        rows.append((float(taken[0]), float(taken.any()), float((one.fitting & (one.accepted == 1)).any())))
+        taken = example.accepted[order] == 1
+        rows.append((float(taken[0]), float(taken.any()), float((example.fitting & (example.accepted == 1)).any())))
     if not rows:
         return {"moments": 0}
     names = ("first", "within", "rules_accepted")
@@ -164,20 +166,20 @@ def choice_scores(reasoner: Reasoner, examples: Sequence[Example]) -> dict[str, 
     itself within 10 s, and `idle` that among those at which it does not do so within 40 s.
     """
     rows = []
-    for one in examples:
-        if not one.moment.plans or one.hold < 0:
+    for example in examples:
+        if not example.moment.plans or example.hold < 0:
             continue
-        judged = {plan.plan: plan.value_m for plan in one.moment.plans}
-        scene = read_scene(one.moment.scene)
+        judged = {plan.plan: plan.value_m for plan in example.moment.plans}
+        scene = read_scene(example.moment.scene)
 
         def check(plan: RecoveryPlan, judged: dict[RecoveryPlan, float | None] = judged) -> str:
             return ACCEPTED if judged.get(plan) is not None else "not accepted"
 
         plan = reasoner.decide(ReasonerRequest(scene, check)).decision.plan
         value = None if plan is None else judged.get(plan)
-        gone = one.moment.gone_after_s
+        gone = example.moment.gone_after_s
         soon = gone is not None and gone <= SOON_S
-        never = one.ends[-1] == 0
+        never = example.ends[-1] == 0
         rows.append((float(value is None), value or 0.0, float(soon), float(never)))
     if not rows:
         return {"moments": 0}
@@ -194,9 +196,9 @@ def choice_scores(reasoner: Reasoner, examples: Sequence[Example]) -> dict[str, 
 def word_scores(told: ScoredExamples) -> dict[str, Any]:
     """Return how often the plan that the student likes best after a passenger's request is of the rules' kind."""
     rows = [
-        (float(one.fitting[out.prior.argmax()]), float(one.fitting.mean()))
-        for one, out in zip(told.examples, told.numbers, strict=True)
-        if one.hold < 0 and one.fitting.any()
+        (float(example.fitting[out.prior.argmax()]), float(example.fitting.mean()))
+        for example, out in zip(told.examples, told.numbers, strict=True)
+        if example.hold < 0 and example.fitting.any()
     ]
     if not rows:
         return {"moments": 0}
@@ -207,14 +209,14 @@ def word_scores(told: ScoredExamples) -> dict[str, Any]:
 def temperature_of(told: ScoredExamples) -> float:
     """Return the temperature of the hazards that makes the drives least surprising."""
     tried = np.geomspace(0.5, 4.0, 43)
-    losses = [_surprise(told, float(one)) for one in tried]
+    losses = [_surprise(told, float(item)) for item in tried]
     return float(tried[int(np.argmin(losses))])
 
 
 def _surprise(told: ScoredExamples, temperature: float) -> float:
     total = 0.0
-    for one, out, weight in zip(told.examples, told.numbers, told.weight, strict=True):
-        known = one.ends >= 0
-        sign = np.where(one.ends[known] == 1, -1.0, 1.0)
+    for example, out, weight in zip(told.examples, told.numbers, told.weight, strict=True):
+        known = example.ends >= 0
+        sign = np.where(example.ends[known] == 1, -1.0, 1.0)
         total += float(weight * np.logaddexp(0.0, sign * out.hazard[known].astype(np.float64) / temperature).sum())
     return total

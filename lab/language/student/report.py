@@ -23,11 +23,11 @@ def report(groups: Mapping[str, Mapping[str, Any]]) -> str:
 def _block(name: str, found: Mapping[str, Any]) -> list[str]:
     lines = [f"{GROUPS.get(name, name)}: {found['moments']} moments of {found['standstills']} standstills"]
     lines.append("  wait ends within | share | Brier, of the share alone | right: student, rules wait")
-    for until, one in found["wait"].items():
-        if one["moments"]:
+    for until, item in found["wait"].items():
+        if item["moments"]:
             lines.append(
-                f"  {until:>4} s           | {one['share']:.2f}  | {one['brier']:.3f}, {one['brier_of_share']:.3f} "
-                f"             | {one['accuracy']:.1%}, {one['accuracy_rules']:.1%}"
+                f"  {until:>4} s           | {item['share']:.2f}  | {item['brier']:.3f}, {item['brier_of_share']:.3f} "
+                f"             | {item['accuracy']:.1%}, {item['accuracy_rules']:.1%}"
             )
     lines += _calibration(found["wait"].get("10", {}))
     cause, plans, words = found["cause"], found["plans"], found["words"]
@@ -41,7 +41,7 @@ def _block(name: str, found: Mapping[str, Any]) -> list[str]:
             f"  plans ({plans['moments']} moments with an accepted one): the first accepted {plans['first']:.1%}, "
             f"one of eight {plans['within']:.1%}, one of the rules' kind {plans['rules_accepted']:.1%}"
         )
-    lines += [_choice(name, one) for name, one in found.get("choices", {}).items() if one["moments"]]
+    lines += [_choice(name, item) for name, item in found.get("choices", {}).items() if item["moments"]]
     if words["moments"]:
         lines.append(
             f"  plan of the rules' kind after a request ({words['moments']}): {words['right']:.1%}, "
@@ -50,11 +50,11 @@ def _block(name: str, found: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def _choice(name: str, one: Mapping[str, Any]) -> str:
-    patient, idle = ("–" if one[key] is None else f"{one[key]:.1%}" for key in ("patient", "idle"))
+def _choice(name: str, item: Mapping[str, Any]) -> str:
+    patient, idle = ("–" if item[key] is None else f"{item[key]:.1%}" for key in ("patient", "idle"))
     return (
-        f"  {name}: waits at {one['waits']:.1%} of {one['moments']} moments, plans worth {one['worth']:.1f} m; waits "
-        f"where the driver goes on within 10 s {patient}, where it does not within 40 s {idle}"
+        f"  {name}: waits at {item['waits']:.1%} of {item['moments']} moments, plans worth {item['worth']:.1f} m; "
+        f"waits where the driver goes on within 10 s {patient}, where it does not within 40 s {idle}"
     )
 
 
@@ -74,8 +74,8 @@ def draw_calibration(groups: Mapping[str, Mapping[str, Any]], path: Path) -> Non
     for number, (name, found) in enumerate(groups.items(), 1):
         axes = figure.add_subplot(1, len(groups), number)
         axes.plot([0, 1], [0, 1], color="0.7", linewidth=1)
-        for until, one in found["wait"].items():
-            bins = one.get("calibration", [])
+        for until, item in found["wait"].items():
+            bins = item.get("calibration", [])
             axes.plot([b["said"] for b in bins], [b["true"] for b in bins], marker="o", label=f"within {until} s")
         axes.set_title(GROUPS.get(name, name), fontsize=9)
         axes.set(xlabel="said", ylabel="true", xlim=(0, 1), ylim=(0, 1))

@@ -132,8 +132,8 @@ def _choice(prior: Tensor, fitting: Tensor, real: Tensor) -> Tensor:
 
 def sampling_weights(taught: Sequence[Example]) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     """Return how often each example is drawn: long standstills less than in proportion, judged plans more often."""
-    keys = [(m.suite, m.route_id, m.seed, m.standstill) for m in (one.moment for one in taught)]
+    keys = [(m.suite, m.route_id, m.seed, m.standstill) for m in (example.moment for example in taught)]
     _, place, counts = np.unique([repr(key) for key in keys], return_inverse=True, return_counts=True)
     weights = counts[place].astype(np.float64) ** -0.7
-    weights *= np.array([3.0 if len(one.accepted) else 1.0 for one in taught])
+    weights *= np.array([3.0 if len(example.accepted) else 1.0 for example in taught])
     return np.asarray(weights / weights.sum())

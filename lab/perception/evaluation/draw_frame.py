@@ -128,13 +128,13 @@ def moments(recording: Recording) -> Iterator[FrameData]:
     for ticks in looks_of(recording):
         tick, new = ticks[-1], None
         begin_s = tick.time_s if begin_s is None else begin_s
-        sweeps = tuple((one.sweep, true_pose(one)) for one in ticks)
+        sweeps = tuple((recorded.sweep, true_pose(recorded)) for recorded in ticks)
         for sweep, pose in sweeps:
             buffer.add(sweep, pose)
-        for one in ticks:
-            rgb = one.picture()
+        for recorded in ticks:
+            rgb = recorded.picture()
             if rgb is not None:
-                new = (CameraFrame(one.time_s, rgb), true_pose(one))
+                new = (CameraFrame(recorded.time_s, rgb), true_pose(recorded))
         picture = picture if new is None else new[0]
         pose = true_pose(tick)
         frame, frame_pose = (None, None) if new is None else new
@@ -233,12 +233,12 @@ def _draw_boxes(axes: Axes, real: Sequence[_Drawn], said: Sequence[_Drawn]) -> N
 
 def _write_beside(axes: Axes, drawn: Sequence[_Drawn], y_m: float, align: str) -> None:
     """Write the words for each box at the edge, in the order of their distance, and a line from them to it."""
-    ordered = sorted(drawn, key=lambda one: one.box[0])
-    for one, at_m in zip(ordered, spread([one.box[0] for one in ordered], APART_M, -BACK_M, AHEAD_M), strict=True):
-        weight = "bold" if one.width == THICK else "normal"
-        axes.text(y_m, at_m, one.text, color=one.colour, fontsize=6.5, ha=align, va="center", weight=weight)
+    ordered = sorted(drawn, key=lambda item: item.box[0])
+    for item, at_m in zip(ordered, spread([item.box[0] for item in ordered], APART_M, -BACK_M, AHEAD_M), strict=True):
+        weight = "bold" if item.width == THICK else "normal"
+        axes.text(y_m, at_m, item.text, color=item.colour, fontsize=6.5, ha=align, va="center", weight=weight)
         edge_m = math.copysign(ASIDE_M, y_m)
-        axes.plot((edge_m, one.box[1]), (at_m, one.box[0]), color=one.colour, lw=0.4, alpha=0.5, zorder=2.5)
+        axes.plot((edge_m, item.box[1]), (at_m, item.box[0]), color=item.colour, lw=0.4, alpha=0.5, zorder=2.5)
 
 
 def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> list[float]:
@@ -281,12 +281,12 @@ def _track(track: Track, moment: FrameData) -> _Drawn:
 
 
 def _flat(box: Floats) -> tuple[float, float, float, float, float]:
-    x, y, _, length, width, _, yaw = (float(one) for one in box)
+    x, y, _, length, width, _, yaw = (float(item) for item in box)
     return x, y, length, width, yaw
 
 
 def _in_view(drawn: Sequence[_Drawn]) -> list[_Drawn]:
-    return [one for one in drawn if -BACK_M < one.box[0] < AHEAD_M and abs(one.box[1]) < ASIDE_M]
+    return [item for item in drawn if -BACK_M < item.box[0] < AHEAD_M and abs(item.box[1]) < ASIDE_M]
 
 
 def _outline(box: tuple[float, float, float, float, float]) -> tuple[Floats, Floats]:

@@ -88,8 +88,8 @@ def as_table(found: dict[str, Errors]) -> str:
             ("LiDAR", errors.lidar_deg, errors.lidar_noticed_m),
             ("camera", errors.camera_deg, errors.camera_noticed_m),
         ):
-            spread = ", ".join(f"{one:.2f}" for one in np.percentile(np.abs(told), [50, 95, 99])) if told else "-"
-            metres = ", ".join(f"{one:.0f}" for one in np.percentile(after, [50, 100])) if after else "-"
+            spread = ", ".join(f"{item:.2f}" for item in np.percentile(np.abs(told), [50, 95, 99])) if told else "-"
+            metres = ", ".join(f"{item:.0f}" for item in np.percentile(after, [50, 100])) if after else "-"
             lines.append(f"| {case}: {sensor} | {errors.drives} | {spread} | {len(after)} | {metres} |")
     return "\n".join(lines)
 
@@ -121,7 +121,7 @@ def _tick_s(ticks: Sequence[Recorded]) -> float:
 
 def _whole(folders: Sequence[Path]) -> Iterator[Recording]:
     for folder in folders:
-        yield from (one for one in recordings(folder) if is_continuous(one))
+        yield from (recording for recording in recordings(folder) if is_continuous(recording))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

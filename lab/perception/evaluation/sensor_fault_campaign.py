@@ -104,11 +104,11 @@ def campaign(spec: FaultCampaignSpec, out: TextIO = sys.stderr) -> list[FaultRow
 
 def counted(fault: str, outcomes: Sequence[RouteOutcome]) -> FaultRow:
     """Return the row of a fault from the outcomes of its drives."""
-    driven = [one for one in outcomes if one.state == "driven"]
+    driven = [outcome for outcome in outcomes if outcome.state == "driven"]
     hits = [
-        f"{one.route_id} at {noted.time_s:.0f} s: {noted.text}"
-        for one in driven
-        for noted in one.infractions
+        f"{item.route_id} at {noted.time_s:.0f} s: {noted.text}"
+        for item in driven
+        for noted in item.infractions
         if noted.kind.startswith(COLLISION)
     ]
     return FaultRow(
@@ -116,10 +116,10 @@ def counted(fault: str, outcomes: Sequence[RouteOutcome]) -> FaultRow:
         routes=len(driven),
         crashed=len(outcomes) - len(driven),
         collisions=tuple(hits),
-        stood_s=sum(_stood_s(one.track) for one in driven),
-        asked=sum(one.asked_s is not None for one in driven),
-        plans=sum(plan.moves for one in driven for plan in one.interventions),
-        driven_m=sum(max((place for _, place in one.track), default=0.0) for one in driven),
+        stood_s=sum(_stood_s(item.track) for item in driven),
+        asked=sum(item.asked_s is not None for item in driven),
+        plans=sum(plan.moves for item in driven for plan in item.interventions),
+        driven_m=sum(max((place for _, place in item.track), default=0.0) for item in driven),
     )
 
 

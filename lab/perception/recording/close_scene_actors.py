@@ -150,7 +150,7 @@ class CloseCast:
             chosen += [some[i] for i in random.permutation(len(some))[: random.binomial(most, share)]]
         taken: list[tuple[float, float, float]] = []
         poses: dict[int, ActorPose] = {}
-        for extra in sorted(chosen, key=lambda one: -one.reach_m):
+        for extra in sorted(chosen, key=lambda item: -item.reach_m):
             pose = self._spot(ego, extra, taken)
             if pose is not None:
                 poses[extra.actor.id] = pose

@@ -81,7 +81,7 @@ class _SceneImage:
 
     def recorded(self, time_s: float, shown: Mapping[int, int]) -> Recorded:
         """Return it with the visible parts by actor."""
-        bits = np.array([shown.get(one, -1) for one in self.truth.actor_id.tolist()], np.int64)
+        bits = np.array([shown.get(item, -1) for item in self.truth.actor_id.tolist()], np.int64)
         return Recorded(
             time_s=time_s,
             pose=self.pose,
@@ -113,8 +113,8 @@ def record(drive: CloseDrive) -> int:
         writer = RecordingWriter(drive.folder, stage.rig, about, ticks_in_file=10)
         taken = 0
         for _ in range(drive.scenes):
-            for one in stage.scene():
-                writer.add(one)
+            for item in stage.scene():
+                writer.add(item)
                 taken += 1
         writer.close()
         stage.close()
@@ -179,7 +179,7 @@ class _CloseSceneActors:
                 self._cast.switch(extra, part)
             look = self._look()
             looks.append(look)
-            switched = {one.actor.id for one, lamps, doors in before if (one.lamps, one.doors) != (lamps, doors)}
+            switched = {item.actor.id for item, lamps, doors in before if (item.lamps, item.doors) != (lamps, doors)}
             for actor in switched & self._changed(first, look, doors=part == "door_open"):
                 shown[actor] |= 1 << bit
             for extra, lamps, doors in before:
@@ -203,9 +203,9 @@ class _CloseSceneActors:
             pose, self._truth.read(snapshot), lights, encoded(image), camera_rgb(image), instance_ids(masks)
         )
 
-    def _changed(self, one: _SceneImage, other: _SceneImage, *, doors: bool) -> set[int]:
+    def _changed(self, first: _SceneImage, second: _SceneImage, *, doors: bool) -> set[int]:
         """Return the ids of the objects of which enough pixels differ between two images of a scene."""
-        boxes = boxes_in_body(one.pose, one.truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]])
+        boxes = boxes_in_body(first.pose, first.truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]])
         windows = windows_of(self.rig.camera, boxes)
         least, area_px = (DOOR_CHANGE, DOOR_PX) if doors else (LAMP_CHANGE, LAMP_PX)
         found = set()
@@ -214,9 +214,9 @@ class _CloseSceneActors:
             half = windows.side[i] / 2.0
             rows = slice(max(int(row - half), 0), int(row + half) + 1)
             columns = slice(max(int(column - half), 0), int(column + half) + 1)
-            actor = int(one.truth.actor_id[i])
-            own = (one.ids[rows, columns] == mask_id(actor)) | (other.ids[rows, columns] == mask_id(actor))
-            differs = np.abs(one.rgb[rows, columns].astype(int) - other.rgb[rows, columns]).max(axis=2) >= least
+            actor = int(first.truth.actor_id[i])
+            own = (first.ids[rows, columns] == mask_id(actor)) | (second.ids[rows, columns] == mask_id(actor))
+            differs = np.abs(first.rgb[rows, columns].astype(int) - second.rgb[rows, columns]).max(axis=2) >= least
             if np.count_nonzero(own & differs) * (CROP_PX / windows.side[i]) ** 2 >= area_px:
                 found.add(actor)
         return found

@@ -99,7 +99,7 @@ def _routes(spec: CollectSpec) -> tuple[Route, ...]:
         found = town_routes(spec.towns, spec.drives, spec.seed, spec.maps, spec.host, spec.port)
     if not spec.random_weather:
         return found
-    return tuple(dataclasses.replace(one, weathers=weather(_weather_number(spec, one))) for one in found)
+    return tuple(dataclasses.replace(item, weathers=weather(_weather_number(spec, item))) for item in found)
 
 
 def _weather_number(spec: CollectSpec, route: Route) -> int:

@@ -111,7 +111,7 @@ class Places:
             gaps = np.hypot(*(self._rows[taken][:, :2] - self._rows[place, :2]).T) if taken else np.array([np.inf])
             if gaps.min() >= APART_M:
                 taken.append(place)
-        return self._filled([self._vehicle(one) for one in taken], total)
+        return self._filled([self._vehicle(number) for number in taken], total)
 
     def walkers(self, ego: ActorPose, total: int, most: int) -> list[ActorPose]:
         """Draw poses for `total` people, of which at most `most` are within 120 m, on lanes or beside them."""
@@ -119,9 +119,11 @@ class Places:
         near = seen[distance[seen] < 120.0]
         if not len(near):
             return self._filled([], total)
-        places = [int(one) for one in self._random.choice(near, min(most, total))]
-        posed = [self._shifted(one, self._random.normal(0.0, 4.0), self._random.uniform(0.0, 360.0)) for one in places]
-        return self._filled([replace(one, z=one.z + 1.0, speed_mps=1.2, pitch_deg=0.0) for one in posed], total)
+        places = [int(item) for item in self._random.choice(near, min(most, total))]
+        posed = [
+            self._shifted(place, self._random.normal(0.0, 4.0), self._random.uniform(0.0, 360.0)) for place in places
+        ]
+        return self._filled([replace(pose, z=pose.z + 1.0, speed_mps=1.2, pitch_deg=0.0) for pose in posed], total)
 
     def _vehicle(self, place: int) -> ActorPose:
         random = self._random
@@ -132,7 +134,7 @@ class Places:
         return replace(self._shifted(place, sideways, turned), speed_mps=float(random.choice(SPEEDS_MPS)))
 
     def _shifted(self, place: int, right_m: float, turned_deg: float) -> ActorPose:
-        x, y, z, pitch, yaw, roll = (float(one) for one in self._rows[place])
+        x, y, z, pitch, yaw, roll = (float(row) for row in self._rows[place])
         side = math.radians(yaw + 90.0)
         return ActorPose(x + right_m * math.cos(side), y + right_m * math.sin(side), z, pitch, yaw + turned_deg, roll)
 

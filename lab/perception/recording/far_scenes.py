@@ -112,18 +112,18 @@ class _FarSceneActors:
         self._places = Places(world.get_map(), random)
         library = world.get_blueprint_library()
         self._ego = spawn_away(world, library.find("vehicle.lincoln.mkz_2020"), 0)
-        cars = [one for one in library.filter("vehicle.*") if one.get_attribute("number_of_wheels").as_int() > 2]
-        bikes = [one for one in library.filter("vehicle.*") if one.get_attribute("number_of_wheels").as_int() == 2]
+        cars = [item for item in library.filter("vehicle.*") if item.get_attribute("number_of_wheels").as_int() > 2]
+        bikes = [item for item in library.filter("vehicle.*") if item.get_attribute("number_of_wheels").as_int() == 2]
         people = list(library.filter("walker.pedestrian.*"))
         wanted = [*[cars] * VEHICLES, *[bikes] * TWO_WHEELERS, *[people] * WALKERS]
         self._actors = [spawn_away(world, drawn(random, sort), k + 1) for k, sort in enumerate(wanted)]
         first = len(wanted) + 1
         leads = [spawn_away(world, drawn(random, cars), first + k) for k in range(LEADS if queued else 0)]
         world.tick()
-        self._leads = [one for one in leads if LEAD_HEIGHT_M[0] < 2.0 * one.bounding_box.extent.z < LEAD_HEIGHT_M[1]]
-        for one in leads:
-            if one not in self._leads:
-                one.destroy()
+        self._leads = [lead for lead in leads if LEAD_HEIGHT_M[0] < 2.0 * lead.bounding_box.extent.z < LEAD_HEIGHT_M[1]]
+        for lead in leads:
+            if lead not in self._leads:
+                lead.destroy()
         self._lead: tuple[Any, ActorPose] | None = None
         self._truth = TruthReader(world, self._ego.id)
         self._camera = MountedSensor(self._ego, camera_setup(self.rig.camera, EVERY_TICK))
@@ -141,7 +141,7 @@ class _FarSceneActors:
             self._world.tick()
             yield self._recorded
             ego = ego.moved(LOOK_S)
-            others = [one.moved(LOOK_S) for one in others]
+            others = [other.moved(LOOK_S) for other in others]
 
     def close(self) -> None:
         """Destroy the cameras."""

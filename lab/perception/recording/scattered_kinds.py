@@ -71,7 +71,7 @@ def deal(shares: Shares, count: int, chance: Random) -> list[ObjectKind]:
 def blueprints_by_kind(library: Any) -> dict[ObjectKind, list[str]]:
     """Return the names of all blueprints with a body, by kind."""
     found: dict[ObjectKind, list[str]] = {}
-    for blueprint in sorted(library, key=lambda one: str(one.id)):
+    for blueprint in sorted(library, key=lambda item: str(item.id)):
         name = str(blueprint.id)
         if not name.startswith(("vehicle.", "walker.", "animal.", "static.prop.")) or name == "static.prop.mesh":
             continue

@@ -187,9 +187,9 @@ class ScatteredObjects:
 
     def _remove(self, member: ScenarioActor) -> None:
         for walkers in self._walkers:
-            walkers.members = [one for one in walkers.members if one is not member]
+            walkers.members = [actor for actor in walkers.members if actor is not member]
         self._walkers = [walkers for walkers in self._walkers if walkers.members]
-        self._lamped = [one for one in self._lamped if one.member is not member]
+        self._lamped = [item for item in self._lamped if item.member is not member]
         car = self._cars.pop(member.id, None)
         if car is None:
             self._cast.remove([member])
@@ -345,7 +345,9 @@ class ScatteredObjects:
 
     def _some_lane(self, here: carla.Waypoint) -> carla.Waypoint:
         lanes = [here, here.get_left_lane(), here.get_right_lane()]
-        return self._random.choice([one for one in lanes if one and one.lane_type == carla.LaneType.Driving] or [here])
+        return self._random.choice(
+            [lane for lane in lanes if lane and lane.lane_type == carla.LaneType.Driving] or [here]
+        )
 
     def _stroll(self, members: list[ScenarioActor]) -> None:
         """Let them walk in one new direction, at one speed."""

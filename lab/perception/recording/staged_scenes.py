@@ -72,7 +72,9 @@ def drawn_weather(random: np.random.Generator) -> tuple[str, carla.WeatherParame
 def copied(weather: carla.WeatherParameters) -> carla.WeatherParameters:
     """Return a copy: the presets are shared."""
     chosen = carla.WeatherParameters()
-    for name in (one for one in dir(weather) if not one.startswith("_") and isinstance(getattr(weather, one), float)):
+    for name in (
+        text for text in dir(weather) if not text.startswith("_") and isinstance(getattr(weather, text), float)
+    ):
         setattr(chosen, name, getattr(weather, name))
     return chosen
 

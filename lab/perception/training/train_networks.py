@@ -86,7 +86,7 @@ def export_networks(run: Path, check: Sequence[Path], to: Path | None, only: Seq
         OutputError: The folder cannot be written to.
     """
     found = []
-    for name in only or [one for one in NETWORKS if (run / one).is_dir()]:
+    for name in only or [text for text in NETWORKS if (run / text).is_dir()]:
         network = NETWORKS[name]
         target = to or _shipped(network.package)
         if network.exporter:

@@ -66,10 +66,10 @@ def test_every_plan_found_is_accepted_by_the_guard(speed_mps: float) -> None:
     guard, seen = Guard(), world.surroundings()
     found = Search(guard, world.scene(seen), seen, QuickValue(seen).value, QUICK).run()
     assert found
-    assert [one.value for one in found] == sorted((one.value for one in found), reverse=True)
-    for one in found:
-        verdict = Execution(one.plan, guard, guided=False).start(FrenetScene(seen), seen.time_s)
-        assert verdict.accepted, (kinds(one.plan.behaviors), verdict)
+    assert [item.value for item in found] == sorted((item.value for item in found), reverse=True)
+    for item in found:
+        verdict = Execution(item.plan, guard, guided=False).start(FrenetScene(seen), seen.time_s)
+        assert verdict.accepted, (kinds(item.plan.behaviors), verdict)
 
 
 @pytest.mark.integration
@@ -77,10 +77,10 @@ def test_a_search_finds_the_same_plans_again_and_a_way_past_among_the_first() ->
     world = blocked()
     seen = world.surroundings()
     runs = [Search(Guard(), world.scene(seen), seen, QuickValue(seen).value, QUICK).run() for _ in range(2)]
-    assert [one.plan for one in runs[0]] == [one.plan for one in runs[1]]
-    first = varied(runs[0], lambda one: (kinds(one.plan.behaviors), one.value), 3)
-    assert max(one.value for one in first) == pytest.approx(MOST_PROGRESS_M)
-    assert any("change_lane" in kinds(one.plan.behaviors) for one in first)
+    assert [run.plan for run in runs[0]] == [run.plan for run in runs[1]]
+    first = varied(runs[0], lambda run: (kinds(run.plan.behaviors), run.value), 3)
+    assert max(item.value for item in first) == pytest.approx(MOST_PROGRESS_M)
+    assert any("change_lane" in kinds(item.plan.behaviors) for item in first)
 
 
 @pytest.mark.release
@@ -104,9 +104,9 @@ def test_a_campaign_ends_with_complete_standstills_and_goes_on_where_it_was(tmp_
         search=SearchSettings(depth=1, beam=1, steps=2, looked=2),
     )
     labels = collect(spec, said.append).labels
-    sources = [one.source for one in labels]
+    sources = [label.source for label in labels]
     assert sorted(sources) == ["rules", "teacher", "wait"]
-    assert all(one.counts for one in labels), [one.error for one in labels]
+    assert all(label.counts for label in labels), [label.error for label in labels]
     # The last label is lost, as by a kill: only this one is driven again, with the same outcome.
     file = tmp_path / "labels.jsonl"
     lines = file.read_text(encoding="utf-8").splitlines(keepends=True)

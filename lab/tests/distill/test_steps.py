@@ -33,7 +33,7 @@ def test_what_was_begun_is_finished_before_more_is_begun() -> None:
     ]
     run_steps(routes, 1)
     expected = [[f"reference {k}", f"search {k}", f"drive {k}a"] for k in range(3)]
-    assert done == [name for one in expected for name in one]
+    assert done == [name for item in expected for name in item]
 
 
 @pytest.mark.parametrize("at_once", [1, 2, 5])
@@ -70,7 +70,7 @@ def test_the_first_error_ends_the_others_and_is_raised() -> None:
         raise RuntimeError("disk full")
 
     with pytest.raises(RuntimeError, match="disk full"):
-        run_steps([Step(StepStage.EXACT, one, lambda _: ()) for one in (patient, broken)], 2)
+        run_steps([Step(StepStage.EXACT, item, lambda _: ()) for item in (patient, broken)], 2)
     assert told.is_set()
 
 

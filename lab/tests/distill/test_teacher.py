@@ -87,7 +87,7 @@ def test_labels_survive_a_kill_in_the_middle_of_a_line(tmp_path):
     LabelFile(path).add(label("rules"))
     whole = path.read_text(encoding="utf-8")
     path.write_text(whole + whole[:50], encoding="utf-8")
-    assert [one.source for one in LabelFile(path).labels] == ["teacher", "rules"]
+    assert [item.source for item in LabelFile(path).labels] == ["teacher", "rules"]
     assert path.read_text(encoding="utf-8") == whole
 
 
@@ -100,7 +100,7 @@ def test_a_line_that_is_no_label_is_named(tmp_path):
 
 def test_the_chosen_plans_take_turns_by_kind():
     plans = [(("wait",), 9.0), (("wait",), 8.0), (("creep",), 1.0)]
-    assert varied(plans, lambda one: one, 2) == [plans[0], plans[2]]
+    assert varied(plans, lambda plan: plan, 2) == [plans[0], plans[2]]
     assert kinds(PLAN.behaviors) == ("wait",)
 
 

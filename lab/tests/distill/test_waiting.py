@@ -31,12 +31,12 @@ def test_a_drive_is_kept_as_moments_and_never_driven_twice(tmp_path):
     (path,) = (tmp_path / "moments" / "dev").iterdir()
     found = read_moments(path)
     assert found, "a vehicle stands at the start of its route"
-    assert all(one.watched_s <= 25.0 for one in found)
-    judged = [plan for one in found for plan in one.plans]
+    assert all(item.watched_s <= 25.0 for item in found)
+    judged = [plan for item in found for plan in item.plans]
     assert any(plan.value_m is None for plan in judged)
-    for one in found:
-        assert one.scenario not in one.scene, "labels never reach a scene"
-        assert read_scene(one.scene).behaviors
+    for item in found:
+        assert item.scenario not in item.scene, "labels never reach a scene"
+        assert read_scene(item.scene).behaviors
     assert not (tmp_path / "drives").exists(), "nothing else is kept"
     before = path.read_bytes()
     assert collected(tmp_path, routes=(route,)) == []
@@ -58,8 +58,8 @@ def test_the_answers_of_a_record_are_kept_with_their_scenes(tmp_path):
     )
     (path,) = (tmp_path / "out" / "moments" / "records").iterdir()
     found = read_moments(path)
-    assert any(one.answer is not None and one.answer.plan is not None for one in found)
-    assert all(read_scene(one.scene).objects[0].id == "lead" for one in found)
+    assert any(item.answer is not None and item.answer.plan is not None for item in found)
+    assert all(read_scene(item.scene).objects[0].id == "lead" for item in found)
 
 
 def test_a_folder_without_records_is_named(tmp_path, capsys):

@@ -59,7 +59,7 @@ def test_what_is_misread_leads_to_another_plan_and_is_the_readers_fault(said, pl
 
 def test_what_is_not_understood_is_asked_back(said, place):
     found = wording_scores(said, [place], DistilledReasoner(), NoInterpreter())
-    assert {count["clarification_asked"] for count in found.values()} == {1}
+    assert {count["asked_back"] for count in found.values()} == {1}
 
 
 def test_a_kind_that_the_guard_accepts_nowhere_is_not_tried(said, place):

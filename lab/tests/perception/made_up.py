@@ -39,8 +39,8 @@ def frame(
     return TrackedFrame(
         np.array(list(objects), np.int64),
         np.array([(x, 0.0) for x in objects.values()], float).reshape(-1, 2),
-        np.array([one != unseen for one in objects], np.bool_),
+        np.array([obj != unseen for obj in objects], np.bool_),
         np.array(list(tracks), np.int64),
         np.array([(x, 0.0) for x in tracks.values()], float).reshape(-1, 2),
-        np.array([told.get(one, 1.0) for one in tracks], float),
+        np.array([told.get(track, 1.0) for track in tracks], float),
     )

@@ -57,7 +57,7 @@ def test_what_the_mask_shows_lies_in_the_boxes_rectangle(ticks: list[Recorded]) 
     from stucksolver_perception.rig import load_rig
 
     column, row, ahead = load_rig().camera.project(corners_of(boxes).reshape(-1, 3))
-    shown = [i for i, one in enumerate(recorded.truth.actor_id.tolist()) if mask_id(one) in seen]
+    shown = [i for i, item in enumerate(recorded.truth.actor_id.tolist()) if mask_id(item) in seen]
     whole = [i for i in shown if ahead.reshape(-1, 8)[i].min() > 1.0]
     assert whole
     for i in whole:
@@ -90,6 +90,6 @@ def test_the_flaggers_of_a_crowd_signal(tmp_path: Path) -> None:
     for recording in recordings(tmp_path):
         for tick in recording:
             is_flagger = tick.truth.kind == KINDS.index(ObjectKind.FLAGGER)
-            told |= {GESTURES[one] for one in tick.truth.gesture[is_flagger].tolist()}
+            told |= {GESTURES[item] for item in tick.truth.gesture[is_flagger].tolist()}
             assert (tick.truth.gesture[~is_flagger] < 0).all()
     assert len(told) >= 2

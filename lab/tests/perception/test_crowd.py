@@ -42,7 +42,7 @@ def test_people_in_a_group_stand_close_together_but_not_in_one_another() -> None
         places = places_of_a_group(Random(seed))
         sizes.add(len(places))
         assert min(dist(a, b) for a, b in combinations(places, 2)) >= APART_M[0] - 1e-9
-        for one in places:
-            assert min(dist(one, other) for other in places if other is not one) <= 2 * APART_M[1]
-        assert max(hypot(*one) for one in places) <= REACH_M + APART_M[1]
+        for place in places:
+            assert min(dist(place, other) for other in places if other is not place) <= 2 * APART_M[1]
+        assert max(hypot(*place) for place in places) <= REACH_M + APART_M[1]
     assert sizes == set(range(SIZES[0], SIZES[1] + 1))

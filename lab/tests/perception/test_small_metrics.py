@@ -22,7 +22,7 @@ def test_a_name_that_is_not_asked_for_is_refused() -> None:
 
 def test_recall_is_told_bin_by_bin() -> None:
     bins = recall_by_range(np.array([5.0, 24.9, 25.0, 60.0]), np.array([True, False, True, True]), 25.0, 50.0)
-    assert [(one.objects, one.found, one.recall) for one in bins] == [(2, 1, 0.5), (1, 1, 1.0)]
+    assert [(bin.objects, bin.found, bin.recall) for bin in bins] == [(2, 1, 0.5), (1, 1, 1.0)]
 
 
 def test_rectangles_overlap_as_their_areas_do() -> None:

@@ -72,10 +72,10 @@ def test_no_page_or_style_sheet_names_a_file_of_another_host(site):
     foreign = []
     for page in pages(site):
         for found in LOADS.findall(page.read_text(encoding="utf-8")):
-            foreign += [(page.name, one) for one in found if one.startswith(("http:", "https:", "//"))]
+            foreign += [(page.name, item) for item in found if item.startswith(("http:", "https:", "//"))]
     for sheet in site.rglob("*.css"):
         loads = STYLE_LOADS.findall(sheet.read_text(encoding="utf-8"))
-        foreign += [(sheet.name, one) for one in loads if one.startswith(("http:", "https:", "//"))]
+        foreign += [(sheet.name, load) for load in loads if load.startswith(("http:", "https:", "//"))]
     assert foreign == []
 
 
@@ -109,8 +109,8 @@ def test_pages_open_in_a_browser_without_another_host_or_a_script_that_fails(sit
             route.continue_() if route.request.url.startswith(address) else route.abort()
 
         page.route(re.compile("^https?:"), decide)
-        for one in {*LOOKED_AT, *sample((str(one.relative_to(site)) for one in pages(site)), 20)} - {"404.html"}:
-            page.goto(f"{address}/{one}")
+        for item in {*LOOKED_AT, *sample((str(item.relative_to(site)) for item in pages(site)), 20)} - {"404.html"}:
+            page.goto(f"{address}/{item}")
     assert asked == {urlsplit(address).netloc} and wrong == []
 
 

@@ -65,7 +65,11 @@ def places(stream: socket.socket, actor_id: int, last_frame: int) -> Iterator[tu
         records = [message[at : at + 119] for at in range(84, size, 119)]
         yield (
             frame,
-            next(struct.unpack_from("<f", one, 5)[0] for one in records if one[:4] == struct.pack("<I", actor_id)),
+            next(
+                struct.unpack_from("<f", record, 5)[0]
+                for record in records
+                if record[:4] == struct.pack("<I", actor_id)
+            ),
         )
 
 

@@ -11,13 +11,14 @@ CATALOGUE = load_catalogue()
 
 
 def attributes(type_id: str) -> dict[str, str]:
-    return {one.id: one.value for one in CATALOGUE.definitions[type_id].attributes}
+    return {attribute.id: attribute.value for attribute in CATALOGUE.definitions[type_id].attributes}
 
 
 def test_carlas_own_are_counted_and_unmarked() -> None:
     def usual(prefix: str) -> int:
         return sum(
-            id.startswith(prefix) and EXTRA not in one.tags.split(",") for id, one in CATALOGUE.definitions.items()
+            id.startswith(prefix) and EXTRA not in definition.tags.split(",")
+            for id, definition in CATALOGUE.definitions.items()
         )
 
     assert (usual("vehicle."), usual("walker.pedestrian."), usual("static.prop.")) == (41, 52, 100)
@@ -53,7 +54,7 @@ def test_who_picks_a_walker_or_a_car_at_random_gets_no_animal() -> None:
 def test_every_walker_stands_in_its_box_and_names_its_speeds(type_id: str) -> None:
     model = CATALOGUE.walkers[type_id]
     assert 0.1 < model.box.extent.z < 1.1
-    speed = next(one for one in CATALOGUE.definitions[type_id].attributes if one.id == "speed")
+    speed = next(attribute for attribute in CATALOGUE.definitions[type_id].attributes if attribute.id == "speed")
     still, walk, run = map(float, speed.recommended)
     assert still == 0.0 < walk < run
     assert speed.type is AttributeType.FLOAT and speed.is_modifiable

@@ -60,7 +60,7 @@ def test_a_batch_of_too_many_commands_is_refused_whole_each_with_the_reason(raw:
     first = actors_of(raw)
     error, answers = raw.call("apply_batch", [spawn_command([])] * (MOST_COMMANDS + 1), False)
     assert error is None and len(answers) == MOST_COMMANDS + 1
-    assert all(str(MOST_COMMANDS) in str(one) for one in (answers[0], answers[-1]))
+    assert all(str(MOST_COMMANDS) in str(item) for item in (answers[0], answers[-1]))
     assert actors_of(raw) == first + 1, "nothing was spawned"
 
 
@@ -92,14 +92,14 @@ def test_a_world_takes_no_more_than_a_bounded_number_of_actors() -> None:
 def test_an_actor_that_is_asked_for_a_million_times_is_told_once(raw: Raw) -> None:
     first, second = actors_of(raw), actors_of(raw)
     _, ((_, found),) = raw.call("get_actors_by_id", [second, first] * 500_000)
-    assert [one[0] for one in found] == [second, first]
+    assert [item[0] for item in found] == [second, first]
 
 
 @pytest.mark.parametrize("bad", [NAN, INF, -INF, 1e30])
 @pytest.mark.parametrize("at", [(part, axis) for part in (0, 1) for axis in range(3)])
 def test_nothing_is_spawned_where_there_is_no_place(raw: Raw, bad: float, at: tuple[int, int]) -> None:
     part, axis = at
-    nowhere = [list(one) for one in NOWHERE]
+    nowhere = [list(item) for item in NOWHERE]
     nowhere[part][axis] = bad
     for kind in ("vehicle.tesla.model3", "walker.pedestrian.0001", "sensor.other.imu", "static.prop.mesh"):
         assert "not finite" in told(raw.call("spawn_actor", [1, kind, []], nowhere))
@@ -170,7 +170,7 @@ def tape(path, change: dict[str, Any], spawned: int = 1):
         encode_entry("spawn", spawned, "vehicle.tesla.model3", {}, 0),
     ]
     for number, frame in enumerate((FRAME, FRAME | change)):
-        values = [frame[one].tobytes() for one in ("ids", "motion", "lights", "colors")]
+        values = [frame[item].tobytes() for item in ("ids", "motion", "lights", "colors")]
         parts.append(encode_entry("frame", number, frame.get("time_s", 0.05 * number), *values))
     path.write_bytes(b"".join(parts))
     return path

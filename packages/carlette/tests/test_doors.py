@@ -33,7 +33,7 @@ def pass_by(world, side: float):
     sensor = spawn(world, "sensor.other.collision", {}, Pose(), parent_id=passing.id)
     launch(world, passing, 12.0)
     hits = [hit for w in ticks(world, 60) for hit in w.collisions if hit.sensor_id == sensor.id]
-    return passing, {one.other_id for one in hits}
+    return passing, {item.other_id for item in hits}
 
 
 def test_cars_pass_while_the_doors_are_shut() -> None:

@@ -153,9 +153,9 @@ def test_a_right_turn_of_4_6_metres_at_9_5_mps_is_driven_within_its_lane() -> No
 @pytest.mark.parametrize("slope", [0.05, 0.1])
 def test_climbing_is_slower_than_driving_on_the_level_and_downhill_faster(slope: float) -> None:
     times = []
-    for one in (-slope, 0.0, slope):
-        world = straight_world(one)
-        car = add(world, MKZ, z=50.0 * one)
+    for item in (-slope, 0.0, slope):
+        world = straight_world(item)
+        car = add(world, MKZ, z=50.0 * item)
         drive(world, car, throttle=0.8)
         times.append(seconds_to(world, car, 50 * KMH))
     assert times == sorted(times)

@@ -84,10 +84,10 @@ def test_every_field_of_the_physics_control_can_be_written_and_read_back(world) 
     changed(car, torque_curve=curve, max_rpm=5000.0, final_ratio=3.0, forward_gears=gears, wheels=wheels, mass=1500.0)
     world.tick()
     found = car.get_physics_control()
-    assert [(one.x, one.y) for one in found.torque_curve] == [(0.0, 300.0), (4000.0, 350.0)]
+    assert [(item.x, item.y) for item in found.torque_curve] == [(0.0, 300.0), (4000.0, 350.0)]
     assert (found.max_rpm, found.final_ratio, found.mass) == (5000.0, 3.0, 1500.0)
-    assert [one.ratio for one in found.forward_gears] == [3.0, 1.5]
-    assert {(one.tire_friction, one.max_brake_torque) for one in found.wheels} == {(2.0, 900.0)}
+    assert [gear.ratio for gear in found.forward_gears] == [3.0, 1.5]
+    assert {(item.tire_friction, item.max_brake_torque) for item in found.wheels} == {(2.0, 900.0)}
 
 
 @pytest.mark.parametrize(
@@ -222,7 +222,7 @@ def test_telemetry_shows_engine_and_wheels(world) -> None:
     assert data.speed == pytest.approx(car.get_velocity().x, abs=0.1)
     assert data.engine_rpm > 800.0 and data.throttle == 1.0 and data.gear >= 1
     assert len(data.wheels) == 4
-    assert sum(one.tire_load for one in data.wheels) == pytest.approx(1850.0 * 9.81, rel=0.01)
+    assert sum(wheel.tire_load for wheel in data.wheels) == pytest.approx(1850.0 * 9.81, rel=0.01)
 
 
 def test_an_animal_takes_a_walkers_control_by_command(client, world) -> None:
@@ -236,11 +236,11 @@ def test_an_animal_takes_a_walkers_control_by_command(client, world) -> None:
 
 
 def test_extras_are_listed_by_their_tag(world) -> None:
-    extras = {one.id for one in world.get_blueprint_library().filter("carlette_extra")}
+    extras = {item.id for item in world.get_blueprint_library().filter("carlette_extra")}
     assert {"animal.deer", "walker.flagger.0001", "vehicle.carlette.schoolbus", "static.prop.paperbag"} <= extras
-    assert not any(one.startswith("vehicle.tesla") for one in extras)
+    assert not any(extra.startswith("vehicle.tesla") for extra in extras)
     library = world.get_blueprint_library()
-    assert {one.id for one in library.filter_by_attribute("carlette_extra", "true")} == extras
+    assert {item.id for item in library.filter_by_attribute("carlette_extra", "true")} == extras
 
 
 def test_without_a_navigation_mesh_the_client_says_none_and_nothing_breaks(world) -> None:
@@ -261,7 +261,9 @@ def test_without_a_navigation_mesh_the_client_says_none_and_nothing_breaks(world
 
 
 def hand(walker):
-    return next(one for one in walker.get_bones().bone_transforms if one.name == "crl_hand__R").component.location
+    return next(
+        transform for transform in walker.get_bones().bone_transforms if transform.name == "crl_hand__R"
+    ).component.location
 
 
 def test_a_flagger_shows_the_gesture_it_was_given_and_takes_others(world) -> None:

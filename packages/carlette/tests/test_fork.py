@@ -41,7 +41,7 @@ def obey(world: World, command) -> None:
             return
     else:
         kinds = {"destroy": tuple(ActorKind), "drive": (ActorKind.VEHICLE,), "walk": (ActorKind.WALKER,)}[name]
-        able = [one for one in world.actors.values() if one.kind in kinds and one is not world.spectator]
+        able = [item for item in world.actors.values() if item.kind in kinds and item is not world.spectator]
         actor = able[number % len(able)] if able else None
         if actor is not None and name == "destroy":
             world.remove(actor.id)
@@ -69,8 +69,8 @@ def test_a_fork_and_a_pickle_go_the_way_of_the_original(before, after) -> None:
     fork, copy = world.fork(), pickle.loads(pickle.dumps(world))
     assert state(fork) == state(copy) == state(world)
     for command in after:
-        for one in (world, fork, copy):
-            obey(one, command)
+        for item in (world, fork, copy):
+            obey(item, command)
         assert state(fork) == state(copy) == state(world)
 
 

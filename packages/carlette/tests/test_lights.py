@@ -40,11 +40,11 @@ def test_each_phase_gets_green_then_yellow_then_red_one_after_the_other() -> Non
     cycle_s = 3 * (GREEN_S + YELLOW_S + RED_S)
     seen = run(signals, bodies, cycle_s)
     for light in range(3):
-        green = sum(one[light] == Color.GREEN for one in seen) * DT
-        yellow = sum(one[light] == Color.YELLOW for one in seen) * DT
+        green = sum(item[light] == Color.GREEN for item in seen) * DT
+        yellow = sum(item[light] == Color.YELLOW for item in seen) * DT
         assert green == pytest.approx(GREEN_S, abs=2 * DT)
         assert yellow == pytest.approx(YELLOW_S, abs=2 * DT)
-    assert all(sum(color != Color.RED for color in one) <= 1 for one in seen)
+    assert all(sum(color != Color.RED for color in item) <= 1 for item in seen)
 
 
 def test_a_light_set_by_hand_keeps_its_colour_for_its_own_time() -> None:
@@ -52,7 +52,7 @@ def test_a_light_set_by_hand_keeps_its_colour_for_its_own_time() -> None:
     for light in range(3):
         signals.set_color(light, Color.RED)
         signals.set_time(light, Color.RED, 10_000.0)
-    assert all(one == [Color.RED] * 3 for one in run(signals, bodies, 60.0))
+    assert all(item == [Color.RED] * 3 for item in run(signals, bodies, 60.0))
     assert signals.lights.elapsed[0] == pytest.approx(60.0, abs=0.1)
 
 
@@ -68,9 +68,9 @@ def test_frozen_lights_stand_still_and_go_on_afterwards() -> None:
     signals, bodies = junction_of(2)
     signals.freeze(True)
     before = signals.lights.color.tolist()
-    assert all(one == before for one in run(signals, bodies, 40.0))
+    assert all(item == before for item in run(signals, bodies, 40.0))
     signals.freeze(False)
-    assert any(one != before for one in run(signals, bodies, 40.0))
+    assert any(item != before for item in run(signals, bodies, 40.0))
 
 
 def test_a_reset_starts_with_the_first_phase() -> None:
@@ -82,7 +82,7 @@ def test_a_reset_starts_with_the_first_phase() -> None:
 
 def test_a_car_before_a_light_is_told_its_state(town01) -> None:
     world = World(RoadNetwork(load_map(town01)))
-    light = next(one for one in world.actors.values() if one.kind is ActorKind.LIGHT)
+    light = next(actor for actor in world.actors.values() if actor.kind is ActorKind.LIGHT)
     pose = world.pose(light)
     before_line = pose.apply(light.box.center)
     yaw = world.roads.waypoint(before_line).transform.rotation.yaw
@@ -100,7 +100,7 @@ def test_a_phase_lasts_as_long_as_at_20_hz_in_carla() -> None:
     """CARLA adds up 32-bit steps and changes when the sum is greater than the time: 200 + 61 + 41 ticks."""
     signals, bodies = junction_of(2)
     signals.reset([0])
-    seen = [one[0] for one in run(signals, bodies, 4 * 15.1)]
+    seen = [item[0] for item in run(signals, bodies, 4 * 15.1)]
     first = [seen.index(color) for color in (Color.YELLOW, Color.RED)]
     assert [first[0] + 1, first[1] - first[0]] == [200, 61]
     assert seen.index(Color.GREEN, first[1]) - first[1] == 41 + 302
@@ -114,5 +114,5 @@ def test_a_light_that_no_controller_names_changes_for_itself_and_stays_red_longe
     signals.form_groups([SignalPhase("signal 7", alone=True), SignalPhase("1")], Random(0))
     seen = run(signals, bodies, 46.0)
     assert signals.members(0) == [0]
-    red_s = [sum(one[light] == Color.RED for one in seen) * DT for light in range(2)]
+    red_s = [sum(item[light] == Color.RED for item in seen) * DT for light in range(2)]
     assert red_s == pytest.approx([20.0, 6.0], abs=0.3)

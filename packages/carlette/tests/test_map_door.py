@@ -95,7 +95,7 @@ def test_a_town_is_loaded_by_its_name_and_by_its_path(raw: Raw, folder: Path) ->
 
 
 def test_only_files_are_listed_as_towns(raw: Raw) -> None:
-    names = {one.rsplit("/", 1)[-1] for one in raw.call("get_available_maps")[1][0][1]}
+    names = {item.rsplit("/", 1)[-1] for item in raw.call("get_available_maps")[1][0][1]}
     assert {"Good", "demo_town"} <= names
     assert not names & {"Pipe", "Folder", "Zero", "Socket"}
 

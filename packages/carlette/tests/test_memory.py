@@ -30,7 +30,7 @@ def test_eighteen_worlds_need_no_more_memory_than_eight(town01) -> None:
     with running_server("--maps", str(town01.parent)) as port:
         raw = Raw(port)
         raw.call("set_episode_settings", SYNCHRONOUS)
-        (server,) = (one for one in psutil.Process().children() if str(port_of(one)) == str(port))
+        (server,) = (child for child in psutil.Process().children() if str(port_of(child)) == str(port))
         for number in range(WORLDS):
             if number == WARM:
                 warm = server.memory_info().rss
@@ -45,7 +45,10 @@ def test_eighteen_worlds_need_no_more_memory_than_eight(town01) -> None:
 
 def port_of(process: psutil.Process) -> int:
     """The lowest port that a process listens on; 0 = none."""
-    return min((one.laddr.port for one in process.net_connections() if one.status == psutil.CONN_LISTEN), default=0)
+    return min(
+        (connection.laddr.port for connection in process.net_connections() if connection.status == psutil.CONN_LISTEN),
+        default=0,
+    )
 
 
 def test_a_map_goes_with_its_episode_the_first_one_too() -> None:
@@ -56,7 +59,7 @@ def test_a_map_goes_with_its_episode_the_first_one_too() -> None:
     maps = [weakref.ref(simulator.world.roads)]
     for town in ("interurban", "demo_town"):
         simulator.load_map(town, False)
-        assert [one() for one in maps] == [None] * len(maps)
+        assert [item() for item in maps] == [None] * len(maps)
         maps.append(weakref.ref(simulator.world.roads))
 
 

@@ -17,7 +17,11 @@ from carlette.simulator import Simulator
 from carlette.world.spawn import spawn
 from straight import add, launch, on_lane, straight_world, ticks
 
-SENSORS = [one for one in load_catalogue().definitions if one.startswith("sensor.") and one not in IN_THE_CLIENT]
+SENSORS = [
+    definition
+    for definition in load_catalogue().definitions
+    if definition.startswith("sensor.") and definition not in IN_THE_CLIENT
+]
 MOUNT = Pose(Vector(1.0, 0.5, 1.6), Rotation(yaw=30.0))
 
 

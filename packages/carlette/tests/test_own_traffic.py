@@ -41,7 +41,7 @@ def collisions(world: World, count: int) -> list[tuple[int, int]]:
     sensed = [spawn(world, "sensor.other.collision", {}, Pose(), car.id) for car in list(world.actors.values())[1:4]]
     assert sensed  # sensors along with the cars do no harm
     hits: list[tuple[int, int]] = []
-    world._report = lambda contacts: hits.extend((one.first, one.second) for one in contacts)
+    world._report = lambda contacts: hits.extend((contact.first, contact.second) for contact in contacts)
     distance = np.zeros(len(world.fleet))
     for _ in ticks(world, count):
         distance += np.hypot(*world.bodies.velocity[world.fleet.row, :2].T) * world.step_s

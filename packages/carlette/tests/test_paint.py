@@ -17,7 +17,7 @@ DEFINITIONS = load_catalogue().definitions
 
 
 def recommended(type_id: str) -> tuple[str, ...]:
-    return next(one.recommended for one in DEFINITIONS[type_id].attributes if one.id == "color")
+    return next(attribute.recommended for attribute in DEFINITIONS[type_id].attributes if attribute.id == "color")
 
 
 def color_of(actor) -> str:
@@ -57,9 +57,9 @@ def test_a_bicycle_has_one_of_a_bicycles_colours() -> None:
 
 def test_the_default_is_a_colour_and_not_one_of_those_recommended_so_that_a_client_can_choose_any() -> None:
     for definition in DEFINITIONS.values():
-        for one in definition.attributes:
-            if one.type is AttributeType.COLOR:
-                assert one.value == UNPAINTED and UNPAINTED not in one.recommended
+        for attribute in definition.attributes:
+            if attribute.type is AttributeType.COLOR:
+                assert attribute.value == UNPAINTED and UNPAINTED not in attribute.recommended
     assert all(0 <= int(part) <= 255 for part in UNPAINTED.split(","))
 
 

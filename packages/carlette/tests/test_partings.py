@@ -34,7 +34,7 @@ def subscriber(sock: socket.socket, stream_id: int) -> Subscriber:
 
 def test_a_stream_is_left_when_its_last_reader_is_gone(ends: tuple[socket.socket, socket.socket]) -> None:
     hub = StreamHub()
-    readers = [subscriber(one, 7) for one in ends]
+    readers = [subscriber(end, 7) for end in ends]
     hub.subscribers.update(readers)
     parting = hub.parting(7)
     hub.left(readers[0])
@@ -61,10 +61,10 @@ def test_an_answer_rests_after_what_it_waited_for_and_waits_no_longer_than_its_l
     assert answers.wait_s(now, 9.0) == 5.0
     unpacker = msgpack.Unpacker()
     unpacker.feed(theirs.recv(4096))
-    assert [one[3] for one in unpacker] == ["stays"]
+    assert [item[3] for item in unpacker] == ["stays"]
     answers.release(now + 5.0)
     unpacker.feed(theirs.recv(4096))
-    assert [one[3] for one in unpacker] == ["left"]
+    assert [item[3] for item in unpacker] == ["left"]
     answers.close()
 
 
@@ -74,13 +74,13 @@ def test_an_answer_waits_for_all_and_each_of_them_wakes(ends: tuple[socket.socke
     answers, connection = DeferredReplies(), RpcConnection(ours, lambda *_: None)
     built: list[Future[None]] = [Future(), Future()]
     answers.hold(connection, 1, "built", built, longest_s=1e9)
-    for one in built:
+    for item in built:
         with pytest.raises(BlockingIOError):
             answers.woken.recv(1)
         answers.release(1.0)
         with pytest.raises(BlockingIOError):
             theirs.recv(1)
-        one.set_result(None)
+        item.set_result(None)
         assert answers.woken.recv(64)
     answers.release(2.0)
     assert msgpack.unpackb(theirs.recv(4096))[3] == "built"

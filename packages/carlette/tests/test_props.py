@@ -10,7 +10,9 @@ from carlette.world.spawn import spawn
 from straight import CAR, LANE_Y_M, add, drive, launch, on_lane, speed_of, straight_world, ticks
 
 PROPS = load_catalogue().props
-BY_CONTACT = {kind: [one for one in PROPS.values() if one.contact == kind] for kind in ("passable", "loose", "fixed")}
+BY_CONTACT = {
+    kind: [item for item in PROPS.values() if item.contact == kind] for kind in ("passable", "loose", "fixed")
+}
 
 
 def drive_into(type_id: str, mps: float = 12.0):
@@ -20,16 +22,16 @@ def drive_into(type_id: str, mps: float = 12.0):
     launch(world, car, mps)
     drive(world, car, throttle=0.5)
     hits = [hit for w in ticks(world, 40) for hit in w.collisions if hit.sensor_id == sensor.id]
-    return world, car, prop, {one.other_id for one in hits}
+    return world, car, prop, {item.other_id for item in hits}
 
 
 def test_every_prop_is_of_one_of_three_kinds() -> None:
     assert sum(map(len, BY_CONTACT.values())) == len(PROPS)
-    names = {one.id.rsplit(".", 1)[1] for one in BY_CONTACT["passable"]}
+    names = {item.id.rsplit(".", 1)[1] for item in BY_CONTACT["passable"]}
     assert {"dirtdebris01", "dirtdebris02", "dirtdebris03", "plasticbag", "paperbag", "paper"} <= names
 
 
-@pytest.mark.parametrize("prop", BY_CONTACT["passable"], ids=lambda one: one.id)
+@pytest.mark.parametrize("prop", BY_CONTACT["passable"], ids=lambda item: item.id)
 def test_passable_props_are_seen_but_never_felt(prop) -> None:
     world, car, there, hits = drive_into(prop.id)
     assert not hits

@@ -64,7 +64,7 @@ def test_bad_arguments_get_an_error_response(raw: Raw, call: tuple[Any, ...]) ->
 
 def test_a_bad_command_does_not_spoil_its_batch(raw: Raw) -> None:
     _, results = raw.call("apply_batch", [[[99, [1]]], [[1, ["x"]]], [[20, ["stat fps"]]]], False)
-    assert [one[0][0] for one in results] == [0, 0, 1]
+    assert [result[0][0] for result in results] == [0, 0, 1]
 
 
 def test_a_stream_that_never_comes_delays_one_tick_only(raw: Raw) -> None:

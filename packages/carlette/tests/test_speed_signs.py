@@ -92,6 +92,10 @@ def test_touching_means_that_the_vehicles_outline_overlaps_the_box(x: float, y: 
 
 def test_a_car_that_leaves_a_junction_of_the_generated_town_meets_its_street_sign() -> None:
     roads = RoadNetwork(load_map(SHIPPED / "grid_town.xodr"))
-    streets = [one for one in roads.map.generate_waypoints(5.0) if not one.is_junction and 12.0 < one.s < 20.0]
-    assert len(roads.speed_boxes) >= len({one.road_id for one in streets})
+    streets = [
+        waypoint
+        for waypoint in roads.map.generate_waypoints(5.0)
+        if not waypoint.is_junction and 12.0 < waypoint.s < 20.0
+    ]
+    assert len(roads.speed_boxes) >= len({street.road_id for street in streets})
     assert set(roads.speed_boxes.kmh.tolist()) == {30.0, 40.0, 50.0}

@@ -101,12 +101,12 @@ def test_a_walker_that_is_hit_is_pushed_along() -> None:
 def test_collision_sensors_of_both_cars_report_with_opposite_impulses() -> None:
     world = straight_world()
     car, parked = add(world, CAR, 50.0), add(world, CAR, 60.0)
-    for one in (car, parked):
-        spawn(world, "sensor.other.collision", {}, Pose(), parent_id=one.id)
+    for item in (car, parked):
+        spawn(world, "sensor.other.collision", {}, Pose(), parent_id=item.id)
     launch(world, car, 10.0)
     events = next(w.collisions for w in ticks(world, 40) if w.collisions)
-    assert {(one.actor_id, one.other_id) for one in events} == {(car.id, parked.id), (parked.id, car.id)}
-    by_actor = {one.actor_id: one.impulse.x for one in events}
+    assert {(event.actor_id, event.other_id) for event in events} == {(car.id, parked.id), (parked.id, car.id)}
+    by_actor = {event.actor_id: event.impulse.x for event in events}
     assert by_actor[car.id] == -by_actor[parked.id] < -1000.0
 
 
@@ -125,7 +125,7 @@ def test_a_taken_place_is_refused(place: dict[str, float]) -> None:
     add(world, CAR, 50.0)
     with pytest.raises(SpawnCollisionError, match="Spawn failed because of collision at spawn position"):
         add(world, CAR, **place)
-    assert sum(one.type_id == CAR for one in world.actors.values()) == 1
+    assert sum(actor.type_id == CAR for actor in world.actors.values()) == 1
 
 
 @pytest.mark.parametrize(

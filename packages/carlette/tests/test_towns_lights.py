@@ -83,22 +83,22 @@ def stops(roads: RoadNetwork, signal: Signal) -> list:
 def leads_to(waypoint, metres: int = 25) -> set[tuple[int, int]]:
     found, here = set(), [waypoint]
     for _ in range(metres):
-        found |= {(one.road_id, one.lane_id) for one in here}
-        here = [after for one in here for after in one.next(1.0)]
+        found |= {(item.road_id, item.lane_id) for item in here}
+        here = [after for item in here for after in item.next(1.0)]
     return found
 
 
 @pytest.mark.integration
 def test_there_are_as_many_lights_and_governed_lanes_as_in_the_real_simulator(town: str) -> None:
     _, signals, lanes = loaded(town)
-    lights = [one for one in signals if one.type == LIGHT_TYPE]
-    pairs = sum(len(lanes[one.id]) for one in lights)
+    lights = [signal for signal in signals if signal.type == LIGHT_TYPE]
+    pairs = sum(len(lanes[light.id]) for light in lights)
     assert (len(lights), pairs) == COUNTS[Path(town).stem]
 
 
 def test_there_are_as_many_stop_signs_as_in_the_real_simulator(town: str) -> None:
     _, signals, _ = loaded(town)
-    assert sum(one.type == "206" for one in signals) == STOPS.get(Path(town).stem, 0)
+    assert sum(signal.type == "206" for signal in signals) == STOPS.get(Path(town).stem, 0)
 
 
 def test_each_stop_waypoint_lies_on_a_lane_that_leads_to_one_that_is_governed(town: str) -> None:
@@ -123,10 +123,10 @@ def test_each_governed_lane_has_a_stop_waypoint_before_it(town: str) -> None:
 def test_no_two_lights_govern_the_same_spot(town: str) -> None:
     """Several boxes in one place would count one red light twice."""
     roads, signals, _ = loaded(town)
-    lights = [one for one in signals if one.type == LIGHT_TYPE]
+    lights = [signal for signal in signals if signal.type == LIGHT_TYPE]
     seen: dict[tuple[int, int, int], str] = {}
     for light in lights:
-        for lane in {(one.road_id, one.lane_id, round(one.s)) for one in stops(roads, light)}:
+        for lane in {(stop.road_id, stop.lane_id, round(stop.s)) for stop in stops(roads, light)}:
             assert seen.setdefault(lane, light.id) == light.id
 
 
@@ -152,5 +152,5 @@ def test_junctions_cycle_in_the_order_of_the_real_simulator(town: str) -> None:
 def test_a_file_that_only_bears_the_name_of_a_town_cycles_in_the_order_of_the_file(town01: Path) -> None:
     text = town01.read_text().replace('"381"', '"9381"')
     signals = read_signals(RoadNetwork(MapFile("Town01", text)), ElementTree.fromstring(text))
-    phases = {one.id: one.turn.phase for one in signals if one.turn.group == "222"}
+    phases = {signal.id: signal.turn.phase for signal in signals if signal.turn.group == "222"}
     assert phases == {"9381": 0, "382": 1, "383": 2}

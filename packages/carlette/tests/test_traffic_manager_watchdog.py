@@ -85,7 +85,7 @@ class Step:
         self._c.pthread_mutex_unlock(mutex)
 
     def end(self) -> None:
-        while any(one.is_alive() for one in self._threads):
+        while any(thread.is_alive() for thread in self._threads):
             for which in (0, 1):
                 self._c.pthread_cond_broadcast(ctypes.byref(self._conditions, which * self.CONDITION_BYTES))
             time.sleep(0.001)
@@ -270,8 +270,8 @@ def in_lockstep(port: int, *managers: FakeManager) -> Raw:
     """A client of the server that has registered traffic managers."""
     client = Raw(port)
     assert client.call("set_episode_settings", LOCKSTEP)[1][0][0] == 1
-    for one in managers:
-        assert client.call("add_traffic_manager_running", ["127.0.0.1", one.port]) == (None, [[1, True]])
+    for item in managers:
+        assert client.call("add_traffic_manager_running", ["127.0.0.1", item.port]) == (None, [[1, True]])
     return client
 
 
@@ -397,12 +397,12 @@ def test_traffic_goes_on_while_all_cores_are_busy() -> None:
     context = multiprocessing.get_context("spawn")
     burners = [context.Process(target=burn, daemon=True) for _ in range(2)]
     try:
-        for one in burners:
-            one.start()
+        for burner in burners:
+            burner.start()
         with serve("demo_town") as port:
             result = traffic(port, 5, 500)
     finally:
-        for one in burners:
-            one.kill()
-            one.join()
+        for burner in burners:
+            burner.kill()
+            burner.join()
     assert result["moved"] == 5

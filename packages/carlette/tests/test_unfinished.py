@@ -203,7 +203,7 @@ class Peer:
 def test_all_together_hold_no_more_than_a_bound_and_the_heaviest_goes_first() -> None:
     third = MOST_HELD_BYTES // 3
     light, middle, heavy = Peer(1000), Peer(third), Peer(2 * third + 5000)
-    assert [one for one, _ in timed_out_clients([light, middle, heavy], 0.0)] == [heavy]
+    assert [client for client, _ in timed_out_clients([light, middle, heavy], 0.0)] == [heavy]
     assert not list(timed_out_clients([light, middle], 0.0))
 
 

@@ -66,7 +66,7 @@ def test_a_jump_is_as_high_as_unreals_and_ends_on_the_ground() -> None:
     assert 0.7 < max(heights) < 1.0
     assert heights[-1] == pytest.approx(0.0, abs=0.01)
     # Held down, the button makes no second jump.
-    assert sum(one > 0.1 for one in heights) < 20
+    assert sum(height > 0.1 for height in heights) < 20
 
 
 @pytest.mark.integration
@@ -104,7 +104,7 @@ def test_no_car_passes_through_a_walker(mps: float, aside_m: float) -> None:
     launch(world, car, mps)
     hits = [hit for w in ticks(world, 60) for hit in w.collisions]
     reached = world.pose(car).location.x + car.box.extent.x > 66.0
-    assert not reached or {(one.sensor_id, one.other_id) for one in hits} == {(sensor.id, walker.id)}
+    assert not reached or {(item.sensor_id, item.other_id) for item in hits} == {(sensor.id, walker.id)}
 
 
 def test_an_animal_walks_like_a_walker_and_has_its_own_size() -> None:

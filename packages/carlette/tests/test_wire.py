@@ -71,12 +71,12 @@ def test_attribute_types_are_shifted_for_the_newer_client_and_read_back(version:
     served = VERSIONS[version]
     car = load_catalogue().definitions["vehicle.tesla.model3"]
     wire = encode.definition(1, car, served)
-    kinds = {one[0]: one[1] for one in wire[3]}
+    kinds = {item[0]: item[1] for item in wire[3]}
     assert kinds["has_lights"] == boolean
     assert kinds["generation"] == boolean + 1
-    sent_back = [[one[0], one[1], one[2]] for one in wire[3]]
+    sent_back = [[item[0], item[1], item[2]] for item in wire[3]]
     described = {name: kind for name, (kind, _) in encode.read_attributes(sent_back, served).items()}
-    assert described == {one.id: one.type for one in car.attributes}
+    assert described == {attribute.id: attribute.type for attribute in car.attributes}
 
 
 def test_a_collision_names_both_actors_and_the_impulse() -> None:

@@ -53,8 +53,8 @@ def main(port: int, manager_port: int, count: int, ticks: int) -> dict[str, obje
 
 def spawn_cars(world, count: int) -> list:
     library = world.get_blueprint_library()
-    blueprints = [one for one in library.filter("vehicle.*") if one.get_attribute("base_type").as_str() == "car"]
-    blueprints.sort(key=lambda one: one.id)
+    blueprints = [item for item in library.filter("vehicle.*") if item.get_attribute("base_type").as_str() == "car"]
+    blueprints.sort(key=lambda item: item.id)
     spots = world.get_map().get_spawn_points()
     chance = random.Random(5)
     chance.shuffle(spots)

@@ -69,10 +69,10 @@ def pages(tmp_path_factory):
         for of in ROUTES:
             found = record(of, percent, None if percent == 100.0 else "TickRuntime", *filter(None, [infraction]))
             keep(stores[-1], of, 1, found)
-    summaries = [summarize(one, stores[0]) for one in stores]
+    summaries = [summarize(store, stores[0]) for store in stores]
     evaluation = write_evaluation(stores[1], summaries[1])
     compared = folder / "compared.html"
-    write_comparison([one.folder for one in stores], summaries, compared)
+    write_comparison([store.folder for store in stores], summaries, compared)
     return {"replay": replay, "decisions": decisions, "evaluation": evaluation, "comparison": compared}
 
 

@@ -141,7 +141,7 @@ def test_a_track_stays_until_the_lidar_has_followed_its_vehicle_for_a_second() -
     """At the edge of its grid the LiDAR takes a car at 20 m/s for one at 10 m/s."""
     tracker, (track,) = followed(lambda t: 80.0 - 10.0 * t, 2.0)
     new = (lidar(58.0, 3.0, 2.1, hits=HANDED_HITS - 1),)
-    assert [one.id for one in tracker.tracks(2.1, new)] == [track.id]
+    assert [item.id for item in tracker.tracks(2.1, new)] == [track.id]
 
 
 def test_what_was_found_in_few_of_the_pictures_is_not_reported() -> None:
@@ -156,7 +156,7 @@ def test_a_track_ends_when_the_lidar_takes_its_detection() -> None:
     tracker, (track,) = followed(lambda t: 80.0 - 10.0 * t, 2.0)
     known = (lidar(59.0, 3.0, 2.2),)
     tracker.update(picture(2.2, 58.0), pose(2.2), known)
-    assert track.id not in [one.id for one in tracker.tracks(2.2, known)]
+    assert track.id not in [item.id for item in tracker.tracks(2.2, known)]
 
 
 def test_a_track_does_not_go_over_to_a_vehicle_in_the_next_lane() -> None:
@@ -165,7 +165,7 @@ def test_a_track_does_not_go_over_to_a_vehicle_in_the_next_lane() -> None:
         t = 1.0 + k * PICTURE_S
         tracker.update(picture(t, 80.0 - 10.0 * (t - 1.0), aside=0.05 + 3.5 / 80.0), pose(t), ())
     told = tracker.tracks(1.6, ())
-    assert [one.hits for one in told if one.id == track.id] == [track.hits]
+    assert [item.hits for item in told if item.id == track.id] == [track.hits]
     assert len(told) == 2
 
 
@@ -175,7 +175,7 @@ def test_a_second_vehicle_behind_one_that_the_lidar_follows_stays_followed() -> 
         known = (lidar(61.0, 3.0, k * PICTURE_S),)
         tracker.update(picture(k * PICTURE_S, 60.0, 75.0), pose(k * PICTURE_S), known)
         told = tracker.tracks(k * PICTURE_S, known)
-    assert [round(one.range_m) for one in told] == [75]
+    assert [round(item.range_m) for item in told] == [75]
 
 
 def test_something_that_the_lidar_follows_elsewhere_ends_no_track() -> None:
@@ -246,8 +246,8 @@ def test_two_vehicles_side_by_side_keep_their_numbers() -> None:
         more = {n: np.concatenate([getattr(left, n), getattr(right, n)]) for n in ("score", "label", "towards")}
         tracker.update(FarDetections(time_s=t, **both, **more, look=left.look), pose(t), ())
     told = tracker.tracks(1.8, ())
-    assert [one.id for one in told] == [FIRST_ID, FIRST_ID + 1]
-    assert [round(one.rate_mps / 5.0) for one in told] == [-3, 1]
+    assert [item.id for item in told] == [FIRST_ID, FIRST_ID + 1]
+    assert [round(item.rate_mps / 5.0) for item in told] == [-3, 1]
 
 
 def free(reach_m: float, but: tuple[float, float] = (0.0, 0.0)) -> FreeSpace:

@@ -77,8 +77,8 @@ SHAPES = st.tuples(
 
 def written(folder, ticks, ticks_in_file=3):
     writer = RecordingWriter(folder, RIG, {"town": "demo_town"}, ticks_in_file=ticks_in_file)
-    for one in ticks:
-        writer.add(one)
+    for item in ticks:
+        writer.add(item)
     writer.close()
     return Recording(folder)
 
@@ -115,8 +115,8 @@ def test_a_drive_comes_back_as_it_was_recorded(shapes):
     with TemporaryDirectory() as folder:
         back = list(written(Path(folder), ticks))
     assert len(back) == len(ticks)
-    for one, other in zip(back, ticks, strict=True):
-        assert_alike(one, other)
+    for item, other in zip(back, ticks, strict=True):
+        assert_alike(item, other)
 
 
 @pytest.fixture
@@ -135,7 +135,7 @@ def test_rig_and_notes_come_back_and_stretches_are_in_the_order_of_time(drive):
     assert drive.rig == RIG
     assert drive.about["town"] == "demo_town"
     assert [file.name for file in drive.files] == ["00000.npz", "00001.npz"]
-    assert [one.time_s for one in drive.stretch(drive.files[1])] == pytest.approx([0.15, 0.2])
+    assert [item.time_s for item in drive.stretch(drive.files[1])] == pytest.approx([0.15, 0.2])
 
 
 def test_a_drive_that_broke_off_is_read_as_far_as_it_was_written(tmp_path):
@@ -147,8 +147,8 @@ def test_a_drive_that_broke_off_is_read_as_far_as_it_was_written(tmp_path):
 
 
 def test_recordings_are_found_beneath_a_folder_or_as_the_folder_itself(drive):
-    assert [one.folder for one in recordings(drive.folder.parent.parent)] == [drive.folder]
-    assert [one.folder for one in recordings(drive.folder)] == [drive.folder]
+    assert [recording.folder for recording in recordings(drive.folder.parent.parent)] == [drive.folder]
+    assert [recording.folder for recording in recordings(drive.folder)] == [drive.folder]
 
 
 def test_a_folder_without_recordings_is_named_with_the_remedy(tmp_path):

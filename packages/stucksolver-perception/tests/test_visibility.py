@@ -21,7 +21,7 @@ def cast(boxes=(), *, slope=0.0, dropped=0.0, seed=0, road=None):
     """
     down = np.radians(np.linspace(LIDAR.upper_deg, LIDAR.lower_deg, LIDAR.channels))
     round_ = np.arange(0.0, math.tau, math.tau / 937)
-    elevation, azimuth = (one.ravel() for one in np.meshgrid(down, round_))
+    elevation, azimuth = (item.ravel() for item in np.meshgrid(down, round_))
     ray = np.column_stack([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
     up = LIDAR.mount.z_m
     with np.errstate(divide="ignore", invalid="ignore"):

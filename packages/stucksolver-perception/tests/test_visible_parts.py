@@ -45,7 +45,7 @@ def seen(
     if hide is not None:
         part = mask[top : bottom + 1, left : right + 1]
         rows, columns = (
-            slice(*(round(one * length) for one in (share.start, share.stop)))
+            slice(*(round(item * length) for item in (share.start, share.stop)))
             for share, length in zip(hide, part.shape, strict=True)
         )
         part[rows, columns] = OTHER

@@ -204,8 +204,8 @@ def test_a_released_light_is_told_to_the_stack_with_the_path():
             world.drive(orders[-1])
             if solver.pending_question is not None:
                 solver.approve(by="operator")
-    driven = [one for one in orders if isinstance(one, Execute) and one.path]
-    assert driven and all(one.over_red for one in driven)
+    driven = [order for order in orders if isinstance(order, Execute) and order.path]
+    assert driven and all(item.over_red for item in driven)
 
 
 def test_an_operator_who_does_not_answer_is_asked_again_only_after_a_while():

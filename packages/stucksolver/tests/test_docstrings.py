@@ -17,7 +17,7 @@ NAMED_BY_CARLA = "carlette.rpc.handlers"
 
 def public_modules(package):
     for found in pkgutil.walk_packages(importlib.import_module(package).__path__, f"{package}."):
-        if not any(found.name.startswith(one) for one in ELSEWHERE) and "__main__" not in found.name:
+        if not any(found.name.startswith(item) for item in ELSEWHERE) and "__main__" not in found.name:
             yield importlib.import_module(found.name)
 
 
@@ -54,5 +54,5 @@ def silent(module):
 def test_everything_public_says_what_it_is(package) -> None:
     for needed in ("carla", "numba"):
         pytest.importorskip(needed)
-    found = [one for module in public_modules(package) for one in silent(module)]
-    assert [one for one in found if not one.startswith(NAMED_BY_CARLA)] == []
+    found = [item for module in public_modules(package) for item in silent(module)]
+    assert [item for item in found if not item.startswith(NAMED_BY_CARLA)] == []

@@ -58,8 +58,8 @@ def street(**more):
 def observed(*pairs, light=None):
     """What a model says of objects, as (id, kind), and of the light."""
     found = [
-        Participant(object_id=one, kind=kind, lane=LaneRelation.EGO, distance_m=None, intent=Intent.UNKNOWN)
-        for one, kind in pairs
+        Participant(object_id=pair, kind=kind, lane=LaneRelation.EGO, distance_m=None, intent=Intent.UNKNOWN)
+        for pair, kind in pairs
     ]
     lights = [ObservedControl(kind=ControlKind.TRAFFIC_LIGHT, state=light, applies=True, distance_m=None)]
     return Observation(controls=tuple(lights if light else ()), participants=tuple(found), summary="")
@@ -83,7 +83,7 @@ def test_a_record_with_a_contradiction_is_derived_again(tmp_path):
     files = sorted(tmp_path.glob("*.jsonl*"))
     assert files
     reports = [replay(file) for file in files]
-    assert [finding for one in reports for finding in one.findings] == []
+    assert [finding for report in reports for finding in report.findings] == []
 
 
 @pytest.mark.parametrize("said", [K.BAG, K.LITTER, K.UNKNOWN])
@@ -100,7 +100,7 @@ def test_a_model_that_had_no_picture_contradicts_nothing():
 def test_what_forbids_is_not_changed_by_a_model_that_calls_it_a_bag(kind):
     world = street(kind=kind, height=1.5)
     found = find_disagreements(world.scene(), observed(("it", K.BAG)))
-    assert [one.counts for one in found] == [False]
+    assert [item.counts for item in found] == [False]
     doubts = update_disputes({}, found, 10.0)
     assert mask_disputed(world.surroundings(), doubts, 11.0).objects[0].kind is kind
 
@@ -119,5 +119,5 @@ def test_a_green_or_dark_light_that_the_model_sees_red_counts_as_unknown_for_a_w
 def test_a_red_or_yellow_light_stays_so_whatever_the_model_sees(shown):
     world = Pictured(straight_road(), controls=(red_light(20.0, shown),))
     found = find_disagreements(world.scene(), observed(light=LightState.GREEN))
-    assert [one.counts for one in found] == [False]
+    assert [item.counts for item in found] == [False]
     assert update_disputes({}, found, 0.0) == {}

@@ -179,7 +179,7 @@ def test_nearer_means_nearer_than_at_the_start():
 def against(d, *, x, y, running=False):
     """Reasons against a path whose ego stands beside a car of its own length at (x, y)."""
     case = replace(case_on(d, [0.0] * len(d), [thing("it", x, y, length=LENGTH_M, width=WIDTH_M)]), running=running)
-    return [one for one in path_checks.collision(case) if "scrape" in one.detail]
+    return [item for item in path_checks.collision(case) if "scrape" in item.detail]
 
 
 @pytest.mark.parametrize("gap_m", [0.0, 0.09])
@@ -200,7 +200,7 @@ def test_who_stands_with_the_nose_against_a_car_may_back_off():
     ahead = 50.0 + LENGTH_M + 0.02
     case = case_on([0.0] * 8, [0.0] * 8, [thing("it", ahead, 0.0, length=LENGTH_M, width=WIDTH_M)])
     back = replace(case, path=replace(case.path, s=50.0 - 0.5 * np.arange(8)))
-    assert not [one for one in path_checks.collision(back) if "scrape" in one.detail]
+    assert not [item for item in path_checks.collision(back) if "scrape" in item.detail]
 
 
 def test_the_side_of_an_error_is_that_of_the_ego_and_not_of_the_lane():

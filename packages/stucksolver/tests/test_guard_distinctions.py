@@ -225,7 +225,7 @@ def test_unseen_traffic_uses_the_far_lane_only_straight_on(turn_rad: float, turn
     near = next(lane for lane in case.view.frame.lanes if lane.strip.id == "near")
     assert (POLICY.prediction.turns_rad < turn_rad) is turns
     found = phantom_vehicles(case, near)
-    assert [one.at_m for one in found] == ([100.0] if turns else [100.0, 220.0])
+    assert [item.at_m for item in found] == ([100.0] if turns else [100.0, 220.0])
 
 
 @pytest.mark.parametrize(("turn_rad", "turns"), TURNS)

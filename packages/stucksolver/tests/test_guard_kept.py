@@ -40,7 +40,7 @@ def told(verdict: Verdict) -> str:
 
 def figures(verdict: Verdict) -> list[float | None]:
     """Gap and time of each reason."""
-    return [None if one is None else round(one, 4) for r in verdict.rejects for one in (r.gap_m, r.time_s)]
+    return [None if item is None else round(item, 4) for r in verdict.rejects for item in (r.gap_m, r.time_s)]
 
 
 def verdicts_of(number: int) -> dict[str, list[Said]]:
@@ -90,7 +90,7 @@ def test_verdicts_are_as_they_were_kept(number):
 def test_scenes_of_every_class_are_kept_and_verdicts_of_both_kinds():
     assert {setting_of(SEED, number)[0] for number in range(SCENES)} == set(CLASSES)
     first = [row[1] for scene in kept().values() for row in scene.values()]
-    assert 0.2 < sum(one == "ok" for one in first) / len(first) < 0.8
+    assert 0.2 < sum(item == "ok" for item in first) / len(first) < 0.8
 
 
 if __name__ == "__main__":

@@ -85,7 +85,7 @@ def test_a_figure_in_a_function_would_be_found():
 
 
 def test_each_number_has_a_unit_in_its_name():
-    assert [one for one in NUMBERS if not one[1].endswith(UNITS) and one[1] not in PARTS] == []
+    assert [number for number in NUMBERS if not number[1].endswith(UNITS) and number[1] not in PARTS] == []
 
 
 def test_each_number_says_what_it_is_for():
@@ -101,7 +101,7 @@ def test_each_number_says_what_it_is_for():
 def test_each_number_is_read_by_the_guard():
     trees = [ast.parse(file.read_text(encoding="utf-8")) for file in JUDGES]
     read = {node.attr for tree in trees for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
-    assert [one for one in NUMBERS if not set(one) <= read] == [], "nobody reads it: leave it out"
+    assert [number for number in NUMBERS if not set(number) <= read] == [], "nobody reads it: leave it out"
 
 
 @pytest.mark.parametrize("value", [-0.1, math.nan, math.inf])

@@ -397,7 +397,7 @@ def test_braking_for_what_one_is_drawn_to_counts_from_when_the_brakes_bite():
     met = [drawn(STANDS_LEFT, braking=b, lag_s=lag) for b, lag in ((0.0, 0.3), (1.0, 0.3), (1.0, 0.0), (1.0, 5.0))]
     # 3 m/s: of 2 m, 0.9 m are gone before the brakes bite. v^2 = 9 - 2 b s.
     wanted = [3.0, np.sqrt(9.0 - 2 * 1.1), np.sqrt(9.0 - 2 * 2.0), 3.0]
-    assert [one.speed_mps for one in met] == pytest.approx(wanted, abs=0.04)
+    assert [item.speed_mps for item in met] == pytest.approx(wanted, abs=0.04)
     assert drawn(STANDS_LEFT, braking=9.0).speed_mps == 0.0
 
 

@@ -63,8 +63,8 @@ def test_the_tail_of_the_body_beyond_a_border_is_that_of_the_polygon(number, fro
     tail = lane_entry.tail_inside_border_s(case, k, np.full(60 - k, border), from_right)
     stations = range(k, k + len(tail))
     expected = [rearmost(case.path.s[j], d[j], turn[j], border, from_right) for j in stations]
-    met = [(one, other) for one, other in zip(tail, expected, strict=True) if other is not None]
-    assert met and all(one == pytest.approx(other, abs=1e-6) for one, other in met)
+    met = [(item, other) for item, other in zip(tail, expected, strict=True) if other is not None]
+    assert met and all(item == pytest.approx(other, abs=1e-6) for item, other in met)
     last = k + len(tail) - 1
     rear_edge = sign * d[last] - LENGTH_M / 2 * math.sin(abs(turn[0])) + WIDTH_M / 2 * math.cos(turn[0])
     assert rear_edge >= sign * border - 1e-6, "all of its leading side is beyond the border at the end ..."
@@ -88,9 +88,9 @@ def test_a_lane_is_entered_across_the_border_on_our_side_of_it(y):
     (lane,) = case.path.enters
     k = int(np.flatnonzero(case.inside(lane))[0])
     tail = lane_entry._tail(case, lane, k)
-    for j, one in zip(range(k, k + len(tail)), tail, strict=True):
+    for j, item in zip(range(k, k + len(tail)), tail, strict=True):
         expected = rearmost(case.path.s[j], case.path.d[j], case.heading[j], LANE_M / 2, side == "left")
-        assert expected is None or one == pytest.approx(expected, abs=1e-6)
+        assert expected is None or item == pytest.approx(expected, abs=1e-6)
     assert 1 < len(tail) < len(case.path.s) - k
 
 

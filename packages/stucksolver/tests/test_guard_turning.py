@@ -63,8 +63,8 @@ def test_no_corner_leaves_the_road_and_the_body_goes_as_a_car_does():
 
 def test_each_leg_begins_where_the_last_one_ended():
     legs = multi_point_turn(World(WIDE).view())
-    for one, other in itertools.pairwise(legs):
-        assert one.end == pytest.approx((other.x_m[0], other.y_m[0], other.yaw_rad[0]))
+    for leg, other in itertools.pairwise(legs):
+        assert leg.end == pytest.approx((other.x_m[0], other.y_m[0], other.yaw_rad[0]))
 
 
 @pytest.mark.parametrize("lane_m", [3.0, 3.5])

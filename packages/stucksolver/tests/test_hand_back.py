@@ -236,7 +236,7 @@ def test_what_words_have_taken_back_waits_as_long_as_words_last(lead_s):
     said = next(iter(words))
     aborted = [e.time_s for e in seen.events if e.kind is EventKind.ABORTED and e.time_s < said + 1.0]
     assert len(aborted) == (lead_s > 0.0)
-    again = [one for one in started if one > said + 0.2]
+    again = [item for item in started if item > said + 0.2]
     assert said + 30.0 < again[0] < said + 31.0
 
 

@@ -66,7 +66,7 @@ def test_after_the_commit_point_it_is_finished():
     performed, nearest = silent_drive(world, [BorrowOncomingLane(past_object_id="lead", speed_mps=5.0)], 5.0)
     order = performed[0]
     assert not order.path[0].no_stop and any(point.no_stop for point in order.path)
-    assert all(one is order for one in performed[:-1])
+    assert all(item is order for item in performed[:-1])
     assert abs(world.y) < 0.3 and nearest > 0.25 and isinstance(performed[-1], Continue)
 
 

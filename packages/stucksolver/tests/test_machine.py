@@ -231,7 +231,7 @@ def approved_into(*comes):
             pending = solver.pending_question
             if pending is not None and pending.kind is QuestionKind.APPROVAL:
                 if len(world.objects) == 1:
-                    world.objects = [*world.objects, *(one(world) for one in comes)]
+                    world.objects = [*world.objects, *(come(world) for come in comes)]
                 solver.approve()
 
         slow = ladder(solid_line="passenger", rungs={"model": None, "rules": {"tries": 9, "repair_rounds": 2}})
@@ -313,8 +313,8 @@ def test_no_way_is_taken_that_the_table_does_not_name(drives):
 
 def test_each_step_goes_on_from_the_state_before(drives):
     for run in drives:
-        for one, other in itertools.pairwise(run.steps):
-            assert other.before is one.after
+        for step, other in itertools.pairwise(run.steps):
+            assert other.before is step.after
 
 
 def test_a_step_is_pure(drives):
@@ -327,7 +327,9 @@ def test_a_step_is_pure(drives):
             assert state.names == step.after.names
             assert directive == step.directive
             again = replace(step, directive=directive, told=told)
-            assert [step_output_data(one, again) for one in told] == [step_output_data(one, step) for one in step.told]
+            assert [step_output_data(item, again) for item in told] == [
+                step_output_data(item, step) for item in step.told
+            ]
 
 
 def test_whatever_moves_the_vehicle_has_a_verdict_of_this_very_tick(drives):
@@ -335,14 +337,14 @@ def test_whatever_moves_the_vehicle_has_a_verdict_of_this_very_tick(drives):
     for run in drives:
         accepted = None
         for step in run.steps:
-            for one in step.told:
-                if isinstance(one, PlanReview) and one.verdict.accepted:
-                    accepted = one.plan
+            for item in step.told:
+                if isinstance(item, PlanReview) and item.verdict.accepted:
+                    accepted = item.plan
             directive = step.directive
             held = isinstance(step.after.posture, Holding)  # a hold brakes, and needs no plan for that
             if not isinstance(directive, Execute) or directive is STAND or (held and not directive.path):
                 continue
-            ticks = [one for one in step.told if isinstance(one, ExecutionTick)]
+            ticks = [item for item in step.told if isinstance(item, ExecutionTick)]
             assert len(ticks) == 1 and ticks[0].result is directive
             assert accepted is not None
             assert step.after.activity.execution.plan == accepted

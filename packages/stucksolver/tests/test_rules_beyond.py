@@ -15,7 +15,7 @@ def group(*beyond, failed=(), **lead):
     """Ids of what is passed together with a lead that ends at 64.6 m."""
     first = thing("lead", 62.3, **{"hazard": True, **lead})
     scene = World(straight_road(), [first, *beyond]).scene()
-    attempts = tuple(FailedAttempt(time_s=0.0, behaviors=("x",), failures=(one,), outcome="") for one in failed)
+    attempts = tuple(FailedAttempt(time_s=0.0, behaviors=("x",), failures=(item,), outcome="") for item in failed)
     scene = scene.model_copy(update={"attempts": attempts})
     return [o.id for o in group_of(scene, next(o for o in scene.objects if o.id == "lead")).objects]
 

@@ -72,7 +72,7 @@ def test_a_way_that_starts_abreast_is_taken(behind_m, taken):
 
 
 def test_a_row_with_a_gap_for_a_car_is_no_closure():
-    things = [one for one in row(-1.2, LANE_M + 3.0) if not 1.5 < one.y_m < 4.0]
+    things = [item for item in row(-1.2, LANE_M + 3.0) if not 1.5 < item.y_m < 4.0]
     assert replanned(decide(TWO_WAY, things, elsewhere("a", 500.0))) is None
 
 
@@ -125,7 +125,7 @@ SENSED = {"position_sd_m": 0.05}
 def misnamed(kind, **more):
     """A closed road as sensors see it: every second barrier is taken for something else."""
     seen = row(-1.2, LANE_M + 1.5, **SENSED)
-    return [one.model_copy(update={"kind": kind, **more}) if k % 2 else one for k, one in enumerate(seen)]
+    return [item.model_copy(update={"kind": kind, **more}) if k % 2 else item for k, item in enumerate(seen)]
 
 
 STOOD = {"stationary_s": 20.0, "moved_s_ago": 20.0}
@@ -152,5 +152,5 @@ def test_nothing_else_closes_a_road(kind, more):
 
 
 def test_without_a_barrier_in_the_row_no_road_is_closed():
-    things = [one.model_copy(update={"kind": K.UNKNOWN, **STOOD}) for one in row(-1.2, LANE_M + 1.5, **SENSED)]
+    things = [item.model_copy(update={"kind": K.UNKNOWN, **STOOD}) for item in row(-1.2, LANE_M + 1.5, **SENSED)]
     assert replanned(decide(TWO_WAY, things, elsewhere("a", 500.0))) is None

@@ -185,7 +185,7 @@ def test_after_a_gap_too_small_beside_what_sensors_widen_it_changes_lanes_more_s
 def test_half_way_past_what_sensors_widen_it_goes_on_more_slowly_after_a_gap_too_small(sd_m, speed_mps):
     world = World(MULTI, [thing("lead", 62.0, hazard=True, position_sd_m=sd_m)], y=LANE_M)
     moves = behaviors_of(after(world, RejectCode.GAP, "keep_lane", ago_s=10.0))
-    assert [one.speed_mps for one in moves if one.name == "keep_lane"] == [speed_mps]
+    assert [move.speed_mps for move in moves if move.name == "keep_lane"] == [speed_mps]
 
 
 def test_it_backs_up_less_where_there_is_less_room_behind():

@@ -75,7 +75,9 @@ def test_words_never_make_a_plan_faster(speed_mps, intent):
         )
     )
     slowed = apply_guidance_limits(plan, reading(intent, speed_mps=speed_mps))
-    assert all(one.speed_mps <= was.speed_mps for one, was in zip(slowed.behaviors, plan.behaviors, strict=True))
+    assert all(
+        behavior.speed_mps <= was.speed_mps for behavior, was in zip(slowed.behaviors, plan.behaviors, strict=True)
+    )
 
 
 def test_without_amounts_the_plan_is_the_same():

@@ -80,7 +80,7 @@ def leaves(value, annotation, path=()):
     """Yields (path, annotation, optional, model) of each field, and of the first entry of each list."""
     origin, inner = get_origin(annotation), get_args(annotation)
     if origin in (Union, types.UnionType):
-        (kind,) = (one for one in inner if one is not type(None))
+        (kind,) = (item for item in inner if item is not type(None))
         for deeper, what, _, model in leaves(value, kind, path):
             yield deeper, what, deeper == path, model
     elif origin is tuple:
@@ -135,7 +135,7 @@ def wrong_values(path, annotation, optional):
     return (*nothing, *NUMBERS_THAT_ARE_NONE, *beyond, *fractions)
 
 
-FIELDS = [one for one in leaves(FULL, Surroundings) if one[0]]
+FIELDS = [leaf for leaf in leaves(FULL, Surroundings) if leaf[0]]
 
 
 def dotted(path):
@@ -147,7 +147,7 @@ def test_why_unsound_full_surroundings_are_sound():
     assert {name for path, *_ in FIELDS for name in path if isinstance(name, str)} >= set(RANGES[RoadGeometry])
 
 
-@pytest.mark.parametrize(("path", "annotation", "optional", "_"), FIELDS, ids=[dotted(one[0]) for one in FIELDS])
+@pytest.mark.parametrize(("path", "annotation", "optional", "_"), FIELDS, ids=[dotted(field[0]) for field in FIELDS])
 def test_why_unsound_any_field_wrong_names_it(path, annotation, optional, _):
     for value in wrong_values(path, annotation, optional):
         wrong = implausibility(replaced(FULL, path, value))
@@ -156,7 +156,7 @@ def test_why_unsound_any_field_wrong_names_it(path, annotation, optional, _):
         assert len(wrong) < 300 and "\n" not in wrong
 
 
-@pytest.mark.parametrize(("path", "annotation", "optional", "_"), FIELDS, ids=[dotted(one[0]) for one in FIELDS])
+@pytest.mark.parametrize(("path", "annotation", "optional", "_"), FIELDS, ids=[dotted(field[0]) for field in FIELDS])
 def test_senses_any_field_wrong_count_as_not_seen(path, annotation, optional, _):
     senses = SurroundingsMonitor()
     assert senses.look(lambda: FULL, 0.0) is FULL
@@ -167,7 +167,7 @@ def test_senses_any_field_wrong_count_as_not_seen(path, annotation, optional, _)
         assert "are inconsistent" in senses.fault
 
 
-@pytest.mark.parametrize("field", [one[0][-1] for one in FIELDS if one[3] is Surroundings])
+@pytest.mark.parametrize("field", [item[0][-1] for item in FIELDS if item[3] is Surroundings])
 def test_why_unsound_missing_field_names_it(field):
     spoilt = FULL.model_copy()
     del spoilt.__dict__[field]

@@ -244,7 +244,7 @@ def test_timeline_own_time_is_continuous_with_missing_times(steps):
             now += step
             timeline.take(now)
         own.append(timeline.now_s)
-    own = [one for one in own if one is not None]
+    own = [item for item in own if item is not None]
     assert all(-1e-6 <= b - a <= LONGEST_TICK_S + 1e-6 for a, b in itertools.pairwise(own))
 
 

@@ -167,7 +167,7 @@ def test_without_a_way_back_nobody_turns_round():
 
 
 def test_too_near_to_turn_it_backs_up_first():
-    near = [one.model_copy(update={"x_m": 56.5}) for one in CLOSED]
+    near = [item.model_copy(update={"x_m": 56.5}) for item in CLOSED]
     assert names(decide(near, behind())) == ["back_up", "turn_round"]
 
 

@@ -38,8 +38,8 @@ def _at_the_line(draw: Drawn, street: Road, start: float, width: float) -> list[
         more: dict[str, Any] = {"brakes_at": brakes_at, "brakes_by": brakes_by, "cruise": cruise}
         more["sets_off_at"] = stops_s + draw.uniform(0.3, 9.0)
         turn = -side * math.pi / 2
-        one = crossing(f"crosser{len(found)}", street, s, side * away, turn, v, "crosses", kind, **more)
-        found.append(one if arrives else _rests(draw, one))
+        item = crossing(f"crosser{len(found)}", street, s, side * away, turn, v, "crosses", kind, **more)
+        found.append(item if arrives else _rests(draw, item))
     return found
 
 

@@ -49,7 +49,7 @@ def thresholds(
     every = np.concatenate([np.zeros(0), *scores])
     if not len(every):
         return []
-    chosen = sorted({float(one) for one in np.quantile(every, np.linspace(0.0, 1.0, levels), method="lower")})
+    chosen = sorted({float(item) for item in np.quantile(every, np.linspace(0.0, 1.0, levels), method="lower")})
     found = []
     for score in reversed(chosen):
         counts = (clear_mot([frame.at_least(score) for frame in drive], within_m) for drive in drives)
@@ -62,7 +62,7 @@ def best_threshold(
 ) -> tuple[float, MotCounts] | None:
     """Return the threshold with the highest MOTA, and its counts, as nuScenes does; None without objects or tracks."""
     told = [(score, counts) for score, counts in thresholds(drives, within_m, levels) if counts.mota is not None]
-    return max(told, key=lambda one: -np.inf if one[1].mota is None else one[1].mota, default=None)
+    return max(told, key=lambda item: -np.inf if item[1].mota is None else item[1].mota, default=None)
 
 
 def _motar(counts: MotCounts, recall: float) -> float:

@@ -63,15 +63,15 @@ def errors_of(
     )
 
 
-def size_overlap(one: Floats, other: Floats) -> float:
+def size_overlap(first: Floats, second: Floats) -> float:
     """Return the intersection over union of two box sizes, shape (3,), at the same position and heading."""
-    common = float(np.prod(np.minimum(one, other)))
-    return common / (float(np.prod(one)) + float(np.prod(other)) - common)
+    common = float(np.prod(np.minimum(first, second)))
+    return common / (float(np.prod(first)) + float(np.prod(second)) - common)
 
 
-def turn_between(one: float, other: float, period: float = math.tau) -> float:
+def turn_between(first: float, second: float, period: float = math.tau) -> float:
     """Return the smallest angle between two headings (rad), modulo `period` (rad)."""
-    return abs(math.remainder(one - other, period))
+    return abs(math.remainder(first - second, period))
 
 
 def _over_recall(errors: Floats, recall: Floats) -> float:

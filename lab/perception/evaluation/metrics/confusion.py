@@ -49,7 +49,7 @@ def confusion(names: Sequence[str], pairs: Sequence[tuple[str, str | None]]) -> 
     counts = np.zeros((len(names), len(names)), np.int64)
     unknown = np.zeros(len(names), np.int64)
     for so, said in pairs:
-        strange = [one for one in (so, said) if one is not None and one not in at]
+        strange = [text for text in (so, said) if text is not None and text not in at]
         if strange:
             raise ValueError(f"{strange[0]!r} is not one of {', '.join(names)}")
         if said is None:

@@ -65,7 +65,7 @@ def detection_scores(found: Sequence[Detections], reals: Sequence[TruthObjects])
 
 def mean_of(scores: Mapping[str, LabelScores]) -> float | None:
     """Return the mean average precision over labels that have objects; None if there are none."""
-    known = [one.average_precision for one in scores.values() if one.average_precision is not None]
+    known = [score.average_precision for score in scores.values() if score.average_precision is not None]
     return float(np.mean(known)) if known else None
 
 
@@ -76,11 +76,11 @@ def _scores(
     reals: Sequence[TruthObjects],
     turns_alike: bool,
 ) -> LabelScores:
-    inside = {within: one.between(*ring) for within, one in matches.items()}
+    inside = {within: item.between(*ring) for within, item in matches.items()}
     chosen = inside[ERRORS_WITHIN_M]
     objects = len(chosen.real_range_m)
-    each = tuple(average_precision(one.right, objects) for one in inside.values())
-    known = [one for one in each if one is not None]
+    each = tuple(average_precision(item.right, objects) for item in inside.values())
+    known = [value for value in each if value is not None]
     sure = chosen.right[chosen.score >= SURE]
     return LabelScores(
         objects=objects,

@@ -59,7 +59,7 @@ def detector_noise(
     looks = sum(len(found) for found, _ in drives)
     for label, name in enumerate(LABELS):
         matched = [match(found, reals, label, WITHIN_M) for found, reals in drives]
-        errors = [_errors(one, *drive) for one, drive in zip(matched, drives, strict=True)]
+        errors = [_errors(matches, *drive) for matches, drive in zip(matched, drives, strict=True)]
         for ring in RINGS_M:
             tables[ring][name] = _noise(matched, errors, ring, looks)
     return tables
@@ -68,9 +68,9 @@ def detector_noise(
 def _noise(
     matched: Sequence[Matches], errors: Sequence[dict[tuple[int, int], Floats]], ring: tuple[float, float], looks: int
 ) -> LabelNoise:
-    inside = [one.between(*ring) for one in matched]
-    objects = sum(len(one.real_range_m) for one in inside)
-    wrong = np.concatenate([one.score[~one.right] for one in inside])
+    inside = [matches.between(*ring) for matches in matched]
+    objects = sum(len(matches.real_range_m) for matches in inside)
+    wrong = np.concatenate([matches.score[~matches.right] for matches in inside])
     here = [_in_ring(known, ring) for known in errors]
     rows = np.array([row[:7] for known in here for row in known.values()]).reshape(-1, 7)
     second = _differences(errors, here, (1.0, -2.0, 1.0), 1) / math.sqrt(6.0)

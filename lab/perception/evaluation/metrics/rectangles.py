@@ -8,15 +8,15 @@ from lab.perception.evaluation.metrics.matching import Flags
 from stucksolver_perception.measurements import Floats
 
 
-def overlaps(one: Floats, other: Floats) -> Floats:
+def overlaps(first: Floats, second: Floats) -> Floats:
     """Return the intersection over union of rectangles of shapes (n, 4) and (m, 4), as shape (n, m).
 
     A rectangle is left, top, right, bottom (px).
     """
-    low = np.maximum(one[:, None, :2], other[None, :, :2])
-    high = np.minimum(one[:, None, 2:], other[None, :, 2:])
+    low = np.maximum(first[:, None, :2], second[None, :, :2])
+    high = np.minimum(first[:, None, 2:], second[None, :, 2:])
     common = np.prod(np.maximum(high - low, 0.0), axis=2)
-    area, other_area = (np.prod(box[:, 2:] - box[:, :2], axis=1) for box in (one, other))
+    area, other_area = (np.prod(box[:, 2:] - box[:, :2], axis=1) for box in (first, second))
     together = area[:, None] + other_area[None, :] - common
     return np.asarray(common / np.maximum(together, 1e-9))
 

@@ -59,7 +59,7 @@ def score_lights(given: ScoringInput) -> ScoringResult:
         raise MissingGroundTruthError(
             "lights: no image shows a traffic light that faces the camera; collect drives in towns"
         )
-    matrix = confusion([one.value for one in LIGHTS], pairs)
+    matrix = confusion([light.value for light in LIGHTS], pairs)
     return ScoringResult(plain({**_summary(matrix), "confusion": matrix}), _light_page(matrix), watch.stages_ms)
 
 
@@ -81,7 +81,7 @@ def score_attributes(given: ScoringInput) -> ScoringResult:
             if picture is None:
                 continue
             boxes, seen = body_boxes(tick), visible_rectangles(tick)
-            shown = [i for i, one in enumerate(tick.truth.actor_id.tolist()) if mask_id(one) in seen]
+            shown = [i for i, item in enumerate(tick.truth.actor_id.tolist()) if mask_id(item) in seen]
             if not shown:
                 continue
             with watch("attributes"):
@@ -99,12 +99,12 @@ def score_attributes(given: ScoringInput) -> ScoringResult:
         given.say(f"attributes: {recording.folder.name}")
     if not kinds:
         raise MissingGroundTruthError("attributes: no image shows an object; collect drives with images")
-    matrix = confusion([one.value for one in KINDS], kinds)
+    matrix = confusion([item.value for item in KINDS], kinds)
     each = {name: confusion((_YES, _NO), pairs) for name, pairs in lamps.items()}
-    signals = confusion([one.value for one in Gesture], gestures)
+    signals = confusion([gesture.value for gesture in Gesture], gestures)
     data = {
         "kind": {**_summary(matrix), "confusion": matrix},
-        "lamps": {name: _lamp(one) for name, one in each.items()},
+        "lamps": {name: _lamp(item) for name, item in each.items()},
         "gesture": {**_summary(signals), "confusion": signals},
     }
     return ScoringResult(plain(data), _attribute_page(matrix, each, signals), watch.stages_ms)
@@ -139,8 +139,8 @@ def _is_shown(tick: Recorded, light: int, head: Floats, rig: CameraRig) -> bool:
     column, row, ahead = rig.project(corners)
     if ahead.min() <= 0.0:
         return False
-    left, right = (int(np.clip(one, 0, rig.width_px)) for one in (column.min(), column.max() + 1))
-    top, bottom = (int(np.clip(one, 0, rig.height_px)) for one in (row.min(), row.max() + 1))
+    left, right = (int(np.clip(item, 0, rig.width_px)) for item in (column.min(), column.max() + 1))
+    top, bottom = (int(np.clip(item, 0, rig.height_px)) for item in (row.min(), row.max() + 1))
     own = tick.instances[top:bottom, left:right] == mask_id(light)
     return bool(own.any(axis=0).sum() >= 3 and own.any(axis=1).sum() >= 6)
 
@@ -167,7 +167,7 @@ def _lamp(matrix: ConfusionMatrix) -> dict[str, Any]:
 
 
 def _light_page(matrix: ConfusionMatrix) -> str:
-    red, green = (matrix.names.index(one.value) for one in (LightState.RED, LightState.GREEN))
+    red, green = (matrix.names.index(item.value) for item in (LightState.RED, LightState.GREEN))
     said = f"{_line(matrix)} Red read as green: {matrix.counts[red, green]}."
     return f"{said} Rows are the true states, columns the answers.\n\n{_matrix(matrix)}\n"
 
@@ -186,13 +186,13 @@ def _attribute_page(kinds: ConfusionMatrix, lamps: dict[str, ConfusionMatrix], g
     lamp_rows = [
         (
             name.replace("_", " "),
-            str(int(one.counts.sum() + one.unknown.sum())),
-            percent(one.answered),
-            percent(one.accuracy),
-            percent(one.recall(_YES)),
-            percent(one.precision(_YES)),
+            str(int(lamp.counts.sum() + lamp.unknown.sum())),
+            percent(lamp.answered),
+            percent(lamp.accuracy),
+            percent(lamp.recall(_YES)),
+            percent(lamp.precision(_YES)),
         )
-        for name, one in lamps.items()
+        for name, lamp in lamps.items()
     ]
     head = ("lamp", "looks", "answered", "accuracy of answers", "recall of on", "precision of on")
     return (
@@ -209,7 +209,7 @@ def _line(matrix: ConfusionMatrix) -> str:
 
 def _matrix(matrix: ConfusionMatrix) -> str:
     rows: Sequence[Sequence[str]] = [
-        (name, *(str(int(one)) for one in matrix.counts[i]), str(int(matrix.unknown[i])))
+        (name, *(str(int(count)) for count in matrix.counts[i]), str(int(matrix.unknown[i])))
         for i, name in enumerate(matrix.names)
     ]
     return table(("", *matrix.names, "no answer"), rows)

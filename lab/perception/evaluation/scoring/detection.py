@@ -58,10 +58,10 @@ def score_lidar(given: ScoringInput) -> ScoringResult:
 
 
 def _page(scores: DetectionScores) -> str:
-    rows = [_row(name, one) for name, one in scores.by_label.items()]
+    rows = [_row(name, item) for name, item in scores.by_label.items()]
     of_errors = ("ATE m", "ASE", "AOE rad", "AVE m/s")
     head = ("class", "objects", "AP", "at 0.5 m", "1 m", "2 m", "4 m", "recall", "precision", *of_errors)
-    rings = [_ring(ring, one) for ring, one in scores.by_ring.items()]
+    rings = [_ring(ring, mapping) for ring, mapping in scores.by_ring.items()]
     names = tuple(scores.by_label)
     return (
         f"{scores.samples} samples; mAP {figure(scores.mean_average_precision)}. Recall and precision are those of "
@@ -71,8 +71,8 @@ def _page(scores: DetectionScores) -> str:
 
 
 def _people(alone: PedestrianRecall, joined: PedestrianRecall) -> str:
-    near = (_share(one.covered, one.people) for one in (alone, joined))
-    ahead = (_share(one.ahead_covered, one.ahead) for one in (alone, joined))
+    near = (_share(recall.covered, recall.people) for recall in (alone, joined))
+    ahead = (_share(recall.ahead_covered, recall.ahead) for recall in (alone, joined))
     rows = [(f"within {NEAR_M:.0f} m ({alone.people})", *near), (f"close ahead ({alone.ahead})", *ahead)]
     head = ("people", "by the network", "with unnamed obstacles")
     return f"\nPeople in a box of any class, enlarged by {MARGIN_M} m:\n\n{table(head, rows)}\n"
@@ -82,20 +82,20 @@ def _share(part: int, whole: int) -> str:
     return percent(part / whole if whole else None)
 
 
-def _row(name: str, one: LabelScores) -> tuple[str, ...]:
-    errors = one.errors
+def _row(name: str, scores: LabelScores) -> tuple[str, ...]:
+    errors = scores.errors
     off = (errors.translation_m, errors.scale, errors.orientation_rad, errors.velocity_mps)
     return (
         name,
-        str(one.objects),
-        figure(one.average_precision),
-        *(figure(each) for each in one.at_distances),
-        percent(one.recall),
-        percent(one.precision),
+        str(scores.objects),
+        figure(scores.average_precision),
+        *(figure(each) for each in scores.at_distances),
+        percent(scores.recall),
+        percent(scores.precision),
         *(figure(each, 2) for each in off),
     )
 
 
 def _ring(ring: tuple[float, float], by_label: Mapping[str, LabelScores]) -> tuple[str, ...]:
-    each = tuple(f"{figure(one.average_precision)} ({one.objects})" for one in by_label.values())
+    each = tuple(f"{figure(item.average_precision)} ({item.objects})" for item in by_label.values())
     return (f"{ring[0]:.0f} to {ring[1]:.0f} m", figure(mean_of(by_label)), *each)

@@ -77,7 +77,7 @@ def evaluate_perception(
     stages = _stages(done.values())
     memory_mib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     data = {
-        "recordings": [one.folder.name for one in told.recordings],
+        "recordings": [recording.folder.name for recording in told.recordings],
         "parts": {name: plain(part.data) for name, part in done.items()},
         "left_out": left_out,
         "latency_ms": plain(stages),
@@ -117,8 +117,8 @@ def _page(
     pieces = [f"# Perception on {count} recordings\n"]
     pieces += [f"## {PARTS[name][0]}\n\n{part.page}" for name, part in done.items()]
     rows = [
-        (name, str(one.runs), figure(one.median_ms, 1), figure(one.p95_ms, 1), figure(one.worst_ms, 1))
-        for name, one in stages.items()
+        (name, str(stage.runs), figure(stage.median_ms, 1), figure(stage.p95_ms, 1), figure(stage.worst_ms, 1))
+        for name, stage in stages.items()
     ]
     pieces.append(
         f"## Time and memory\n\n{threads} threads per network; the process used at most {memory_mib:.0f} MiB, "

@@ -79,7 +79,7 @@ def _vehicles(tick: Recorded, rig: CameraRig) -> tuple[Floats, Floats, Floats]:
     none = np.zeros((0, 4))
     if not len(boxes):
         return none, np.zeros(0), none
-    column, row, ahead = (one.reshape(-1, 8) for one in rig.project(corners_of(boxes).reshape(-1, 3)))
+    column, row, ahead = (item.reshape(-1, 8) for item in rig.project(corners_of(boxes).reshape(-1, 3)))
     shown = np.stack([column.min(1), row.min(1), column.max(1), row.max(1)], axis=1)
     in_view = ahead.min(1) > 1.0
     counted = np.array([bool(in_view[i]) and _is_counted(tick, i, shown[i], seen) for i in range(len(boxes))])
@@ -100,8 +100,8 @@ def _is_counted(tick: Recorded, i: int, rectangle: Floats, seen: dict[int, tuple
 
 def _page(vehicles: int, precision: float | None, bins: tuple[RangeBin, ...]) -> str:
     rows = [
-        (f"{one.nearest_m:.0f} to {one.farthest_m:.0f} m", str(one.objects), str(one.found), percent(one.recall))
-        for one in bins
+        (f"{bin.nearest_m:.0f} to {bin.farthest_m:.0f} m", str(bin.objects), str(bin.found), percent(bin.recall))
+        for bin in bins
     ]
     return (
         f"{vehicles} looks at motor vehicles with at least 6 x 4 visible pixels; {percent(precision)} of the "

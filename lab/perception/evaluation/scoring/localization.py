@@ -27,7 +27,7 @@ SETTLE_S = 5.0
 
 def score_localisation(given: ScoringInput) -> ScoringResult:
     """Score localisation. Raises `MissingGroundTruthError` if all recordings have gaps or are too short."""
-    whole = [one for one in given.recordings if is_continuous(one)]
+    whole = [item for item in given.recordings if is_continuous(item)]
     if not whole:
         raise MissingGroundTruthError("localisation: all recordings have gaps; collect some with --every 0")
     watch = StageTimer()

@@ -22,7 +22,7 @@ from stucksolver_perception.recording import Recording
 
 def score_noise(given: ScoringInput) -> ScoringResult:
     """Measure the noise. Raises `WeightsError`, and `MissingGroundTruthError` if all recordings have gaps."""
-    whole = [one for one in given.recordings if is_continuous(one)]
+    whole = [item for item in given.recordings if is_continuous(item)]
     if not whole:
         raise MissingGroundTruthError("noise: all recordings have gaps; collect some with --every 0")
     drives = []
@@ -59,24 +59,24 @@ def _page(drives: int, noise: Mapping[tuple[float, float], Mapping[str, LabelNoi
         "Jitter is the noise between consecutive looks; drift is the change of an error within a second.\n"
     ]
     for ring, by_label in noise.items():
-        rows = [_row(name, one) for name, one in by_label.items() if one.objects]
+        rows = [_row(name, item) for name, item in by_label.items() if item.objects]
         pieces.append(f"{ring[0]:.0f} to {ring[1]:.0f} m:\n\n{table(head, rows)}\n")
     return "\n".join(pieces)
 
 
-def _row(name: str, one: LabelNoise) -> tuple[str, ...]:
+def _row(name: str, noise: LabelNoise) -> tuple[str, ...]:
     return (
         name,
-        str(one.objects),
-        percent(one.recall),
-        figure(one.false_per_look, 2),
-        figure(one.sure_false_per_look, 2),
-        _pair(one.jitter_m),
-        _pair(one.drift_m),
-        figure(one.yaw_rad, 2),
-        percent(one.flipped),
-        _pair(one.standing_mps),
-        _pair(one.moving_mps),
+        str(noise.objects),
+        percent(noise.recall),
+        figure(noise.false_per_look, 2),
+        figure(noise.sure_false_per_look, 2),
+        _pair(noise.jitter_m),
+        _pair(noise.drift_m),
+        figure(noise.yaw_rad, 2),
+        percent(noise.flipped),
+        _pair(noise.standing_mps),
+        _pair(noise.moving_mps),
     )
 
 

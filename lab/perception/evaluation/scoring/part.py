@@ -71,15 +71,15 @@ def percent(value: float | None) -> str:
 def plain(value: Any) -> Any:
     """Convert dataclasses, arrays and mappings with any keys to values that JSON supports."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {one.name: plain(getattr(value, one.name)) for one in dataclasses.fields(value)}
+        return {item.name: plain(getattr(value, item.name)) for item in dataclasses.fields(value)}
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, Mapping):
-        return {_key(key): plain(one) for key, one in value.items()}
+        return {_key(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(one) for one in value]
+        return [plain(item) for item in value]
     return value
 
 
 def _key(key: Any) -> str:
-    return "-".join(f"{one:g}" for one in key) if isinstance(key, tuple) else str(key)
+    return "-".join(f"{item:g}" for item in key) if isinstance(key, tuple) else str(key)

@@ -30,7 +30,7 @@ _EVERY_ID = 65536
 
 def true_pose(tick: Recorded) -> PoseEstimate:
     """Return the true pose as an estimate with zero covariance."""
-    x, y, z, yaw, _, _, speed, rate, _ = (float(one) for one in tick.pose)
+    x, y, z, yaw, _, _, speed, rate, _ = (float(item) for item in tick.pose)
     return PoseEstimate(tick.time_s, x, y, z, yaw, speed, rate, np.zeros((4, 4)))
 
 

@@ -62,7 +62,7 @@ class _TrackingFrame:
 
 def score_tracking(given: ScoringInput) -> ScoringResult:
     """Score tracking. Raises `WeightsError`, and `MissingGroundTruthError` if all recordings have gaps."""
-    whole = [one for one in given.recordings if is_continuous(one)]
+    whole = [item for item in given.recordings if is_continuous(item)]
     if not whole:
         raise MissingGroundTruthError("tracking: all recordings have gaps; collect some with --every 0")
     watch = StageTimer()
@@ -71,8 +71,8 @@ def score_tracking(given: ScoringInput) -> ScoringResult:
         drives.append(_looks(given, recording, watch))
         given.say(f"tracking: {recording.folder.name}")
     by_label = {name: _of_label(drives, label) for label, name in enumerate(LABELS)}
-    total = sum((one.counts for one in by_label.values()), MotCounts())
-    known = [one.amota for one in by_label.values() if one.amota is not None]
+    total = sum((tracking.counts for tracking in by_label.values()), MotCounts())
+    known = [tracking.amota for tracking in by_label.values() if tracking.amota is not None]
     data = {
         "drives": len(whole),
         "counts": total,
@@ -125,8 +125,8 @@ def _look(tick: Recorded, reals: TruthObjects, tracks: Sequence[Any]) -> _Tracki
 
 def _of_label(drives: Sequence[Sequence[_TrackingFrame]], label: int) -> LabelTracking:
     frames = [_frames(looks, label) for looks in drives]
-    counts = sum((clear_mot(one, WITHIN_M) for one in frames), MotCounts())
-    errors = [error for looks, one in zip(drives, frames, strict=True) for error in _velocity_errors(looks, one, label)]
+    counts = sum((clear_mot(frame, WITHIN_M) for frame in frames), MotCounts())
+    errors = [error for looks, run in zip(drives, frames, strict=True) for error in _velocity_errors(looks, run, label)]
     best = best_threshold(frames, WITHIN_M)
     return LabelTracking(
         counts=counts,
@@ -159,7 +159,7 @@ def _frames(looks: Sequence[_TrackingFrame], label: int) -> list[TrackedFrame]:
                 counted=(reals.counted & look.near & (reals.label == label))[wanted],
                 track_id=look.track_id[mine],
                 track_xy=look.tracks[mine, :2] if mine.any() else _NOWHERE,
-                score=np.array([means[one] for one in look.track_id[mine].tolist()]),
+                score=np.array([means[item] for item in look.track_id[mine].tolist()]),
             )
         )
     return frames
@@ -197,18 +197,18 @@ def _page(data: dict[str, Any]) -> str:
     rows = [
         (
             name,
-            str(one.counts.objects),
-            figure(one.mota),
-            figure(one.best_mota),
-            figure(one.best_at, 2),
-            figure(one.amota),
-            figure(one.motp_m, 2),
-            figure(one.recall),
-            str(one.counts.switches),
-            str(one.counts.false_positives),
-            figure(one.velocity_rms_mps, 2),
+            str(item.counts.objects),
+            figure(item.mota),
+            figure(item.best_mota),
+            figure(item.best_at, 2),
+            figure(item.amota),
+            figure(item.motp_m, 2),
+            figure(item.recall),
+            str(item.counts.switches),
+            str(item.counts.false_positives),
+            figure(item.velocity_rms_mps, 2),
         )
-        for name, one in data["by_label"].items()
+        for name, item in data["by_label"].items()
     ]
     return (
         f"{data['drives']} drives, objects up to {FARTHEST_M:.0f} m, matched within {WITHIN_M:.0f} m: "

@@ -40,7 +40,7 @@ def calibrate(run: Path, check: Sequence[Path], jobs: int = 1, only: Sequence[st
     file = run / "crops.json"
     told: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
     for part, values in card.items():
-        told[part] |= {head: one for head, one in values.items() if not only or head in only}
+        told[part] |= {head: value for head, value in values.items() if not only or head in only}
     told["trained"]["check_crops"] = len(held)
     file.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
     return told
@@ -56,7 +56,7 @@ def logits_of(file: Path, crops: Crops) -> Logits:
         session.run(None, {"crops": pixels[i : i + AT_ONCE], "features": crops.features[i : i + AT_ONCE]})
         for i in range(0, len(crops), AT_ONCE)
     ]
-    return Logits.of([np.concatenate(one).astype(np.float64) for one in zip(*parts, strict=True)])
+    return Logits.of([np.concatenate(part).astype(np.float64) for part in zip(*parts, strict=True)])
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -67,8 +67,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--jobs", type=int, default=1, help="number of reading processes")
     parser.add_argument("--only", default="", help=f"heads to calibrate, of {', '.join(HEADS)}; otherwise all")
     given = parser.parse_args(arguments)
-    only = [one for one in given.only.split(",") if one]
-    if unknown := [one for one in only if one not in HEADS]:
+    only = [item for item in given.only.split(",") if item]
+    if unknown := [item for item in only if item not in HEADS]:
         parser.error(f"--only {unknown[0]}: there are {', '.join(HEADS)}")
     calibrate(given.run, given.check, given.jobs, only)
 

@@ -71,12 +71,12 @@ class Crops:
 
     def part(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> Crops:
         """Some of the crops."""
-        return Crops(*(getattr(self, one.name)[which] for one in fields(self)))
+        return Crops(*(getattr(self, field.name)[which] for field in fields(self)))
 
     @staticmethod
     def joined(parts: Sequence[Crops]) -> Crops:
         """All parts joined, in order."""
-        return Crops(*(np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(Crops)))
+        return Crops(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Crops)))
 
 
 def empty() -> Crops:
@@ -91,8 +91,8 @@ def crops_in(folders: Sequence[Path], jobs: int, seed: int = 0, *, flaggers: boo
 
     Raises `RecordingError`.
     """
-    found = [one for folder in folders for one in recordings(folder)]
-    work = [(one.folder, file, group, seed, flaggers) for group, one in enumerate(found) for file in one.files]
+    found = [recording for folder in folders for recording in recordings(folder)]
+    work = [(item.folder, file, group, seed, flaggers) for group, item in enumerate(found) for file in item.files]
     if jobs <= 1:
         return Crops.joined([empty(), *map(_of_stretch, work)])
     with multiprocessing.get_context("fork").Pool(jobs) as pool:
@@ -104,10 +104,10 @@ def _of_stretch(work: tuple[Path, Path, int, int, bool]) -> Crops:
     recording = Recording(folder)
     random = np.random.default_rng([seed, group, int(file.stem)])
     parts = [
-        one
+        item
         for tick in recording.stretch(file)
         if tick.jpeg is not None and tick.instances is not None
-        for one in _of_tick(tick, recording.rig.camera, group, random)
+        for item in _of_tick(tick, recording.rig.camera, group, random)
     ]
     found = Crops.joined([empty(), *parts])
     return found.part(found.gesture >= 0) if flaggers else found
@@ -128,10 +128,12 @@ def _of_tick(tick: Recorded, rig: CameraRig, group: int, random: np.random.Gener
         parts = VisibleParts(tick, rig, boxes)
         seen = [parts.get(i, windows.rectangle[i]) for i in each]
         hidden = [share < HIDDEN_SHARE for _, share in shares]
-        lamps = [_lamp_labels(one, hidden=gone) for one, gone in zip(seen, hidden, strict=True)]
-        gestures = [_gesture_label(one, hidden=gone) for one, gone in zip(seen, hidden, strict=True)]
-        lit = [[int(one.so.get(name, IGNORE)) for name in LAMPS] for one in seen]
-        signals = [IGNORE if one.shows is None else GESTURES.index(one.shows.value) for one in seen]
+        lamps = [_lamp_labels(attributes, hidden=gone) for attributes, gone in zip(seen, hidden, strict=True)]
+        gestures = [_gesture_label(attributes, hidden=gone) for attributes, gone in zip(seen, hidden, strict=True)]
+        lit = [[int(attributes.so.get(name, IGNORE)) for name in LAMPS] for attributes in seen]
+        signals = [
+            IGNORE if attributes.shows is None else GESTURES.index(attributes.shows.value) for attributes in seen
+        ]
         labels = _Labels(np.array(kinds), np.array(lamps), np.array(lit), np.array(gestures), np.array(signals))
         yield _made(rgb, windows, keep, features[keep], labels, group)
     yield from _background(rgb, rig, windows, group, random)
@@ -177,8 +179,8 @@ def _true_kind(tick: Recorded, i: int) -> ObjectKind:
 
 def _seen(mask: NDArray[np.uint16], actor_id: int, rectangle: Floats) -> tuple[int, float]:
     """Number of visible pixels of an actor in its rectangle, and their fraction of the rectangle."""
-    left, top = (int(one) for one in rectangle[:2])
-    right, bottom = (int(np.ceil(one)) for one in rectangle[2:])
+    left, top = (int(item) for item in rectangle[:2])
+    right, bottom = (int(np.ceil(item)) for item in rectangle[2:])
     part = mask[top:bottom, left:right]
     own = int(np.count_nonzero(part == actor_id % 65536))
     return own, own / max(part.size, 1)
@@ -197,7 +199,7 @@ def _lamp_labels(seen: VisibleAttributes, *, hidden: bool) -> list[int]:
     if hidden:
         return [IGNORE] * len(LAMPS)
     told = [seen.lamps.get(name, IGNORE) for name in LAMPS]
-    return [UNSEEN if one is None else int(one) for one in told]
+    return [UNSEEN if number is None else int(number) for number in told]
 
 
 def _gesture_label(seen: VisibleAttributes, *, hidden: bool) -> int:
@@ -225,11 +227,11 @@ def _background(
         yield _made(rgb, windows, keep, features_of(rig, boxes, windows)[keep], labels, group)
 
 
-def _overlap(one: Floats, others: Floats) -> Floats:
+def _overlap(box: Floats, others: Floats) -> Floats:
     """Intersection of two rectangles as a fraction of the smaller one."""
-    sides = np.minimum(one[2:], others[:, 2:]) - np.maximum(one[:2], others[:, :2])
+    sides = np.minimum(box[2:], others[:, 2:]) - np.maximum(box[:2], others[:, :2])
     common = np.prod(np.maximum(sides, 0.0), axis=1)
-    smaller = np.minimum(np.prod(one[2:] - one[:2]), np.prod(others[:, 2:] - others[:, :2], axis=1))
+    smaller = np.minimum(np.prod(box[2:] - box[:2]), np.prod(others[:, 2:] - others[:, :2], axis=1))
     return np.asarray(common / np.maximum(smaller, 1.0))
 
 

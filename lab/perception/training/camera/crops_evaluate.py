@@ -78,7 +78,9 @@ def temperature_of(logits: Floats, labels: NDArray[np.int64]) -> float:
         return 1.0
     logits, labels = logits[counts], labels[counts]
     candidates = np.exp(np.linspace(np.log(0.3), np.log(5.0), 60))
-    losses = [-np.log(softmax(logits / one)[np.arange(len(labels)), labels] + 1e-12).mean() for one in candidates]
+    losses = [
+        -np.log(softmax(logits / candidate)[np.arange(len(labels)), labels] + 1e-12).mean() for candidate in candidates
+    ]
     return float(candidates[int(np.argmin(losses))])
 
 
@@ -106,9 +108,9 @@ def least_confidence(confidence: Floats, right: NDArray[np.bool_], share: float)
 def cross_check(logits: Logits, crops: Crops) -> tuple[dict[str, Any], dict[str, Any]]:
     """The card that all crops calibrate, and the scores of each half with a card that the other half calibrates."""
     half = halves(crops.group)
-    parts = [(logits.part(one), crops.part(one)) for one in (half, ~half)]
-    cards = [calibrated(*one) for one in reversed(parts)]
-    return calibrated(logits, crops), scores([(*one, card) for one, card in zip(parts, cards, strict=True)])
+    parts = [(logits.part(item), crops.part(item)) for item in (half, ~half)]
+    cards = [calibrated(*part) for part in reversed(parts)]
+    return calibrated(logits, crops), scores([(*part, card) for part, card in zip(parts, cards, strict=True)])
 
 
 def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
@@ -124,7 +126,7 @@ def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
     lamps = softmax(logits.lamps / temperatures["lamps"])
     light = softmax(logits.light / temperatures["light"])
     gesture = softmax(logits.gesture / temperatures["gesture"])
-    passable = {one.value for one in PASSABLE_KINDS}
+    passable = {item.value for item in PASSABLE_KINDS}
     wanted = {name: PASSABLE_RIGHT if name in passable else KIND_RIGHT for name in KINDS}
     lamp_least = {}
     blinkers = [i for i, name in enumerate(LAMPS) if "blinker" in name]
@@ -134,7 +136,7 @@ def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
         shares = dict(zip(LAMP_ANSWERS, (dark, lit, 0.0), strict=True))
         # Both sides together: training mirrors its crops, and lit blinkers are rare.
         which = blinkers if i in blinkers else [i]
-        told, labels, state = (np.concatenate([one[:, k] for k in which]) for one in (lamps, crops.lamps, crops.lit))
+        told, labels, state = (np.concatenate([item[:, k] for k in which]) for item in (lamps, crops.lamps, crops.lit))
         lamp_least[name] = _least(told, labels, shares, state)
     gestures = {name: 0.0 if name == UNSEEN_GESTURE else GESTURE_RIGHT for name in GESTURES}
     least = {
@@ -177,14 +179,14 @@ def scores(parts: Sequence[tuple[Logits, Crops, dict[str, Any]]]) -> dict[str, A
         kind, light, gesture, lamps = (
             softmax(getattr(logits, head) / warm[head]) for head in ("kind", "light", "gesture", "lamps")
         )
-        one = {
+        item = {
             "kind": _told(kind, crops.kind, least["kind"]),
             "light": _told(light, crops.light, least["light"], crops.state),
             "gesture": _told(gesture, crops.gesture, least["gesture"], crops.signal),
         }
         for i, name in enumerate(LAMPS):
-            one[name] = _told(lamps[:, i], crops.lamps[:, i], least["lamps"][name], crops.lit[:, i])
-        for head, found in one.items():
+            item[name] = _told(lamps[:, i], crops.lamps[:, i], least["lamps"][name], crops.lit[:, i])
+        for head, found in item.items():
             told.setdefault(head, []).append(found)
     return {head: _scored(found) for head, found in told.items()}
 
@@ -213,7 +215,7 @@ def _told(
 def _scored(parts: Sequence[_HeadAnswers]) -> dict[str, Any]:
     names = parts[0].names
     labels, shown, best, says = (
-        np.concatenate([getattr(one, name) for one in parts]) for name in ("labels", "shown", "best", "says")
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("labels", "shown", "best", "says")
     )
     matrix = np.zeros((len(names), len(names)), int)
     np.add.at(matrix, (labels, best), 1)
@@ -244,19 +246,19 @@ def _share(flags: NDArray[np.bool_]) -> float | None:
 def report(told: dict[str, Any]) -> str:
     """The scores as text, with one confusion matrix (rows: truth) for each head."""
     lines = []
-    for head, one in told.items():
+    for head, item in told.items():
         lines.append(
-            f"{head}: {one['crops']} crops, accuracy {one['accuracy']}, answered {one['answered']}, "
-            f"right when answered {one['right_when_answered']}"
+            f"{head}: {item['crops']} crops, accuracy {item['accuracy']}, answered {item['answered']}, "
+            f"right when answered {item['right_when_answered']}"
         )
-        for name, row in one["by_name"].items():
+        for name, row in item["by_name"].items():
             if row["crops"] or row["answers"]:
                 lines.append(
                     f"  {name:16} crops {row['crops']:6} found {row['found']} answered {row['answered']} "
                     f"answers {row['answers']} right {row['right']}"
                 )
-        used = [i for i, row in enumerate(one["confusion"]) if sum(row) or any(r[i] for r in one["confusion"])]
-        names = list(one["by_name"])
+        used = [i for i, row in enumerate(item["confusion"]) if sum(row) or any(r[i] for r in item["confusion"])]
+        names = list(item["by_name"])
         lines.append("  truth \\ answer   " + " ".join(f"{names[i][:7]:>7}" for i in used))
-        lines += [f"  {names[i]:16} " + " ".join(f"{one['confusion'][i][j]:7}" for j in used) for i in used]
+        lines += [f"  {names[i]:16} " + " ".join(f"{item['confusion'][i][j]:7}" for j in used) for i in used]
     return "\n".join(lines)

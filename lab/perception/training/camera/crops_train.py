@@ -102,8 +102,8 @@ def fit(taught: Crops, shares: Floats, settings: CropsTrainOptions) -> CropNet:
     net = (CropNet() if settings.start is None else restored(settings.start)).to(device).train()
     taught, shares = _thinned(taught, shares, settings)
     stored, features, kind, lamps, light, gesture, weights = (
-        torch.from_numpy(one).to(device)
-        for one in (taught.crops, taught.features, taught.kind, taught.lamps, taught.light, taught.gesture, shares)
+        torch.from_numpy(row).to(device)
+        for row in (taught.crops, taught.features, taught.kind, taught.lamps, taught.light, taught.gesture, shares)
     )
     if settings.start is not None:
         some = torch.multinomial(weights, settings.batch, replacement=True)
@@ -131,7 +131,7 @@ def fit(taught: Crops, shares: Floats, settings: CropsTrainOptions) -> CropNet:
         losses = torch.lerp(parts.detach(), losses, 0.95 if step > 1 else 0.0)
         if spent - said >= REPORT_S:
             said = spent
-            each = " ".join(f"{head} {float(one):.3f}" for head, one in zip(HEADS, losses, strict=True))
+            each = " ".join(f"{head} {float(item):.3f}" for head, item in zip(HEADS, losses, strict=True))
             print(f"{spent:5.0f} s, step {step}: {each}", flush=True)
     averaged.cpu().eval()
     return averaged
@@ -141,7 +141,7 @@ def losses_of(outputs: Sequence[Tensor], kind: Tensor, lamps: Tensor, light: Ten
     """(4,): the cross entropy of each head, over labels that are not -1."""
     told = outputs[1].reshape(-1, len(LAMP_ANSWERS))
     pairs = ((outputs[0], kind), (told, lamps.reshape(-1)), (outputs[2], light), (outputs[3], gesture))
-    sums = [functional.cross_entropy(one.float(), label, ignore_index=-1, reduction="sum") for one, label in pairs]
+    sums = [functional.cross_entropy(pair.float(), label, ignore_index=-1, reduction="sum") for pair, label in pairs]
     counts = [(label >= 0).sum().clamp(min=1) for _, label in pairs]
     return torch.stack([total / count for total, count in zip(sums, counts, strict=True)])
 
@@ -164,8 +164,8 @@ def logits_of(net: CropNet, crops: Crops) -> Logits:
         for start in range(0, len(crops), 512):
             span = slice(start, start + 512)
             outputs = net(middle(torch.from_numpy(crops.crops[span])), torch.from_numpy(crops.features[span]))
-            parts.append([one.double().numpy() for one in outputs])
-    return Logits.of([np.concatenate(one) for one in zip(*parts, strict=True)])
+            parts.append([output.double().numpy() for output in outputs])
+    return Logits.of([np.concatenate(part) for part in zip(*parts, strict=True)])
 
 
 def _thinned(crops: Crops, shares: Floats, settings: CropsTrainOptions) -> tuple[Crops, Floats]:

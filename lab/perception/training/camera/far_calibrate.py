@@ -39,7 +39,7 @@ def calibrate(run: Path, check_on: Sequence[Path], jobs: int = 1) -> dict[str, A
     held = load(check_on, jobs)
     outputs, card = _network(run, jobs)
     found = check(outputs, held, float(card["threshold"]))
-    told: dict[str, Any] = {**card, **{name: one for name, one in found.items() if name not in KEPT}}
+    told: dict[str, Any] = {**card, **{name: item for name, item in found.items() if name not in KEPT}}
     told["checked_on"] = sorted({town for town, _ in held.about})
     told["checked_pictures"] = len(held)
     print(written(told))

@@ -76,7 +76,7 @@ class Strips:
 
 def load(folders: Sequence[Path], jobs: int) -> Strips:
     """Loads all images with masks from folders of recordings. Raises `RecordingError`, or `ValueError` for none."""
-    drives = [one for folder in folders for one in recordings(folder)]
+    drives = [recording for folder in folders for recording in recordings(folder)]
     files = [(k, file) for k, drive in enumerate(drives) for file in drive.files]
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
         parts = list(pool.map(_read, [(k, file.parent, file) for k, file in files]))
@@ -84,19 +84,19 @@ def load(folders: Sequence[Path], jobs: int) -> Strips:
     if not parts:
         raise ValueError(f"{', '.join(map(str, folders))}: no image has an instance mask")
     rgb, top, boxes, time_s, drive = (np.concatenate(column) for column in zip(*parts, strict=True))
-    about = tuple((_told(one.about, "town"), _told(one.about, "weather")) for one in drives)
+    about = tuple((_told(run.about, "town"), _told(run.about, "weather")) for run in drives)
     return Strips(rgb, top, boxes, time_s, drive, about, drives[0].rig.camera)
 
 
 def boxes_of(tick: Recorded, rig: CameraRig) -> Singles:
     """Visible actors, nearest first, as (n, 10), see `BOX_FIELDS`. The tick must have a mask."""
     assert tick.instances is not None
-    x, y, z, yaw = (float(one) for one in tick.pose[:4])
+    x, y, z, yaw = (float(item) for item in tick.pose[:4])
     pose = PoseEstimate(tick.time_s, x, y, z, yaw, 0.0, 0.0, np.zeros((4, 4)))
     truth = tick.truth
     boxes = into_vehicle(truth.boxes[:, [0, 1, 2, 4, 5, 6, 3]], pose) if len(truth.boxes) else np.zeros((0, 7))
     boxes = _levelled(boxes, float(tick.pose[4]), float(tick.pose[5]))
-    column, row, ahead = (one.reshape(-1, 8) for one in rig.project(corners_of(boxes).reshape(-1, 3)))
+    column, row, ahead = (item.reshape(-1, 8) for item in rig.project(corners_of(boxes).reshape(-1, 3)))
     counts = np.bincount(tick.instances.ravel())
     shown = {int(actor): int(counts[actor]) for actor in np.flatnonzero(counts)}
     rows: list[tuple[float, ...]] = []
@@ -116,7 +116,7 @@ def boxes_of(tick: Recorded, rig: CameraRig) -> Singles:
             (label if taught else -1, left, top, right, bottom, share, distance, towards, actor, float(boxes[k, 4]))
         )
     rows += [_unknown(tick.instances, actor) for actor in shown if actor != 0]
-    rows.sort(key=lambda one: one[6])
+    rows.sort(key=lambda item: item[6])
     return np.array(rows[:MOST_BOXES], np.float32).reshape(-1, len(BOX_FIELDS))
 
 

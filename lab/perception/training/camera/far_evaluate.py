@@ -82,8 +82,11 @@ def check(run: Run, strips: Strips, threshold: float | None = None) -> dict[str,
     """
     pictures = [_match(found, strips.boxes[k], int(strips.drive[k])) for k, found in enumerate(_found(run, strips))]
     threshold = _threshold(pictures) if threshold is None else threshold
-    pictures = [_match(one.found.part(one.found.score >= threshold), one.boxes, one.drive) for one in pictures]
-    looks = np.array([one.found.look for one in pictures])
+    pictures = [
+        _match(picture.found.part(picture.found.score >= threshold), picture.boxes, picture.drive)
+        for picture in pictures
+    ]
+    looks = np.array([picture.found.look for picture in pictures])
     edges = {
         "brightness": [float(np.quantile(looks[:, 0], share)) for share in BRIGHTNESS_SHARES],
         "contrast": [float(np.quantile(looks[:, 1], share)) for share in CONTRAST_SHARES],
@@ -111,16 +114,16 @@ def check_part(run: Run, strips: Strips, card: dict[str, Any]) -> dict[str, Any]
     that a second look repeats. Threshold and classes of look are those of the card.
     """
     threshold = float(card["threshold"])
-    found = [one.part(one.score >= threshold) for one in _found(run, strips)]
-    pictures = [_match(one, strips.boxes[k], int(strips.drive[k])) for k, one in enumerate(found)]
-    looks = look_classes(np.array([one.found.look for one in pictures]), card["look_edges"])
+    found = [detections.part(detections.score >= threshold) for detections in _found(run, strips)]
+    pictures = [_match(detections, strips.boxes[k], int(strips.drive[k])) for k, detections in enumerate(found)]
+    looks = look_classes(np.array([picture.found.look for picture in pictures]), card["look_edges"])
     rows = _rows(pictures, looks, _in_part)
     rows = rows.part(rows.label == 0)
     count = (len(BRIGHTNESS_SHARES) + 1) * (len(CONTRAST_SHARES) + 1)
     return {
         "recall": [_counts(rows.part(rows.look == look)) for look in range(count)],
         "repeated_miss": _repeated(rows, strips.time_s),
-        "tables": {name: one for name, one in _tables(rows, strips.about).items() if name.startswith("vehicle")},
+        "tables": {name: table for name, table in _tables(rows, strips.about).items() if name.startswith("vehicle")},
         "pictures": len(strips),
     }
 
@@ -136,7 +139,7 @@ def written(card: dict[str, Any]) -> str:
     """The card's tables as a Markdown page."""
     lines = ["# Far detector on held-out images", "", f"threshold {card['threshold']:.3f}", ""]
     lines += _recall_table(card["tables"])
-    lines.append("| precision, by estimated range | " + " | ".join(_share(one) for one in card["precision"]) + " |")
+    lines.append("| precision, by estimated range | " + " | ".join(_share(item) for item in card["precision"]) + " |")
     told = card["range"]
     lines += ["", f"front or rear correct: {card['towards_right']}; missed again 0.5 s later: {card['repeated_miss']}"]
     lines += [f"range: {told['said']}", ""]
@@ -152,7 +155,9 @@ def written_part(card: dict[str, Any]) -> str:
 def _recall_table(tables: dict[str, Sequence[Sequence[int]]]) -> list[str]:
     bins = " | ".join(f"{a:.0f}-{b:.0f} m" for a, b in pairwise(BINS))
     head = [f"| recall (number of boxes) | {bins} |", "|---" * len(BINS) + "|"]
-    return head + [f"| {name} | " + " | ".join(_share(one) for one in counts) + " |" for name, counts in tables.items()]
+    return head + [
+        f"| {name} | " + " | ".join(_share(count) for count in counts) + " |" for name, counts in tables.items()
+    ]
 
 
 def _share(counts: Sequence[int]) -> str:
@@ -204,10 +209,10 @@ def _in_part(boxes: NDArray[np.float32]) -> NDArray[np.bool_]:
 
 def _threshold(pictures: Sequence[_Matched]) -> float:
     scores, right = [np.zeros(0)], [np.zeros(0, bool)]
-    for one in pictures:
-        far = (one.found.label == 0) & (one.truth != -2) & (one.found.height < FAR_PX)
-        scores.append(one.found.score[far])
-        right.append(one.truth[far] >= 0)
+    for picture in pictures:
+        far = (picture.found.label == 0) & (picture.truth != -2) & (picture.found.height < FAR_PX)
+        scores.append(picture.found.score[far])
+        right.append(picture.truth[far] >= 0)
     score, good = np.concatenate(scores), np.concatenate(right)
     order = np.argsort(-score)
     precise = np.cumsum(good[order]) / np.arange(1, len(order) + 1) >= PRECISION
@@ -222,12 +227,12 @@ def _rows(
     counts: Callable[[NDArray[np.float32]], NDArray[np.bool_]] = _judged,
 ) -> _Rows:
     columns: list[tuple[Any, ...]] = []
-    for k, one in enumerate(pictures):
-        hit = np.zeros(len(one.boxes), bool)
-        hit[one.truth[one.truth >= 0]] = True
-        counted = counts(one.boxes)
-        for box, found in zip(one.boxes[counted], hit[counted], strict=True):
-            columns.append((int(box[0]), float(box[6]), one.drive, k, int(box[8]), int(look[k]), bool(found)))
+    for k, picture in enumerate(pictures):
+        hit = np.zeros(len(picture.boxes), bool)
+        hit[picture.truth[picture.truth >= 0]] = True
+        counted = counts(picture.boxes)
+        for box, found in zip(picture.boxes[counted], hit[counted], strict=True):
+            columns.append((int(box[0]), float(box[6]), picture.drive, k, int(box[8]), int(look[k]), bool(found)))
     table = list(zip(*columns, strict=True)) or [()] * 7
     kinds = (np.int64, np.float64, np.int64, np.int64, np.int64, np.int64, np.bool_)
     return _Rows(*(np.array(column, kind) for column, kind in zip(table, kinds, strict=True)))
@@ -259,10 +264,10 @@ def _repeated(rows: _Rows, time_s: Floats) -> list[int]:
 def _precision(pictures: Sequence[_Matched], strips: Strips) -> list[list[int]]:
     """Correct vehicle detections, and all, by the range estimated from their height."""
     counts = np.zeros((len(BINS) - 1, 2), int)
-    for one in pictures:
-        mine = (one.found.label == 0) & (one.truth != -2)
-        away = strips.rig.focal_px * 1.6 / np.maximum(one.found.height[mine], 1.0)
-        for k, right in zip(np.digitize(away, BINS) - 1, one.truth[mine] >= 0, strict=True):
+    for picture in pictures:
+        mine = (picture.found.label == 0) & (picture.truth != -2)
+        away = strips.rig.focal_px * 1.6 / np.maximum(picture.found.height[mine], 1.0)
+        for k, right in zip(np.digitize(away, BINS) - 1, picture.truth[mine] >= 0, strict=True):
             if 0 <= k < len(counts):
                 counts[k] += (int(right), 1)
     return [[int(a), int(b)] for a, b in counts]
@@ -271,17 +276,17 @@ def _precision(pictures: Sequence[_Matched], strips: Strips) -> list[list[int]]:
 def _towards(pictures: Sequence[_Matched]) -> list[int]:
     """Vehicles found beyond `FROM_M` with a visible front or rear: correctly classified, and all."""
     right = total = 0
-    for one in pictures:
-        for k in np.flatnonzero((one.truth >= 0) & (one.found.label == 0)):
-            box = one.boxes[one.truth[k]]
+    for picture in pictures:
+        for k in np.flatnonzero((picture.truth >= 0) & (picture.found.label == 0)):
+            box = picture.boxes[picture.truth[k]]
             if box[7] >= 0 and box[6] > FROM_M:
                 total += 1
-                right += bool((one.found.towards[k] > 0.5) == (box[7] > 0.5))
+                right += bool((picture.found.towards[k] > 0.5) == (box[7] > 0.5))
     return [right, total]
 
 
 def _tables(rows: _Rows, about: Sequence[tuple[str, str]]) -> dict[str, list[list[int]]]:
-    towns, weathers = (np.array([one[k] for one in about])[rows.drive] for k in (0, 1))
+    towns, weathers = (np.array([item[k] for item in about])[rows.drive] for k in (0, 1))
     tables = {name: _counts(rows.part(rows.label == k)) for k, name in enumerate(LABELS)}
     vehicle = rows.label == 0
     tables |= {f"vehicle, {name}": _counts(rows.part(vehicle & (towns == name))) for name in sorted(set(towns))}
@@ -309,7 +314,7 @@ def _ranges(pictures: Sequence[_Matched], strips: Strips) -> dict[str, Any]:
         "row_bias_px": model.row_bias_px,
         "row_sigma_px": model.row_sigma_px,
         "row_noise_px": model.row_noise_px,
-        "size": [list(one) for one in model.size],
+        "size": [list(item) for item in model.size],
         "size_sigma": list(model.size_sigma),
         "half_length_m": list(model.half_length_m),
         "inflation": model.inflation,
@@ -350,16 +355,16 @@ def _pairs(
 ) -> tuple[FarDetections, Floats, Floats]:
     """Detections in some drives that match a judged box, their distances from the camera, and the true lower edges."""
     parts, distances, edges = [], [], []
-    for one in pictures:
-        if not chosen(one.drive):
+    for picture in pictures:
+        if not chosen(picture.drive):
             continue
-        right = one.truth >= 0
-        right[right] &= _judged(one.boxes)[one.truth[right]]
-        parts.append(one.found.part(right))
-        distances.append(one.boxes[one.truth[right], 6] - strips.rig.mount.x_m)
-        edges.append(one.boxes[one.truth[right], 4])
+        right = picture.truth >= 0
+        right[right] &= _judged(picture.boxes)[picture.truth[right]]
+        parts.append(picture.found.part(right))
+        distances.append(picture.boxes[picture.truth[right], 6] - strips.rig.mount.x_m)
+        edges.append(picture.boxes[picture.truth[right], 4])
     names = ("column", "row", "width", "height", "score", "label", "towards")
     empty = {name: np.zeros(0, np.int64 if name == "label" else np.float64) for name in names}
     joined = {name: np.concatenate([empty[name], *(getattr(part, name) for part in parts)]) for name in names}
-    distance, edge = (np.concatenate([np.zeros(0), *one]).astype(np.float64) for one in (distances, edges))
+    distance, edge = (np.concatenate([np.zeros(0), *item]).astype(np.float64) for item in (distances, edges))
     return FarDetections(0.0, **joined, look=np.zeros(2)), distance, edge

@@ -59,7 +59,7 @@ def _compare(shipped: ExportedFarNet, file: Path, tried: Strips) -> None:
     for rgb in tried.rgb[:TRIED, MARGIN_ROWS:-MARGIN_ROWS]:
         strip = np.ascontiguousarray(rgb[None])
         with torch.no_grad():
-            wanted = [one.numpy() for one in shipped(torch.from_numpy(strip))]
+            wanted = [item.numpy() for item in shipped(torch.from_numpy(strip))]
         (peaks, rest), (their_peaks, their_rest) = wanted, session.run(None, {"strip": strip})
         off = float(np.quantile(np.abs(rest - their_rest), 0.999))
         for label, y, x in zip(*np.nonzero(peaks[0] >= LEAST_PEAK), strict=True):

@@ -156,7 +156,7 @@ def outputs_of(net: FarNet, device: torch.device) -> Run:
 
     def run(strip: Pixels) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         with torch.no_grad():
-            peaks, rest = (one[0].float().cpu().numpy() for one in shipped(torch.from_numpy(strip[None]).to(device)))
+            peaks, rest = (item[0].float().cpu().numpy() for item in shipped(torch.from_numpy(strip[None]).to(device)))
         return peaks, rest
 
     return run

@@ -115,7 +115,7 @@ def _seen(net: CropNet, crops: Crops) -> Tensor:
     with torch.no_grad():
         for start in range(0, len(crops), AT_ONCE):
             span = slice(start, start + AT_ONCE)
-            given = (torch.from_numpy(one[span]) for one in (crops.crops, crops.features, crops.lamps))
+            given = (torch.from_numpy(row[span]) for row in (crops.crops, crops.features, crops.lamps))
             pictures, features, _ = augmented(*given)
             found.append(net.seen(pictures, features).half())
     return torch.cat(found)

@@ -34,18 +34,18 @@ def average(first: Path, second: Path, share: float, out: Path) -> None:
     Raises:
         RestoreError: One of the files holds no network, their sizes differ, or the second has no card.
     """
-    one, other = restore(first), restore(second)
-    if one.widths != other.widths:
-        raise RestoreError(f"{second}: its widths are {other.widths}, those of {first} are {one.widths}")
+    item, other = restore(first), restore(second)
+    if item.widths != other.widths:
+        raise RestoreError(f"{second}: its widths are {other.widths}, those of {first} are {item.widths}")
     card_file = second.with_name(CARD)
     try:
         trained: dict[str, Any] = json.loads(card_file.read_text(encoding="utf-8"))["trained"]
         card = {key: trained[key] for key in FIGURES} | {AVERAGED: share}
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RestoreError(f"{card_file}: no card of a training ({error}); export the network again") from error
-    mean = mean_of(one.state_dict(), other.state_dict(), share)
+    mean = mean_of(item.state_dict(), other.state_dict(), share)
     out.mkdir(parents=True, exist_ok=True)
-    torch.save({"weights": mean, "widths": one.widths}, out / WEIGHTS)
+    torch.save({"weights": mean, "widths": item.widths}, out / WEIGHTS)
     (out / TRAINING).write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
 
 

@@ -51,7 +51,7 @@ def predicted(net: PillarNet, store: WindowStore, batch: int = 8) -> list[Detect
             part = store.batch(which, vary=False)
             heat, box = net(*pillars(part.points, part.window, net.grid), len(which))
             for i in range(len(which)):
-                logit, label, cell, told = (one.cpu().numpy() for one in strongest(heat[i : i + 1], box[i : i + 1]))
+                logit, label, cell, told = (item.cpu().numpy() for item in strongest(heat[i : i + 1], box[i : i + 1]))
                 found.append(decode(logit, label, cell, told, 0.0, RAW, net.grid))
     return found
 
@@ -65,30 +65,30 @@ def judged(found: Sequence[Detections], store: WindowStore) -> list[ScoredDetect
 def _judged_label(
     label: int, found: Sequence[Detections], boxes: Floats, labels: NDArray[np.int64]
 ) -> ScoredDetections:
-    parts = [(i, k) for i, one in enumerate(found) for k in np.flatnonzero(one.label == label).tolist()]
+    parts = [(i, k) for i, detections in enumerate(found) for k in np.flatnonzero(detections.label == label).tolist()]
     parts.sort(key=lambda part: -found[part[0]].score[part[1]])
     taken: set[tuple[int, int]] = set()
     score, right, errors = [], [], []
     for i, k in parts:
-        one = found[i]
-        away = np.hypot(boxes[i, :, 0] - one.center[k, 0], boxes[i, :, 1] - one.center[k, 1])
+        item = found[i]
+        away = np.hypot(boxes[i, :, 0] - item.center[k, 0], boxes[i, :, 1] - item.center[k, 1])
         open_to = [m for m in np.flatnonzero((labels[i] == label) & (away < NEAR_M)).tolist() if (i, m) not in taken]
         if open_to:
             best = min(open_to, key=lambda m: float(away[m]))
             taken.add((i, best))
-            errors.append(_errors(one, k, boxes[i, best], float(away[best])))
-        elif _beside_ignored(one.center[k], boxes[i][labels[i] == IGNORED]):
+            errors.append(_errors(item, k, boxes[i, best], float(away[best])))
+        elif _beside_ignored(item.center[k], boxes[i][labels[i] == IGNORED]):
             continue
-        score.append(float(one.score[k]))
+        score.append(float(item.score[k]))
         right.append(bool(open_to))
     bodies = int((labels == label).sum())
     return ScoredDetections(np.array(score), np.array(right, bool), np.array(errors).reshape(-1, 5), bodies)
 
 
-def _errors(one: Detections, k: int, box: Floats, away: float) -> tuple[float, ...]:
-    yaw = abs((one.yaw[k] - box[6] + np.pi) % (2 * np.pi) - np.pi)
-    speed = float(np.hypot(*(one.velocity[k] - box[7:9])))
-    return away, float(yaw), speed, float(np.prod(one.size[k]) / np.prod(box[3:6])), float(np.hypot(*box[7:9]))
+def _errors(detections: Detections, k: int, box: Floats, away: float) -> tuple[float, ...]:
+    yaw = abs((detections.yaw[k] - box[6] + np.pi) % (2 * np.pi) - np.pi)
+    speed = float(np.hypot(*(detections.velocity[k] - box[7:9])))
+    return away, float(yaw), speed, float(np.prod(detections.size[k]) / np.prod(box[3:6])), float(np.hypot(*box[7:9]))
 
 
 def _beside_ignored(middle: Floats, ignored: Floats) -> bool:
@@ -110,13 +110,13 @@ def average_precision(of: ScoredDetections) -> float:
 
 def mean_average_precision(all_labels: Sequence[ScoredDetections]) -> float:
     """Mean average precision over the labels that have bodies."""
-    counted = [average_precision(one) for one in all_labels if one.bodies]
+    counted = [average_precision(label) for label in all_labels if label.bodies]
     return sum(counted) / max(1, len(counted))
 
 
 def calibrated(all_labels: Sequence[ScoredDetections]) -> Calibration:
     """Slope and shift that turn a logit into the probability that the detection is correct (Platt 1999)."""
-    fits = [_platt(one.score, one.right) for one in all_labels]
+    fits = [_platt(label.score, label.right) for label in all_labels]
     return Calibration(
         tuple(slope for slope, _ in fits), tuple(shift for _, shift in fits), (LEAST_SCORE,) * len(all_labels)
     )
@@ -140,14 +140,14 @@ def _platt(score: Floats, right: NDArray[np.bool_]) -> tuple[float, float]:
 def report(all_labels: Sequence[ScoredDetections]) -> list[dict[str, float | str]]:
     """One row per label: AP at 2 m, bodies, and errors of correct detections (medians and 90th percentiles)."""
     rows: list[dict[str, float | str]] = []
-    for name, one in zip(LABELS, all_labels, strict=True):
-        row: dict[str, float | str] = {"label": name, "bodies": one.bodies, "ap": round(average_precision(one), 4)}
-        row["recall"] = round(float(one.right.sum()) / max(1, one.bodies), 4)
-        if len(one.errors):
-            middle, high = np.median(one.errors, axis=0), np.quantile(one.errors, 0.9, axis=0)
+    for name, label in zip(LABELS, all_labels, strict=True):
+        row: dict[str, float | str] = {"label": name, "bodies": label.bodies, "ap": round(average_precision(label), 4)}
+        row["recall"] = round(float(label.right.sum()) / max(1, label.bodies), 4)
+        if len(label.errors):
+            middle, high = np.median(label.errors, axis=0), np.quantile(label.errors, 0.9, axis=0)
             row |= {"away_m": round(middle[0], 3), "away_90_m": round(high[0], 3), "yaw_rad": round(middle[1], 3)}
             row |= {"velocity_mps": round(middle[2], 3), "velocity_90_mps": round(high[2], 3)}
-            moving = one.errors[one.errors[:, 4] > MOVING_MPS]
+            moving = label.errors[label.errors[:, 4] > MOVING_MPS]
             row["moving"] = len(moving)
             if len(moving):
                 row["velocity_of_moving_mps"] = round(float(np.median(moving[:, 2])), 3)

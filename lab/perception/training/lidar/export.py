@@ -148,7 +148,7 @@ def _difference(shipped: ExportedPillarNet, file: Path, store: WindowStore) -> f
     for i in np.linspace(0, len(store) - 1, min(COMPARED, len(store))).astype(int).tolist():
         fed = _fed(store, i)
         with torch.no_grad():
-            expected = [one.numpy() for one in shipped(*map(torch.from_numpy, fed.values()))]
+            expected = [item.numpy() for item in shipped(*map(torch.from_numpy, fed.values()))]
         got = session.run(None, fed)
         worst = max(worst, float(np.abs(expected[0] - got[0]).max()), _box_difference(expected, got))
     if not worst < CLOSE:
@@ -163,7 +163,7 @@ def _box_difference(expected: Sequence[Any], got: Sequence[Any]) -> float:
     pairs = [(i, places[place]) for i, place in enumerate(half) if place in places]
     if len(pairs) < 0.9 * len(half):
         return float("inf")
-    ours, theirs = (list(one) for one in zip(*pairs, strict=True))
+    ours, theirs = (list(pair) for pair in zip(*pairs, strict=True))
     return float(np.abs(expected[3][ours] - got[3][theirs]).max())
 
 

@@ -97,7 +97,7 @@ def train(options: Options) -> list[dict[str, float | str]]:
     store = WindowStore(windows, device)
     if options.start is not None:
         _continue(net, options.start, store)
-    _say(f"{sum(one.numel() for one in net.parameters()) / 1e6:.2f} million weights on {device}")
+    _say(f"{sum(parameter.numel() for parameter in net.parameters()) / 1e6:.2f} million weights on {device}")
     averaged, steps = _fit(net, store, torch.from_numpy(drawn_how_often(windows)).to(device), options)
     # Written before the check, which takes long and might be interrupted.
     options.out.mkdir(parents=True, exist_ok=True)
@@ -145,8 +145,8 @@ def drawn_how_often(windows: SweepWindows) -> np.ndarray[tuple[int], np.dtype[np
 def _fit(net: PillarNet, store: WindowStore, how_often: Tensor, options: Options) -> tuple[PillarNet, int]:
     """The network with weights averaged over the steps, and the number of steps."""
     device = store.device
-    decayed = [one for one in net.parameters() if one.ndim > 1]
-    rest = [one for one in net.parameters() if one.ndim <= 1]
+    decayed = [parameter for parameter in net.parameters() if parameter.ndim > 1]
+    rest = [parameter for parameter in net.parameters() if parameter.ndim <= 1]
     groups = [{"params": decayed, "weight_decay": WEIGHT_DECAY}, {"params": rest, "weight_decay": 0.0}]
     optimiser = torch.optim.AdamW(groups, lr=options.rate)
     averaged = PillarNet(options.widths).to(device)

@@ -137,7 +137,7 @@ def _write_root(options: argparse.Namespace) -> int:
     from carlette.carla_root import write_carla_root
     from carlette.opendrive.map_file import map_folders
 
-    folders = map_folders([one for many in options.maps for one in many.split(os.pathsep)])
+    folders = map_folders([item for many in options.maps for item in many.split(os.pathsep)])
     towns = write_carla_root(Path(options.as_carla_root), folders, options.client_version)
     print(f"carlette: {options.as_carla_root} is a CARLA_ROOT with {', '.join(towns)}")
     return 0
@@ -169,7 +169,7 @@ def _simulator(options: argparse.Namespace) -> Simulator:
     from carlette.simulator import Simulator
     from carlette.world.settings import EpisodeSettings
 
-    folders = map_folders([one for many in options.maps for one in many.split(os.pathsep)])
+    folders = map_folders([item for many in options.maps for item in many.split(os.pathsep)])
     # Nobody else holds the first map: it is freed with its episode.
     roads = RoadNetwork(find_map(options.map, folders))
     simulator = Simulator(roads, VERSIONS[options.client_version], folders, options.seed, options.recordings)

@@ -66,7 +66,7 @@ class Pose(NamedTuple):
         if pitch == 0.0 == roll:
             return Rotation(child.pitch, yaw + child.yaw, child.roll)
         ahead, right, up = (
-            rotate(rotate(one, child), self.rotation) for one in (Vector(x=1.0), Vector(y=1.0), Vector(z=1.0))
+            rotate(rotate(item, child), self.rotation) for item in (Vector(x=1.0), Vector(y=1.0), Vector(z=1.0))
         )
         return Rotation(
             math.degrees(math.atan2(ahead.z, math.hypot(ahead.x, ahead.y))),
@@ -99,7 +99,7 @@ def turned(box: Box, rotation: Rotation) -> Box:
     tilt = Rotation(rotation.pitch, 0.0, rotation.roll)
     if tilt == Rotation():
         return box
-    axes = [rotate(one, tilt) for one in (Vector(x=1.0), Vector(y=1.0), Vector(z=1.0))]
+    axes = [rotate(item, tilt) for item in (Vector(x=1.0), Vector(y=1.0), Vector(z=1.0))]
     half = [sum(abs(axis[i]) * size for axis, size in zip(axes, box.extent, strict=True)) for i in range(3)]
     return Box(rotate(box.center, tilt), Vector(*half))
 

@@ -47,7 +47,7 @@ def open_world(town: str, folders: Sequence[str | Path] = (), seed: int = 0) -> 
     Raises:
         MapError: There is no such town, or its file cannot be used.
     """
-    return World(RoadNetwork(find_map(town, map_folders([str(one) for one in folders]))), seed)
+    return World(RoadNetwork(find_map(town, map_folders([str(folder) for folder in folders]))), seed)
 
 
 def populate(world: World, cars: int, seed: int = 0, model: str = CAR) -> list[Actor]:

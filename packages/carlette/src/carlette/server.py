@@ -86,11 +86,11 @@ class Server:
             self._close()
 
     def _turn(self) -> None:
-        behind = [one for one in self._sessions if one.is_behind and not one.is_paused]
+        behind = [session for session in self._sessions if session.is_behind and not session.is_paused]
         self._handle_ready(0.0 if behind else self._held.wait_s(time.monotonic(), self._wait_s()))
-        for one in behind:
-            if one in self._sessions:
-                self._handle(self._selector.get_key(one.socket), 0)
+        for item in behind:
+            if item in self._sessions:
+                self._handle(self._selector.get_key(item.socket), 0)
         now = time.monotonic()
         self._send_away_overstayed(now)
         self._held.release(now)
@@ -122,9 +122,9 @@ class Server:
         except Exception:
             # An error with one peer must not end the server for the others.
             log.exception("a peer is dropped: this is an error of the server, please report it")
-            for connection in [one for one in self._sessions if one.socket is key.fileobj]:
+            for connection in [session for session in self._sessions if session.socket is key.fileobj]:
                 self._drop_client(connection)
-            for subscriber in [one for one in self.simulator.hub.subscribers if one.socket is key.fileobj]:
+            for subscriber in [item for item in self.simulator.hub.subscribers if item.socket is key.fileobj]:
                 self._drop_subscriber(subscriber)
 
     def _wait_s(self) -> float:
@@ -205,11 +205,11 @@ class Server:
             self._tend_subscribers()
 
     def _tend_subscribers(self) -> None:
-        for one in list(self.simulator.hub.subscribers):
-            if one.lags:
-                self._drop_subscriber(one)
-            elif one.wants_to_write:
-                self._watch(one, self._on_stream(one))
+        for subscriber in list(self.simulator.hub.subscribers):
+            if subscriber.lags:
+                self._drop_subscriber(subscriber)
+            elif subscriber.wants_to_write:
+                self._watch(subscriber, self._on_stream(subscriber))
 
     def _accept(self, listener: socket.socket) -> socket.socket | None:
         try:
@@ -285,7 +285,10 @@ class Server:
             self._pacing.step_begun()
 
     def _answer(self, connection: RpcConnection, number: int, result: Any) -> None:
-        sceneries, self.simulator.sceneries = [one for one in self.simulator.sceneries if not one.done()], []
+        sceneries, self.simulator.sceneries = (
+            [scenery for scenery in self.simulator.sceneries if not scenery.done()],
+            [],
+        )
         parting, self.simulator.parting = self.simulator.parting, None
         if parting is not None:
             self._held.hold(connection, number, result, [parting], PARTING_LIMIT_S, PARTING_REST_S)

@@ -159,8 +159,8 @@ class StreamHub:
         """Note that a subscriber's connection has ended."""
         self.subscribers.discard(subscriber)
         if not self.listens(subscriber.stream_id):
-            for one in self._partings.pop(subscriber.stream_id, []):
-                one.set_result(None)
+            for item in self._partings.pop(subscriber.stream_id, []):
+                item.set_result(None)
 
     def parting(self, stream_id: int) -> Future[None]:
         """Return a future that is done when a stream has no subscriber left."""
@@ -173,7 +173,7 @@ class StreamHub:
 
     def publish(self, stream_id: int, *parts: Part) -> None:
         """Send one message to all subscribers of a stream."""
-        readers = [one for one in self.subscribers if one.stream_id == stream_id]
+        readers = [subscriber for subscriber in self.subscribers if subscriber.stream_id == stream_id]
         if readers:
             self._send(readers, parts)
         elif stream_id in self._late:
@@ -182,11 +182,11 @@ class StreamHub:
                 del self._late[stream_id]
 
     def _send(self, readers: list[Subscriber], parts: tuple[Part, ...]) -> None:
-        size = _SIZE.pack(sum(memoryview(one).nbytes for one in parts))
-        for one in readers:
-            one.send(size, *parts)
+        size = _SIZE.pack(sum(memoryview(part).nbytes for part in parts))
+        for reader in readers:
+            reader.send(size, *parts)
             if self.waits_for_readers:
-                one.catch_up()
+                reader.catch_up()
 
     def is_wanted(self, stream_id: int) -> bool:
         """True if a stream has a subscriber, or one is expected."""
@@ -194,4 +194,4 @@ class StreamHub:
 
     def listens(self, stream_id: int) -> bool:
         """True if a stream has a subscriber."""
-        return any(one.stream_id == stream_id for one in self.subscribers)
+        return any(subscriber.stream_id == stream_id for subscriber in self.subscribers)

@@ -29,13 +29,13 @@ SEEN_AS = {Color.RED: 0, Color.GREEN: 1}
 
 def lights_of(roads: RoadNetwork) -> list:
     signals = read_signals(roads, check_opendrive(roads.file.text, roads.file.name))
-    return [one for one in signals if one.type == LIGHT_TYPE]
+    return [signal for signal in signals if signal.type == LIGHT_TYPE]
 
 
 @pytest.mark.parametrize("name", ["demo_town", "grid_town", "Town01", "Town02", "Town04", "Town10HD"])
 def test_every_light_has_a_head_in_sight_of_each_car_at_its_stop_line(name: str) -> None:
     folders = map_folders([])
-    if name.startswith("Town") and not any((one / f"{name}.xodr").is_file() for one in folders):
+    if name.startswith("Town") and not any((folder / f"{name}.xodr").is_file() for folder in folders):
         pytest.skip(f"needs {name}.xodr in a folder of STUCKSOLVER_MAPS")
     roads = RoadNetwork(find_map(name, folders))
     lights = lights_of(roads)
@@ -59,9 +59,9 @@ def test_a_second_post_stands_beside_all_driving_lanes(town) -> None:
 @pytest.mark.parametrize("color", [Color.RED, Color.GREEN])
 def test_the_first_cars_camera_shows_the_colour_of_its_light(town, color: Color) -> None:
     world = World(town)
-    for light in [one for one in world.actors.values() if one.kind is ActorKind.LIGHT]:
+    for light in [actor for actor in world.actors.values() if actor.kind is ActorKind.LIGHT]:
         pose = world.pose(light)
-        signal = next(one for one in lights_of(town) if one.pose.location == pytest.approx(pose.location, abs=0.01))
+        signal = next(item for item in lights_of(town) if item.pose.location == pytest.approx(pose.location, abs=0.01))
         for eye in eyes(signal):
             world.signals.set_color(light.index, color)
             view = CameraView(
@@ -93,7 +93,7 @@ def test_no_lamp_floats_before_a_front_camera(world, kind: str, x: float) -> Non
 def test_from_within_a_body_only_the_light_that_it_throws_is_seen(world) -> None:
     van = add(world, "vehicle.mercedes.sprinter", x=40.0)
     inside = notice(world).from_inside(world, van, world.pose(van).apply(Vector(0.8, 0.0, 1.6)))
-    assert all(one.adds for one in inside.parts if one.actor_id == van.id)
+    assert all(part.adds for part in inside.parts if part.actor_id == van.id)
 
 
 @pytest.mark.parametrize(

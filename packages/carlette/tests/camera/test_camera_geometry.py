@@ -156,5 +156,5 @@ def test_the_same_painter_serves_any_sequence_of_sizes(world) -> None:
 @given(st.floats(-180, 180), st.floats(-90, 90), st.floats(-180, 180))
 def test_cameras_turn_as_actors_do(yaw, pitch, roll) -> None:
     rotation = Rotation(pitch, yaw, roll)
-    expected = [rotate(one, rotation) for one in (Vector(x=1.0), Vector(y=1.0), Vector(z=1.0))]
+    expected = [rotate(item, rotation) for item in (Vector(x=1.0), Vector(y=1.0), Vector(z=1.0))]
     assert axes_of(rotation) == pytest.approx(np.array(expected), abs=1e-9)

@@ -57,9 +57,9 @@ def cameras(
 
 
 def end(found: list[Any]) -> None:
-    for one in found:
-        one.stop()
-        one.destroy()
+    for item in found:
+        item.stop()
+        item.destroy()
 
 
 def pixels(image: Any) -> np.ndarray:
@@ -72,10 +72,10 @@ def test_six_large_cameras_each_have_the_ticks_frame(world, ego) -> None:
     try:
         for _ in range(3):
             frame = world.tick()
-            images = [one.get(timeout=WAIT_S) for one in queues]
-            assert [one.frame for one in images] == [frame] * 6
-            assert {(one.width, one.height, round(one.fov)) for one in images} == {(1600, 900, 100)}
-        assert all(len(np.unique(pixels(one)[::20, ::20, :3].reshape(-1, 3), axis=0)) > 20 for one in images)
+            images = [item.get(timeout=WAIT_S) for item in queues]
+            assert [image.frame for image in images] == [frame] * 6
+            assert {(image.width, image.height, round(image.fov)) for image in images} == {(1600, 900, 100)}
+        assert all(len(np.unique(pixels(image)[::20, ::20, :3].reshape(-1, 3), axis=0)) > 20 for image in images)
     finally:
         end(found)
 
@@ -85,7 +85,7 @@ def test_the_four_kinds_show_the_same_street(world, ego) -> None:
     found, queues = cameras(world, ego, kinds, (320, 180), 0.0, -5.0)
     try:
         world.tick()
-        _, depth, semantic, instance = (one.get(timeout=WAIT_S) for one in queues)
+        _, depth, semantic, instance = (item.get(timeout=WAIT_S) for item in queues)
         coded = pixels(depth).astype(int)
         metres = (coded[..., 2] + 256 * coded[..., 1] + 65536 * coded[..., 0]) / 0xFFFFFF * 1000
         tags = pixels(semantic)[..., 2]

@@ -114,7 +114,7 @@ def self_red(part: np.ndarray) -> int:
 )
 def test_a_traffic_light_shows_its_state_to_the_lane_it_governs(town, color, shown) -> None:
     world = World(town)
-    light = next(one for one in world.actors.values() if one.kind is ActorKind.LIGHT)
+    light = next(actor for actor in world.actors.values() if actor.kind is ActorKind.LIGHT)
     world.signals.set_color(light.index, color)
     pose = world.pose(light)
     camera = Camera(world, size=(640, 360))
@@ -124,9 +124,9 @@ def test_a_traffic_light_shows_its_state_to_the_lane_it_governs(town, color, sho
         camera.view = CameraView(Pose(stop, Rotation(8.0, yaw, 0.0)), 640, 360, 90.0)
         own = camera.ids() == light.id
         assert own.any()
-        lamps = {one: near(camera.rgb()[own], lit) for one, lit in LAMPS.items()}
-        wanted = {one: one is color and is_seen and shown is not None for one in LAMPS}
-        assert {one: count > 8 for one, count in lamps.items()} == wanted
+        lamps = {lamp: near(camera.rgb()[own], lit) for lamp, lit in LAMPS.items()}
+        wanted = {lamp: lamp is color and is_seen and shown is not None for lamp in LAMPS}
+        assert {lamp: count > 8 for lamp, count in lamps.items()} == wanted
 
 
 LAMPS = {Color.RED: (255, 36, 24), Color.YELLOW: (255, 190, 20), Color.GREEN: (30, 240, 120)}
@@ -155,13 +155,13 @@ def test_a_flagger_shows_what_it_signs(world) -> None:
         world.remove(actor.id)
         return shown
 
-    nothing, stop, slow = (view(one) for one in ("none", "stop", "slow"))
+    nothing, stop, slow = (view(item) for item in ("none", "stop", "slow"))
     assert self_red(stop) > self_red(nothing) + 40
     assert orange(slow) > orange(nothing) + 40
 
 
 def orange(part: np.ndarray) -> int:
-    red, green, blue = (part[..., one] for one in range(3))
+    red, green, blue = (part[..., item] for item in range(3))
     return int(((red > 100) & (green > 0.4 * red) & (green < 0.72 * red) & (blue < 0.25 * red)).sum())
 
 

@@ -22,7 +22,7 @@ BEYOND = ("crossinggate", "table", "garbage", "dirtdebris", "maptable", "toy", "
 
 def overhang(meshes: list[Mesh], box: Box) -> np.ndarray:
     """How far the things stand out of the box on each of its six sides."""
-    points = np.concatenate([one.corners.reshape(-1, 3) for one in meshes])
+    points = np.concatenate([mesh.corners.reshape(-1, 3) for mesh in meshes])
     low, high = np.subtract(box.center, box.extent), np.add(box.center, box.extent)
     return np.concatenate([low - points.min(axis=0), points.max(axis=0) - high])
 

@@ -36,9 +36,9 @@ def test_the_same_world_gives_the_same_bytes(world) -> None:
 
 @pytest.mark.integration
 def test_a_stage_is_built_the_same_way_again(town) -> None:
-    for one, other in zip(build_static_scene(town).chunks, build_static_scene(town).chunks, strict=True):
-        assert one.center == other.center and list(one.layers) == list(other.layers)
-        for name, mesh in one.layers.items():
+    for chunk, other in zip(build_static_scene(town).chunks, build_static_scene(town).chunks, strict=True):
+        assert chunk.center == other.center and list(chunk.layers) == list(other.layers)
+        for name, mesh in chunk.layers.items():
             assert (mesh.corners == other.layers[name].corners).all()
             assert (mesh.colors == other.layers[name].colors).all()
 
@@ -56,11 +56,11 @@ def test_pictures_do_not_depend_on_what_was_drawn_before(world) -> None:
 def test_threads_do_not_disturb_each_other(world) -> None:
     add(world, x=45.0)
     cameras = [Camera(world, yaw=30.0 * number, size=(160 + 32 * number, 90)) for number in range(4)]
-    alone = [one.rgb() for one in cameras]
+    alone = [camera.rgb() for camera in cameras]
     with ThreadPoolExecutor(4) as pool:
         for _ in range(5):
             together = list(pool.map(Camera.rgb, cameras))
-            assert all((one == other).all() for one, other in zip(alone, together, strict=True))
+            assert all((item == other).all() for item, other in zip(alone, together, strict=True))
 
 
 @pytest.mark.integration

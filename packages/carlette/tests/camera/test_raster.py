@@ -52,7 +52,7 @@ def test_a_quad_that_faces_the_camera_is_drawn_and_its_back_is_not() -> None:
 @pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
 def test_the_nearest_quad_is_seen_whatever_the_order(order) -> None:
     three = [quads([wall(4.0, right=0.0)], RED), quads([wall(5.0)], BLUE), quads([wall(6.0)], GREY)]
-    pixels, _ = drawn(*(three[one] for one in order))
+    pixels, _ = drawn(*(three[item] for item in order))
     assert (pixels[:, :32] == RED).all()
     assert (pixels[:, 32:] == BLUE).all()
 

@@ -110,9 +110,9 @@ def clear(client: Any) -> None:
     found = client.get_world()
     make_synchronous(found)
     found.tick()
-    ours = [one for one in found.get_actors() if one.type_id.startswith(OURS)]
+    ours = [actor for actor in found.get_actors() if actor.type_id.startswith(OURS)]
     # The tick comes below: one in the batch waits with Python's lock, which a sensor that ends may need.
-    client.apply_batch_sync([carla.command.DestroyActor(one) for one in ours])
+    client.apply_batch_sync([carla.command.DestroyActor(our) for our in ours])
     found.freeze_all_traffic_lights(False)
     found.reset_all_traffic_lights()
     found.tick()

@@ -61,10 +61,10 @@ def test_actors_are_found_by_pattern_and_by_id(world, spots) -> None:
     world.tick()
     actors = world.get_actors()
     for pattern in ("vehicle*", "*vehicle*", "*vehicle.*", "vehicle.*"):
-        assert [one.id for one in actors.filter(pattern)] == [car.id]
-    assert [one.id for one in actors.filter("walker.*")] == [walker.id]
-    assert [one.id for one in actors.filter("*sensor*")] == [sensor.id]
-    assert {one.id for one in world.get_actors([car.id, walker.id])} == {car.id, walker.id}
+        assert [item.id for item in actors.filter(pattern)] == [car.id]
+    assert [item.id for item in actors.filter("walker.*")] == [walker.id]
+    assert [item.id for item in actors.filter("*sensor*")] == [sensor.id]
+    assert {actor.id for actor in world.get_actors([car.id, walker.id])} == {car.id, walker.id}
     assert world.get_actor(9_999_999) is None
     assert isinstance(walker, carla.Walker)
     assert sensor.parent.id == car.id
@@ -254,7 +254,7 @@ def test_a_walker_walks_where_it_is_told(world, spots) -> None:
 def test_a_walker_has_a_head_above_its_feet(world, spots) -> None:
     walker = spawn(world, above(spots[0], 1.0), WALKER)
     run(world, 20)
-    bones = {one.name: one for one in walker.get_bones().bone_transforms}
+    bones = {transform.name: transform for transform in walker.get_bones().bone_transforms}
     head, foot = bones["crl_Head__C"], bones["crl_foot__R"]
     assert 1.2 < head.world.location.z - foot.world.location.z < 2.0
     assert head.world.location.distance(walker.get_location()) < 1.5
@@ -276,8 +276,8 @@ def test_a_batch_spawns_and_applies_what_follows_to_the_new_actors(client, world
     assert not first.error and not other.error
     assert "collision" in twice.error
     assert int(world.get_actor(first.actor_id).get_light_state()) == int(lights)
-    gone = client.apply_batch_sync([command.DestroyActor(one.actor_id) for one in (first, other)], True)
-    assert not any(one.error for one in gone)
+    gone = client.apply_batch_sync([command.DestroyActor(item.actor_id) for item in (first, other)], True)
+    assert not any(item.error for item in gone)
     assert client.apply_batch_sync([command.DestroyActor(first.actor_id)], False)[0].error
 
 
@@ -298,7 +298,7 @@ def test_a_batch_moves_drives_and_pushes(client, world, spots) -> None:
         command.ApplyWalkerControl(walker.id, carla.WalkerControl(speed=1.0)),
         command.ApplyWalkerState(walker.id, above(spots[8], 1.0), 1.0),
     ]
-    assert [one.error for one in client.apply_batch_sync(batch, True)] == [""] * len(batch)
+    assert [item.error for item in client.apply_batch_sync(batch, True)] == [""] * len(batch)
     assert car.get_location().distance(spots[4].location) < 0.8
     assert car.get_control().brake == pytest.approx(0.3)
     assert walker.get_location().distance(spots[8].location) < 1.5

@@ -52,7 +52,7 @@ def library(world):
 @pytest.mark.parametrize("type_id", ASKED_FOR)
 def test_what_scenarios_ask_for_is_there(library, type_id: str) -> None:
     assert library.find(type_id).id == type_id
-    assert [one.id for one in library.filter(type_id)] == [type_id]
+    assert [item.id for item in library.filter(type_id)] == [type_id]
 
 
 @pytest.mark.parametrize("wanted", FILTERS, ids=lambda wanted: " ".join(f"{k}={v}" for k, v in wanted.items()))
@@ -63,7 +63,7 @@ def test_what_scenarios_filter_by_has_matches_of_the_right_type(library, wanted)
             for name, value in wanted.items()
         )
 
-    assert any(matches(one) for one in library.filter("vehicle.*"))
+    assert any(matches(item) for item in library.filter("vehicle.*"))
 
 
 def test_attributes_have_the_types_that_scenarios_compare(library) -> None:
@@ -75,23 +75,23 @@ def test_attributes_have_the_types_that_scenarios_compare(library) -> None:
         "has_lights": kind.Bool,
         "has_dynamic_doors": kind.Bool,
     }
-    for one in library.filter("vehicle.*"):
-        assert {name: one.get_attribute(name).type for name in expected} == expected
-        assert one.get_attribute("number_of_wheels").as_int() >= 2
+    for item in library.filter("vehicle.*"):
+        assert {name: item.get_attribute(name).type for name in expected} == expected
+        assert item.get_attribute("number_of_wheels").as_int() >= 2
 
 
 def test_every_colour_list_has_a_colour_to_choose(library) -> None:
-    coloured = [one for one in library.filter("vehicle.*") if one.has_attribute("color")]
+    coloured = [item for item in library.filter("vehicle.*") if item.has_attribute("color")]
     assert coloured
-    for one in coloured:
-        colours = one.get_attribute("color").recommended_values
+    for item in coloured:
+        colours = item.get_attribute("color").recommended_values
         assert colours
-        one.set_attribute("color", colours[0])
-        assert one.get_attribute("color").as_color()
+        item.set_attribute("color", colours[0])
+        assert item.get_attribute("color").as_color()
 
 
 def test_the_library_is_in_the_same_order_each_time(world, library) -> None:
-    assert [one.id for one in library] == [one.id for one in world.get_blueprint_library()]
+    assert [item.id for item in library] == [item.id for item in world.get_blueprint_library()]
 
 
 def test_tags_are_the_parts_of_the_id(library) -> None:
@@ -101,9 +101,9 @@ def test_tags_are_the_parts_of_the_id(library) -> None:
 
 
 def test_patterns_match_as_in_a_shell(library) -> None:
-    ids = [one.id for one in library]
+    ids = [item.id for item in library]
     for pattern in ("vehicle.*", "*constructioncone*", "walker.pedestrian.*", "*"):
-        assert {one.id for one in library.filter(pattern)} == set(fnmatch.filter(ids, pattern))
+        assert {item.id for item in library.filter(pattern)} == set(fnmatch.filter(ids, pattern))
 
 
 def test_what_is_not_there_is_an_error(world, library, spots) -> None:
@@ -120,6 +120,6 @@ def test_a_role_reaches_the_actor(world, spots) -> None:
 @pytest.mark.integration
 def test_every_sensor_that_is_offered_can_be_attached(world, library, spots) -> None:
     car = spawn(world, spots[0])
-    for one in library.filter("sensor.*"):
-        assert world.spawn_actor(one, carla.Transform(), attach_to=car).is_alive is not None
+    for item in library.filter("sensor.*"):
+        assert world.spawn_actor(item, carla.Transform(), attach_to=car).is_alive is not None
     world.tick()

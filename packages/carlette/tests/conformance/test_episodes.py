@@ -28,7 +28,7 @@ def test_the_server_has_the_clients_version(client) -> None:
 
 
 def test_the_current_map_is_among_the_available_ones(client, town) -> None:
-    assert town in {one.rsplit("/", 1)[-1] for one in client.get_available_maps()}
+    assert town in {item.rsplit("/", 1)[-1] for item in client.get_available_maps()}
 
 
 def test_a_new_episode_has_a_new_id_even_on_the_same_town(client, world, town) -> None:
@@ -45,7 +45,7 @@ def test_a_new_episode_has_no_actors_of_the_old_one(client, world, town, spots) 
 
 def test_a_new_episode_has_the_lights_of_the_town_again(client, world, town) -> None:
     def signs(of):
-        return sorted(one.get_opendrive_id() for one in of.get_actors().filter("*traffic_light*"))
+        return sorted(item.get_opendrive_id() for item in of.get_actors().filter("*traffic_light*"))
 
     before = signs(world)
     fresh = client.load_world(town, False)

@@ -79,9 +79,9 @@ def test_every_snapshot_has_every_actor(world, spots) -> None:
     for spot in spots[:3]:
         spawn(world, spot)
         snapshot = world.get_snapshot()
-        ids = {one.id for one in snapshot}
-        assert ids == {one.id for one in world.get_actors()}
-        assert all(snapshot.has_actor(one) for one in ids)
+        ids = {item.id for item in snapshot}
+        assert ids == {actor.id for actor in world.get_actors()}
+        assert all(snapshot.has_actor(object_id) for object_id in ids)
     assert world.get_spectator().id in ids
 
 

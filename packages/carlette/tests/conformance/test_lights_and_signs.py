@@ -43,8 +43,8 @@ def lanes_ahead(waypoint, metres: int = 25):
     """Road and lane of all that a waypoint leads to."""
     found, here = set(), [waypoint]
     for _ in range(metres):
-        found |= {(one.road_id, one.lane_id) for one in here}
-        here = [after for one in here for after in one.next(1.0)]
+        found |= {(item.road_id, item.lane_id) for item in here}
+        here = [after for item in here for after in item.next(1.0)]
     return found
 
 
@@ -53,14 +53,16 @@ def lanes_ahead(waypoint, metres: int = 25):
 
 def test_there_is_one_light_for_each_signal_of_the_map(world, lights) -> None:
     landmarks = world.get_map().get_all_landmarks_of_type(LIGHT_LANDMARK)
-    assert Counter(one.get_opendrive_id() for one in lights) == Counter({one.id for one in landmarks})
+    assert Counter(item.get_opendrive_id() for item in lights) == Counter({landmark.id for landmark in landmarks})
 
 
 def test_each_light_is_found_by_its_signal_and_its_landmark(world, lights) -> None:
     for light in lights:
         sign_id = light.get_opendrive_id()
         assert world.get_traffic_light_from_opendrive_id(sign_id).id == light.id
-        (landmark, *_) = (one for one in world.get_map().get_all_landmarks_of_type(LIGHT_LANDMARK) if one.id == sign_id)
+        (landmark, *_) = (
+            item for item in world.get_map().get_all_landmarks_of_type(LIGHT_LANDMARK) if item.id == sign_id
+        )
         assert world.get_traffic_light(landmark).id == light.id
 
 
@@ -68,9 +70,9 @@ def test_a_waypoint_before_a_light_finds_it_and_its_landmark(world, lights) -> N
     for light in lights:
         for stop in light.get_stop_waypoints():
             before = stop.previous(10.0)[0]
-            assert light.id in {one.id for one in world.get_traffic_lights_from_waypoint(before, BEFORE_A_LIGHT_M)}
+            assert light.id in {item.id for item in world.get_traffic_lights_from_waypoint(before, BEFORE_A_LIGHT_M)}
             marks = before.get_landmarks_of_type(BEFORE_A_LIGHT_M, LIGHT_LANDMARK)
-            assert light.get_opendrive_id() in {one.id for one in marks}
+            assert light.get_opendrive_id() in {mark.id for mark in marks}
 
 
 def test_the_lights_of_a_junction_are_those_before_it(world, lights) -> None:
@@ -81,9 +83,9 @@ def test_the_lights_of_a_junction_are_those_before_it(world, lights) -> None:
         for after in stop.next(15.0)
         if after.is_junction
     }
-    found = {one.id for junction in junctions for one in world.get_traffic_lights_in_junction(junction)}
+    found = {item.id for junction in junctions for item in world.get_traffic_lights_in_junction(junction)}
     assert found
-    assert found <= {one.id for one in lights}
+    assert found <= {item.id for item in lights}
 
 
 # -- what they govern
@@ -101,7 +103,7 @@ def test_every_trigger_box_has_stop_waypoints_on_driving_lanes_before_a_junction
 
 def test_every_stop_leads_to_a_lane_that_the_light_governs(world, lights) -> None:
     for light in lights:
-        governed = {(one.road_id, one.lane_id) for one in light.get_affected_lane_waypoints()}
+        governed = {(waypoint.road_id, waypoint.lane_id) for waypoint in light.get_affected_lane_waypoints()}
         for stop in [*light.get_stop_waypoints(), *stop_places(world, light)]:
             assert lanes_ahead(stop) & governed
 
@@ -110,8 +112,10 @@ def test_every_stop_leads_to_a_lane_that_the_light_governs(world, lights) -> Non
 def test_every_governed_lane_has_a_stop_that_leads_to_it(world, lights) -> None:
     for light in lights:
         reached = set().union(*(lanes_ahead(stop) for stop in light.get_stop_waypoints()))
-        driving = [one for one in light.get_affected_lane_waypoints() if one.lane_type == carla.LaneType.Driving]
-        assert {(one.road_id, one.lane_id) for one in driving} <= reached
+        driving = [
+            waypoint for waypoint in light.get_affected_lane_waypoints() if waypoint.lane_type == carla.LaneType.Driving
+        ]
+        assert {(item.road_id, item.lane_id) for item in driving} <= reached
 
 
 def test_a_car_in_the_box_stands_at_that_light_and_knows_its_colour(world, light) -> None:
@@ -127,8 +131,8 @@ def test_a_car_in_the_box_stands_at_that_light_and_knows_its_colour(world, light
 
 
 def test_a_car_on_open_road_stands_at_no_light(world, lights, spots) -> None:
-    stops = [one.transform.location for light in lights for one in light.get_stop_waypoints()]
-    free = next(spot for spot in spots if min(one.distance(spot.location) for one in stops) > 30.0)
+    stops = [waypoint.transform.location for light in lights for waypoint in light.get_stop_waypoints()]
+    free = next(spot for spot in spots if min(stop.distance(spot.location) for stop in stops) > 30.0)
     car = spawn(world, free)
     world.tick()
     assert not car.is_at_traffic_light()
@@ -140,22 +144,22 @@ def test_a_car_on_open_road_stands_at_no_light(world, lights, spots) -> None:
 
 def test_the_lights_of_a_group_change_by_themselves_and_are_never_green_against_each_other(world, light) -> None:
     group = light.get_group_traffic_lights()
-    assert light.id in {one.id for one in group}
-    assert len({one.id for one in group}) == len(group)
-    for one in group:
-        one.set_green_time(0.5)
-        one.set_yellow_time(0.3)
-        one.set_red_time(0.2)
+    assert light.id in {item.id for item in group}
+    assert len({item.id for item in group}) == len(group)
+    for item in group:
+        item.set_green_time(0.5)
+        item.set_yellow_time(0.3)
+        item.set_red_time(0.2)
     light.reset_group()
-    for one in group:
-        one.set_green_time(0.5)
-        one.set_yellow_time(0.3)
-        one.set_red_time(0.2)
+    for item in group:
+        item.set_green_time(0.5)
+        item.set_yellow_time(0.3)
+        item.set_red_time(0.2)
     seen = set()
     for _ in range(round(len(group) * 1.5 / DT)):
         world.tick()
-        seen |= {(one.id, one.get_state()) for one in group}
-    assert {(one.id, color) for one in group for color in (RED, YELLOW, GREEN)} <= seen
+        seen |= {(item.id, item.get_state()) for item in group}
+    assert {(item.id, color) for item in group for color in (RED, YELLOW, GREEN)} <= seen
 
 
 def test_times_can_be_read_back(world, light) -> None:
@@ -206,14 +210,14 @@ def test_a_light_can_be_switched_off(world, light) -> None:
 def test_frozen_lights_stand_still_until_they_are_thawed(world, lights) -> None:
     world.freeze_all_traffic_lights(True)
     world.tick()
-    before = [one.get_state() for one in lights]
+    before = [item.get_state() for item in lights]
     run(world, 400)
-    assert [one.get_state() for one in lights] == before
-    assert all(one.is_frozen() for one in lights)
+    assert [item.get_state() for item in lights] == before
+    assert all(item.is_frozen() for item in lights)
     world.freeze_all_traffic_lights(False)
     run(world, 400)
-    assert not any(one.is_frozen() for one in lights)
-    assert [one.get_state() for one in lights] != before
+    assert not any(item.is_frozen() for item in lights)
+    assert [item.get_state() for item in lights] != before
 
 
 def test_a_frozen_light_can_still_be_set(world, light) -> None:
@@ -225,13 +229,13 @@ def test_a_frozen_light_can_still_be_set(world, light) -> None:
 
 
 def test_a_reset_undoes_what_was_set(world, lights) -> None:
-    for one in lights:
-        one.set_state(RED)
-        one.set_red_time(FOR_EVER_S)
+    for item in lights:
+        item.set_state(RED)
+        item.set_red_time(FOR_EVER_S)
     run(world, 5)
     world.reset_all_traffic_lights()
     run(world, 400)
-    assert any(one.get_state() == GREEN for one in lights)
+    assert any(item.get_state() == GREEN for item in lights)
 
 
 # -- signs

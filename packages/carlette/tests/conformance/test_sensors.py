@@ -79,7 +79,7 @@ def test_all_kinds_at_once_stay_in_step(world, car) -> None:
     every = [Listener(world, car, type_id, **MEASURING[type_id]) for type_id in MEASURING]
     for _ in range(5):
         frame = world.tick()
-        assert {one.next().frame for one in every} == {frame}
+        assert {item.next().frame for item in every} == {frame}
 
 
 def test_the_gnss_is_where_the_map_says(world, car) -> None:

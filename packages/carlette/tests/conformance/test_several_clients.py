@@ -38,7 +38,7 @@ def test_both_see_and_move_the_same_actors(world, new_client, spots) -> None:
 
 def test_both_can_tick_in_turn(world, new_client) -> None:
     other = new_client().get_world()
-    frames = [one.tick() for one in (world, other, world, other)]
+    frames = [item.tick() for item in (world, other, world, other)]
     assert frames == list(range(frames[0], frames[0] + 4))
 
 

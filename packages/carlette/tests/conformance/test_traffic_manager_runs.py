@@ -22,12 +22,12 @@ def manager(client):
 
 def test_cars_on_autopilot_drive(world, manager, spots) -> None:
     cars = [spawn(world, spot) for spot in spots[:6]]
-    starts = [one.get_location() for one in cars]
-    for one in cars:
-        one.set_autopilot(True, manager.get_port())
-        manager.ignore_lights_percentage(one, 100)
+    starts = [car.get_location() for car in cars]
+    for car in cars:
+        car.set_autopilot(True, manager.get_port())
+        manager.ignore_lights_percentage(car, 100)
     run(world, 100)
-    moved = [one.get_location().distance(start) for one, start in zip(cars, starts, strict=True)]
+    moved = [car.get_location().distance(start) for car, start in zip(cars, starts, strict=True)]
     assert sorted(moved)[2] > 5.0
 
 
@@ -38,10 +38,10 @@ def test_a_batch_can_put_new_cars_on_autopilot(client, world, manager, spots) ->
         for spot in spots[:4]
     ]
     answers = client.apply_batch_sync(batch, True)
-    assert not any(one.error for one in answers)
-    cars = world.get_actors([one.actor_id for one in answers])
+    assert not any(answer.error for answer in answers)
+    cars = world.get_actors([answer.actor_id for answer in answers])
     run(world, 100)
-    assert max(one.get_velocity().length() for one in cars) > 2.0
+    assert max(item.get_velocity().length() for item in cars) > 2.0
 
 
 def test_cars_stop_before_a_red_light(world, manager) -> None:
@@ -61,8 +61,8 @@ def test_cars_stop_before_a_red_light(world, manager) -> None:
 
 def test_every_wish_of_an_evaluator_is_accepted(world, manager, spots) -> None:
     car, other = spawn(world, spots[0]), spawn(world, spots[1])
-    for one in (car, other):
-        one.set_autopilot(True, manager.get_port())
+    for item in (car, other):
+        item.set_autopilot(True, manager.get_port())
     manager.set_hybrid_physics_mode(True)
     manager.set_hybrid_physics_radius(50.0)
     manager.global_percentage_speed_difference(10.0)
@@ -73,7 +73,9 @@ def test_every_wish_of_an_evaluator_is_accepted(world, manager, spots) -> None:
     manager.vehicle_lane_offset(car, 0.2)
     manager.vehicle_percentage_speed_difference(car, -20.0)
     manager.set_desired_speed(other, 20.0)
-    manager.set_path(car, [one.transform.location for one in world.get_map().get_waypoint(spots[0].location).next(30)])
+    manager.set_path(
+        car, [item.transform.location for item in world.get_map().get_waypoint(spots[0].location).next(30)]
+    )
     manager.ignore_lights_percentage(car, 50.0)
     manager.ignore_signs_percentage(car, 50.0)
     manager.ignore_vehicles_percentage(car, 50.0)
@@ -99,8 +101,8 @@ def test_the_world_can_be_loaded_again_while_cars_are_driven(client, world, mana
     for _ in range(2):
         here = client.get_world()
         cars = [spawn(here, spot) for spot in spots[:3]]
-        for one in cars:
-            one.set_autopilot(True, manager.get_port())
+        for car in cars:
+            car.set_autopilot(True, manager.get_port())
         run(here, 40)
         assert client.load_world(town, False).get_settings().synchronous_mode
     run(client.get_world(), 5)

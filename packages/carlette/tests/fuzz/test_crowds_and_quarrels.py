@@ -47,7 +47,7 @@ def test_three_thousand_actors_are_spawned_moved_and_destroyed(port: int) -> Non
         ids += [answer[0][1] for answer in answers if answer[0][0] == 1]
     assert len(set(ids)) == ACTORS
     healthy.check()
-    gone = raw.call("apply_batch", [[[1, [one]]] for one in ids], False)[1]
+    gone = raw.call("apply_batch", [[[1, [object_id]]] for object_id in ids], False)[1]
     assert all(answer[0][0] == 1 for answer in gone)
     healthy.check()
     healthy.close()

@@ -138,11 +138,11 @@ def test_cars_see_the_sign_or_light_of_their_arm_as_a_landmark(name):
         back = end.previous(15.0)[0]
         stated = {s.get("type") for s in roads(name)[road_id].findall("signals/signal") if _valid(s, lane_id)}
         for kind in ("205", "206"):
-            found = [one for one in back.get_landmarks_of_type(20.0, kind) if one.road_id == road_id]
+            found = [landmark for landmark in back.get_landmarks_of_type(20.0, kind) if landmark.road_id == road_id]
             assert bool(found) == (kind in stated)
             seen += bool(found)
         lit = back.get_landmarks_of_type(25.0, "1000001")
-        assert len({one.id for one in lit}) <= 1
+        assert len({item.id for item in lit}) <= 1
         seen += bool(lit)
     assert seen
 
@@ -188,7 +188,7 @@ def test_a_speed_signs_subtype_is_its_limit_as_carla_puts_up_no_sign_for_any_oth
     assert signs
     assert {sign.sub_type for sign in signs} <= CARLAS_SPEED_SIGNS
     assert all(float(sign.sub_type) == sign.value for sign in signs)
-    others = {one.get("subtype") for one in document(name).iter("signal") if one.get("type") != "274"}
+    others = {item.get("subtype") for item in document(name).iter("signal") if item.get("type") != "274"}
     assert others <= {"-1"}, "none of the other types has a subtype"
 
 
@@ -204,7 +204,7 @@ def test_slopes_are_gentle(name):
 def test_ids_of_each_kind_are_unique_and_junctions_share_none_with_roads(name):
     used = defaultdict(list)
     for path in ("road", "junction", "controller", ".//signal", ".//object"):
-        used["road" if path == "junction" else path] += [one.get("id") for one in document(name).findall(path)]
+        used["road" if path == "junction" else path] += [item.get("id") for item in document(name).findall(path)]
     for ids in used.values():
         assert len(ids) == len(set(ids))
 
@@ -226,7 +226,7 @@ def test_bicycle_lanes_lead_through_crossings():
     for road in through:
         middle = town("grid_town").map.get_waypoint_xodr(int(road.get("id")), -1, float(road.get("length")) / 2)
         for beyond in (middle.next(40.0), middle.previous(40.0)):
-            assert [one.lane_type for one in beyond] == [carla.LaneType.Biking]
+            assert [item.lane_type for item in beyond] == [carla.LaneType.Biking]
 
 
 def test_one_can_go_round_the_roundabout():
@@ -234,7 +234,7 @@ def test_one_can_go_round_the_roundabout():
     start = town("grid_town").map.get_waypoint_xodr(ring[0], -1, 1.0)
     waypoint, visited = start, set()
     for _ in range(160):
-        waypoint = max(waypoint.next(1.0), key=lambda one: one.road_id in ring or _leads_to(one, ring))
+        waypoint = max(waypoint.next(1.0), key=lambda item: item.road_id in ring or _leads_to(item, ring))
         visited.add(waypoint.road_id)
     assert set(ring) <= visited
 

@@ -15,7 +15,7 @@ CARS, TICKS = 25, 800
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", ["interurban", *(pytest.param(one, marks=pytest.mark.release) for one in ("grid_town", "motorway"))]
+    "name", ["interurban", *(pytest.param(item, marks=pytest.mark.release) for item in ("grid_town", "motorway"))]
 )
 def test_cars_drive_forty_seconds_in_their_lanes(name):
     with serve(name) as port:

@@ -62,19 +62,19 @@ def test_a_replay_leads_new_actors_along_the_recorded_ways(recorded) -> None:
     while not replay.is_over:
         world.tick()
         replay.step(world)
-        cars = [one for one in world.actors.values() if one.type_id == "vehicle.tesla.model3"]
-        found.append(tuple(world.pose(one).location for one in cars))
+        cars = [actor for actor in world.actors.values() if actor.type_id == "vehicle.tesla.model3"]
+        found.append(tuple(world.pose(car).location for car in cars))
     assert np.array(found) == pytest.approx(np.array(ways), abs=0.02)
-    assert not any(one.type_id.startswith("walker.") for one in world.actors.values())
+    assert not any(actor.type_id.startswith("walker.") for actor in world.actors.values())
     replay.stop(world, keep_actors=False)
-    assert not any(one.type_id.startswith("vehicle.") for one in world.actors.values())
+    assert not any(actor.type_id.startswith("vehicle.") for actor in world.actors.values())
 
 
 def test_a_replay_takes_the_actors_that_are_still_there_and_gives_them_back(recorded) -> None:
     path, _, (car, other) = recorded
     world = straight_world()
     mine = [add(world, x=x) for x in (200.0, 220.0)]
-    assert [one.id for one in mine] == [car, other]
+    assert [item.id for item in mine] == [car, other]
     replay = Replay(read_tape(path), world, start_s=1.0)
     replay.step(world)
     assert world.pose(mine[0]).location.x < 70.0 and not world.bodies.simulated[mine[0].row]
@@ -91,7 +91,7 @@ def test_the_hero_can_be_left_out_and_time_run_faster(recorded) -> None:
         replay.step(world)
         steps += 1
     assert steps == pytest.approx(TICKS / 4 + 1, abs=1)
-    assert sum(one.type_id == "vehicle.tesla.model3" for one in world.actors.values()) == 1
+    assert sum(actor.type_id == "vehicle.tesla.model3" for actor in world.actors.values()) == 1
     assert read_tape(path).entries[car].role == "hero"
 
 
@@ -108,7 +108,7 @@ def test_lights_show_what_they_showed(tmp_path: Path, town01: Path) -> None:
 
     roads = RoadNetwork(load_map(town01))
     world, again = World(roads), World(roads)
-    light = next(one for one in world.actors.values() if one.type_id == "traffic.traffic_light")
+    light = next(actor for actor in world.actors.values() if actor.type_id == "traffic.traffic_light")
     recorder = LogRecorder(tmp_path / "lights.log", world)
     world.signals.set_color(light.index, Color.OFF)
     world.tick()
@@ -127,7 +127,7 @@ def test_the_texts_tell_map_length_collisions_and_who_stood(recorded) -> None:
     assert "Map: straight" in info and f"Frames: {TICKS + 1}" in info and "Duration: 2 seconds" in info
     assert f"Create {car}: vehicle.tesla.model3" in info and "Destroy" in info
     hits = report.collisions(tape, "h", "v").splitlines()[5:-3]
-    assert len(hits) >= 1 and all(f"{car} vehicle" in one and f"{other} vehicle" in one for one in hits)
+    assert len(hits) >= 1 and all(f"{car} vehicle" in hit and f"{other} vehicle" in hit for hit in hits)
     assert len(report.collisions(tape, "w", "a").splitlines()) == len(report.collisions(tape, "w", "w").splitlines())
     assert f"{other} vehicle.tesla.model3" in report.blocked(tape, 0.3, 0.5)
 
@@ -144,7 +144,7 @@ def test_a_full_disk_ends_the_recording_with_one_line_and_nothing_else(
             world.tick()
             recorder.note(world)
     recorder.stop()
-    assert [one.getMessage() for one in caplog.records] == [
+    assert [record.getMessage() for record in caplog.records] == [
         f"recording to '{recorder.path}' ends here: No space left on device; the simulation goes on"
     ]
 

@@ -46,11 +46,11 @@ class Mounted:
     @property
     def moment(self) -> SensorTick:
         pose = self.world.pose(self.actor)
-        return SensorTick(SensorScene(self.world, self.cast), self.actor, pose, lambda one: [one.id, one.type_id])
+        return SensorTick(SensorScene(self.world, self.cast), self.actor, pose, lambda item: [item.id, item.type_id])
 
     def bodies(self) -> list[bytes]:
         """The messages of this tick, each in one piece."""
-        return [b"".join(map(bytes, one)) for one in self.sensor.measure(self.moment)]
+        return [b"".join(map(bytes, item)) for item in self.sensor.measure(self.moment)]
 
     def body(self) -> bytes:
         (only,) = self.bodies()

@@ -73,7 +73,7 @@ def test_gnss_noise_has_the_bias_and_the_deviation_that_were_set(world: World) -
 def test_the_same_seed_gives_the_same_noise_and_another_seed_other(world: World, type_id: str) -> None:
     noise = {"noise_lat_stddev": 1} if type_id.endswith("gnss") else {"noise_gyro_stddev_x": 1}
     first, same, other = (mount(world, type_id, noise_seed=seed, **noise) for seed in (7, 7, 8))
-    drawn = [[one.body() for _ in range(5)] for one in (first, same, other)]
+    drawn = [[item.body() for _ in range(5)] for item in (first, same, other)]
     assert drawn[0] == drawn[1] != drawn[2]
 
 
@@ -130,7 +130,7 @@ def test_imu_noise_has_the_deviation_that_was_set(world: World) -> None:
     one = mount(world, "sensor.other.imu", noise_accel_stddev_z=0.5, noise_gyro_stddev_y=0.2, noise_gyro_bias_y=0.1)
     world.elapsed_s += 0.05
     found = [imu(one) for _ in range(3000) if (setattr(world, "elapsed_s", world.elapsed_s + 0.05)) is None]
-    accelerations, turnings = np.array([one[0] for one in found]), np.array([one[1] for one in found])
+    accelerations, turnings = np.array([item[0] for item in found]), np.array([item[1] for item in found])
     assert accelerations.std(axis=0) == pytest.approx([0, 0, 0.5], abs=0.03)
     assert accelerations.mean(axis=0) == pytest.approx([0, 0, GRAVITY], abs=0.05)
     assert turnings.mean(axis=0) == pytest.approx([0, 0.1, 0], abs=0.02)

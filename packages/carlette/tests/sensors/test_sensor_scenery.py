@@ -77,8 +77,8 @@ def test_requests_are_answered_while_a_map_is_built_and_the_first_frame_comes_af
     assert sorted(pictures.get(timeout=LONG_S) for _ in frames) == frames
     assert sorted(scans.get(timeout=LONG_S) for _ in frames) == frames
     assert pictures.empty() and scans.empty()
-    for one in (camera, lidar):
-        one.destroy()
+    for item in (camera, lidar):
+        item.destroy()
 
 
 def test_with_its_scenery_built_before_it_listens_a_first_tick_brings_a_picture(tmp_path: Path) -> None:
@@ -122,8 +122,8 @@ def test_in_asynchronous_mode_pictures_begin_when_the_map_is_built(gated: tuple[
 
 @pytest.mark.release
 def test_the_first_measurements_on_the_largest_town_are_of_the_first_tick() -> None:
-    folders = [Path(one) for one in os.environ.get("STUCKSOLVER_MAPS", "").split(os.pathsep) if one]
-    if not any((one / "Town04.xodr").is_file() for one in folders):
+    folders = [Path(item) for item in os.environ.get("STUCKSOLVER_MAPS", "").split(os.pathsep) if item]
+    if not any((folder / "Town04.xodr").is_file() for folder in folders):
         pytest.skip("needs Town04.xodr in a folder of STUCKSOLVER_MAPS")
     with running_server("--map", "Town04", *_version()) as port:
         world = _world(port)

@@ -53,7 +53,7 @@ def tick(world, suite: SensorManager, count: int = 1) -> None:
 
 
 def test_every_sensor_of_the_library_has_its_class() -> None:
-    offered = {one for one in load_catalogue().definitions if one.startswith("sensor.")}
+    offered = {definition for definition in load_catalogue().definitions if definition.startswith("sensor.")}
     assert offered - set(IN_THE_CLIENT) == set(ALL)
 
 
@@ -123,7 +123,7 @@ def test_a_sensor_that_breaks_is_logged_once_and_the_others_go_on(
     with caplog.at_level(logging.ERROR):
         tick(world, suite, 3)
     assert len(hub.sent) == 3
-    assert [one.getMessage().count("sensor.other.imu") for one in caplog.records] == [1]
+    assert [record.getMessage().count("sensor.other.imu") for record in caplog.records] == [1]
 
 
 def test_a_new_world_ends_the_sensors_of_the_old_one(hub: Told, suite: SensorManager) -> None:
@@ -172,12 +172,12 @@ def test_what_is_kept_for_readers_that_do_not_come_is_bounded() -> None:
         hub.expect(stream_id)
     hub.wait_no_longer()
     assert not hub.awaited
-    assert sum(hub.is_wanted(one) for one in range(10, 10 + 2 * MOST_LATE)) == MOST_LATE
-    late = next(one for one in range(10, 10 + 2 * MOST_LATE) if hub.is_wanted(one))
+    assert sum(hub.is_wanted(item) for item in range(10, 10 + 2 * MOST_LATE)) == MOST_LATE
+    late = next(item for item in range(10, 10 + 2 * MOST_LATE) if hub.is_wanted(item))
     for _ in range(MOST_KEPT):
         hub.publish(late, b"x")
         assert hub.is_wanted(late)
     hub.publish(late, b"x")
     assert not hub.is_wanted(late)
     hub.forget_late()
-    assert not any(hub.is_wanted(one) for one in range(10, 10 + 2 * MOST_LATE))
+    assert not any(hub.is_wanted(item) for item in range(10, 10 + 2 * MOST_LATE))

@@ -329,7 +329,7 @@ def _option(options: Any, option: Any) -> Any:
     """Return the agents' road option for our name of it. One of theirs is returned unchanged."""
     if not isinstance(option, str):
         return option
-    return next((one for one in options if command_of(one) == option), options.LANEFOLLOW)
+    return next((item for item in options if command_of(item) == option), options.LANEFOLLOW)
 
 
 def _speed(vehicle: Any) -> float:

@@ -95,8 +95,8 @@ def _check_follow(order: Any) -> None:
     except ValueError as error:
         raise InvalidDirectiveError(str(error)) from error
     _a(bool, order.get("reverse"), "reverse")
-    for one in _list(order.get("ignore"), MOST_IDS, "ignore"):
-        _number(one, -LARGEST_ID, LARGEST_ID, "an id", whole=True)
+    for item in _list(order.get("ignore"), MOST_IDS, "ignore"):
+        _number(item, -LARGEST_ID, LARGEST_ID, "an id", whole=True)
 
 
 def _check_point(point: Sequence[Any]) -> None:

@@ -149,9 +149,9 @@ def _sendable(value: Any, depth: int) -> Any:
     if depth > DEEPEST:
         return "a value nested too deeply"
     if isinstance(value, dict):
-        return {str(name): _sendable(one, depth + 1) for name, one in value.items()}
+        return {str(name): _sendable(item, depth + 1) for name, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_sendable(one, depth + 1) for one in value]
+        return [_sendable(item, depth + 1) for item in value]
     if isinstance(value, float):
         return float(value) if math.isfinite(value) else repr(float(value))
     return value if value is None or isinstance(value, (bool, int, str)) else "a " + type(value).__name__

@@ -44,8 +44,8 @@ class SensorData:
         self._vehicle = vehicle
         self._world = vehicle.get_world()
         self._map = carla_map
-        self._sensors = [dict(one) for one in sensors]
-        self._ids = {name: str(one["id"]) for one in sensors for name in (name_of(one),) if name is not None}
+        self._sensors = [dict(sensor) for sensor in sensors]
+        self._ids = {name: str(sensor["id"]) for sensor in sensors for name in (name_of(sensor),) if name is not None}
         self._data: Mapping[str, Any] = {}
         sizes = {CAMERA: LARGEST_PICTURE_BYTES, LIDAR: LARGEST_SWEEP_BYTES, REAR: LARGEST_PICTURE_BYTES}
         self.frames = SharedFrames(sizes)

@@ -45,7 +45,9 @@ def touched(world, ego, driver, seconds):
     for _ in range(round(seconds / 0.05)):
         ego.apply_control(driver.run_step())
         world.tick()
-        hit |= any(abs(one.x - ego.x) < 4.7 and abs(one.y - ego.y) < 2.0 for one in world.actors if one is not ego)
+        hit |= any(
+            abs(actor.x - ego.x) < 4.7 and abs(actor.y - ego.y) < 2.0 for actor in world.actors if actor is not ego
+        )
     return hit
 
 

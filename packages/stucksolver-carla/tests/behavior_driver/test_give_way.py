@@ -302,8 +302,8 @@ def test_by_sensors_who_follows_on_the_common_way_is_no_leader():
     follower = replace(here, x=here.x + 3.0, y=np.zeros(1), yaw=np.zeros(1), vx=np.full(1, 10.0), vy=np.zeros(1))
     joining, s = JunctionConflicts(WAIT_S, (way(joins=True),)), MEET_S + 9.5
     told = [
-        look(follower, s=s, speed=9.0, watch=JunctionYield([joining], PROFILES["normal"], CAR, sensed=one))
-        for one in (True, False)
+        look(follower, s=s, speed=9.0, watch=JunctionYield([joining], PROFILES["normal"], CAR, sensed=item))
+        for item in (True, False)
     ]
     assert told[0].leader is None and told[0].wait_m is None
     assert told[1].leader is not None and told[1].leader.gap_m < -2.0 * CAR.half_length, "with ground truth it is one"
@@ -341,7 +341,7 @@ def test_by_sensors_it_goes_on_into_the_gap_that_it_took_after_a_long_wait():
     watch = sensed()
     for _ in range(round(PATIENCE_S / DT_S)):
         assert look(comers((25.0, 8.0)), watch=watch).wait_m is not None
-    away_m = min(one for one in np.arange(20.0, 80.0, 0.25) if _settles(watch, one))
+    away_m = min(item for item in np.arange(20.0, 80.0, 0.25) if _settles(watch, item))
     told, s, speed = [], AT_THE_LINE, 0.0
     for k in range(60):
         told.append(look(comers((away_m - 8.0 * DT_S * k, 8.0)), watch=watch, s=s, speed=speed).wait_m)

@@ -34,20 +34,20 @@ def junctions():
 
 
 def all_ways():
-    return [(line, meeting, one) for _, line, found in junctions() for meeting in found for one in meeting.ways]
+    return [(line, meeting, way) for _, line, found in junctions() for meeting in found for way in meeting.ways]
 
 
 @pytest.mark.integration
 def test_the_town_has_ways_that_cross_and_ways_that_join():
-    assert {one.joins for _, _, one in all_ways()} == {True, False}
+    assert {way.joins for _, _, way in all_ways()} == {True, False}
 
 
 def test_every_way_comes_near_the_route_where_it_is_said_to_and_not_before():
-    for line, _, one in all_ways():
-        i = int(np.argmin(np.abs(one.s - one.meets_s)))
-        away = np.hypot(line.x - one.x[i], line.y - one.y[i])
+    for line, _, way in all_ways():
+        i = int(np.argmin(np.abs(way.s - way.meets_s)))
+        away = np.hypot(line.x - way.x[i], line.y - way.y[i])
         assert away.min() < MEETS_M + 0.5
-        assert one.route_meets_s <= one.route_parts_s and one.inside_s - 1.0 <= one.meets_s <= one.parts_s
+        assert way.route_meets_s <= way.route_parts_s and way.inside_s - 1.0 <= way.meets_s <= way.parts_s
 
 
 def test_the_place_to_wait_lies_before_the_ways_meet():
@@ -55,29 +55,29 @@ def test_the_place_to_wait_lies_before_the_ways_meet():
 
 
 def test_no_way_leads_in_the_lane_by_which_the_route_comes():
-    for line, meeting, one in all_ways():
+    for line, meeting, way in all_ways():
         x, y, yaw = line.at(np.array([meeting.wait_s - 5.0]))
-        same = np.cos(one.yaw - yaw[0]) > 0.9
-        away = np.hypot(one.x - x[0], one.y - y[0])
-        assert not (same & (away < 1.0) & (one.s < one.inside_s)).any()
+        same = np.cos(way.yaw - yaw[0]) > 0.9
+        away = np.hypot(way.x - x[0], way.y - y[0])
+        assert not (same & (away < 1.0) & (way.s < way.inside_s)).any()
 
 
 def test_a_left_turn_gives_way_to_those_who_come_straight_on():
     left = [
-        one
+        way
         for route, line, found in junctions()
         for meeting in found
-        for one in meeting.ways
-        if one.straight and _turn_deg(line, meeting) < -60.0
+        for way in meeting.ways
+        if way.straight and _turn_deg(line, meeting) < -60.0
     ]
-    assert left and all(one.goes_first for one in left)
+    assert left and all(item.goes_first for item in left)
 
 
 def test_after_a_stop_sign_all_others_go_first():
-    route, line, found = next(one for one in junctions() if one[2])
+    route, line, found = next(junction for junction in junctions() if junction[2])
     town = carla.Map("demo", DEMO_TOWN.read_text(encoding="utf-8"))
     signed = meetings(route, line, lane_graph(town), [], [meeting.wait_s for meeting in found])
-    assert all(one.goes_first for meeting in signed for one in meeting.ways)
+    assert all(way.goes_first for meeting in signed for way in meeting.ways)
 
 
 def _turn_deg(line, meeting):

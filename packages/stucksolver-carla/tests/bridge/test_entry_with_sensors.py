@@ -46,8 +46,8 @@ def drive(client, tmp_path, monkeypatch):
     lane = world.get_map().get_waypoint(start.location)
 
     def begin(entry=None, **config):
-        for one in reversed(made):
-            _end(one)
+        for item in reversed(made):
+            _end(item)
         made.clear()
         ego = world.spawn_actor(library.find("vehicle.lincoln.mkz_2020"), start)
         made.append(ego)
@@ -70,8 +70,8 @@ def drive(client, tmp_path, monkeypatch):
         return agent, ego, bumps
 
     yield begin
-    for one in reversed(made):
-        _end(one)
+    for item in reversed(made):
+        _end(item)
     world.tick()
 
 
@@ -101,7 +101,7 @@ class NoLidar:
     """Mixed into the entry: a user's variant that leaves a sensor out."""
 
     def sensors(self):
-        return [one for one in super().sensors() if one["type"] != "sensor.lidar.ray_cast"]
+        return [sensor for sensor in super().sensors() if sensor["type"] != "sensor.lidar.ray_cast"]
 
 
 class SmallPictures:

@@ -103,8 +103,8 @@ ANYTHING = st.recursive(
 
 @given(ANYTHING)
 def test_nothing_is_raised_whatever_is_said(answer):
-    for one in (answer, {"directive": answer}, {"orders": [["follow", answer]]}, {"orders": answer}):
-        assert malformed_reason(one) is None or isinstance(malformed_reason(one), str)
+    for item in (answer, {"directive": answer}, {"orders": [["follow", answer]]}, {"orders": answer}):
+        assert malformed_reason(item) is None or isinstance(malformed_reason(item), str)
 
 
 def test_a_huge_list_is_refused_without_being_looked_through():

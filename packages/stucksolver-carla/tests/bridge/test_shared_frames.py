@@ -164,8 +164,8 @@ def test_a_picture_is_taken_five_times_a_second_and_a_sweep_on_each_tick(both):
         vehicle.time_s = reader._clock.time_s = 0.05 * tick
         facts.take_in(data())
         found.append(reader.read())
-    assert [one.picture is not None for one in found] == [True, False, False, False, True, False, False, False, True]
-    assert all(one.sweep is not None and one.silent == () for one in found)
+    assert [item.picture is not None for item in found] == [True, False, False, False, True, False, False, False, True]
+    assert all(item.sweep is not None and item.silent == () for item in found)
 
 
 def test_what_is_missing_or_not_finite_is_silent(both):

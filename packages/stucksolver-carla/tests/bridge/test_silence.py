@@ -86,9 +86,9 @@ def made(tmp_path, monkeypatch):
         return one
 
     yield make
-    for one in started:
-        one.solver.process.kill()
-        one.close()
+    for item in started:
+        item.solver.process.kill()
+        item.close()
 
 
 def steps(one, count):

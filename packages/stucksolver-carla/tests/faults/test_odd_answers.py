@@ -169,7 +169,7 @@ ANSWERS = {
     "a cause that is none": ReasonerAnswer(
         decision(None, analysis=Analysis.model_construct(steps=(), immobilized="yes", cause="a", reason="")), "odd"
     ),
-    **{f"a plan: {name}": ReasonerAnswer(decision(one), "odd") for name, one in PLANS.items()},
+    **{f"a plan: {name}": ReasonerAnswer(decision(item), "odd") for name, item in PLANS.items()},
 }
 
 
@@ -289,7 +289,7 @@ class Unspeakable(Exception):
 @pytest.mark.parametrize(
     "error",
     [Unspeakable(), SystemExit(3), KeyboardInterrupt(), ValueError("a\nb" * 1000)],
-    ids=lambda one: type(one).__name__,
+    ids=lambda item: type(item).__name__,
 )
 def test_step_reasoner_that_raises_is_one_line(error):
     world, told = World(straight_road(), [thing("lead", 60.0)]), []

@@ -85,7 +85,8 @@ def test_frames_that_freeze_or_jump_on_the_way_stop_no_recovery_and_touch_nobody
 
 
 @pytest.mark.parametrize(
-    "name", ["random", *(pytest.param(one, marks=pytest.mark.release) for one in ("always_left", "always_drive_over"))]
+    "name",
+    ["random", *(pytest.param(item, marks=pytest.mark.release) for item in ("always_left", "always_drive_over"))],
 )
 def test_a_hostile_reasoner_touches_nobody(ride: Ride, name: str) -> None:
     ride.place()

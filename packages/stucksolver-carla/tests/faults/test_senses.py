@@ -190,7 +190,7 @@ def test_a_black_camera_does_not_keep_the_rules_from_helping():
 
 
 @pytest.mark.integration
-@pytest.mark.parametrize("phase", [0, *(pytest.param(one, marks=pytest.mark.release) for one in (1, 2, 3))])
+@pytest.mark.parametrize("phase", [0, *(pytest.param(item, marks=pytest.mark.release) for item in (1, 2, 3))])
 def test_a_flickering_oncoming_car_is_never_met(phase):
     """Seen on every fourth tick only."""
     cars = [thing(f"car{k}", 130.0 + 40.0 * k, LANE_M, speed=-9.0) for k in range(4)]

@@ -25,7 +25,9 @@ def scene(speed=10.0, limit_kmh=50.0):
 
 def touches(world, ego, margin_m=0.0):
     return any(
-        abs(one.x - ego.x) < 4.7 + margin_m and abs(one.y - ego.y) < 2.0 for one in world.actors if one is not ego
+        abs(actor.x - ego.x) < 4.7 + margin_m and abs(actor.y - ego.y) < 2.0
+        for actor in world.actors
+        if actor is not ego
     )
 
 

@@ -23,7 +23,9 @@ def driven(route, tmp_path):
     return row["success"], row["infractions"]
 
 
-@pytest.mark.parametrize("route", [*(pytest.param(one, marks=pytest.mark.release) for one in ("1000", "1042")), "1242"])
+@pytest.mark.parametrize(
+    "route", [*(pytest.param(item, marks=pytest.mark.release) for item in ("1000", "1042")), "1242"]
+)
 def test_it_goes_round_what_blocks_its_lane_without_touching_anything(driven) -> None:
     assert driven == ("1", "")
 
@@ -35,7 +37,9 @@ def test_it_gives_doors_room_and_lets_an_emergency_vehicle_past(driven) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("route", ["1084", *(pytest.param(one, marks=pytest.mark.release) for one in ("1132", "1184"))])
+@pytest.mark.parametrize(
+    "route", ["1084", *(pytest.param(item, marks=pytest.mark.release) for item in ("1132", "1184"))]
+)
 def test_it_joins_and_crosses_streams_that_brake_for_nobody(driven) -> None:
     assert driven == ("1", "")
 

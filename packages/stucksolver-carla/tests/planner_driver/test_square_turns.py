@@ -47,7 +47,7 @@ def oncoming(line):
     near = line.s[np.abs(line.y - ONCOMING_Y) < 2.2]
     s = np.arange(0.0, 200.0)
     x = 180.0 - s
-    meets, parts = (180.0 - float(np.interp(one, line.s, line.x)) for one in (near[-1], near[0]))
+    meets, parts = (180.0 - float(np.interp(item, line.s, line.x)) for item in (near[-1], near[0]))
     return ConflictPath(
         x=x, y=0.0 * s + ONCOMING_Y, yaw=0.0 * s + np.pi, s=s, inside_s=90.0, meets_s=meets, parts_s=parts,
         route_meets_s=float(near[0]), route_parts_s=float(near[-1]), straight=True, bend_mps=70.0, joins=False,

@@ -119,13 +119,13 @@ def test_a_parked_fire_engine_hides_the_road_and_a_parked_car_does_not(stage):
     parked = stage.add(CAR, (11, -1, 65.0))
     stage.ticks(12)
     stack.status()
-    free = {one.lane_id: one.ahead_m for one in stack.surroundings().sight}
+    free = {item.lane_id: item.ahead_m for item in stack.surroundings().sight}
     parked.destroy()
     stage.actors.remove(parked)
     stage.add("vehicle.carlamotors.firetruck", (11, -1, 65.0))
     stage.ticks(12)
     stack.status()
-    hidden = {one.lane_id: one.ahead_m for one in stack.surroundings().sight}
+    hidden = {item.lane_id: item.ahead_m for item in stack.surroundings().sight}
     own = next(name for name in free if name.startswith("own"))
     assert free[own] > 150.0 and hidden[own] < 30.0
 
@@ -135,13 +135,13 @@ def test_sight_is_of_the_same_tick_as_the_objects(stage):
     _, stack = stage.ego(STREET, STREET_END)
     stage.ticks(12)
     stack.status()
-    free = {one.lane_id: one.ahead_m for one in stack.surroundings().sight}
+    free = {item.lane_id: item.ahead_m for item in stack.surroundings().sight}
     engine = stage.add("vehicle.carlamotors.firetruck", (11, -1, 65.0))
     stage.ticks(2)
     stack.status()
     around = stack.surroundings()
-    assert any(one.id == str(engine.id) for one in around.objects)
-    hidden = {one.lane_id: one.ahead_m for one in around.sight}
+    assert any(obj.id == str(engine.id) for obj in around.objects)
+    hidden = {item.lane_id: item.ahead_m for item in around.sight}
     own = next(name for name in free if name.startswith("own"))
     assert free[own] > 150.0 and hidden[own] < 30.0
 

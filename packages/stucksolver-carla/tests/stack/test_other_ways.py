@@ -80,7 +80,7 @@ def test_the_new_route_goes_round_the_block_and_not_back_into_the_street():
     assert way.route_length_m is not None and way.route_length_m > 2 * len(points)
     route = trace_route(grid_town(), way.waypoint.transform.location, points[-1].waypoint.transform.location)
     closed = points[JUNCTION_M + 60].waypoint.road_id
-    assert closed not in {one.waypoint.road_id for one in route}
+    assert closed not in {item.waypoint.road_id for item in route}
 
 
 def test_the_new_route_begins_on_the_very_lane_that_is_offered():

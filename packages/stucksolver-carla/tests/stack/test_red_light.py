@@ -39,7 +39,7 @@ class Crossing:
         self.world.apply_settings(settings)
         town = self.world.get_map()
         lights = self.world.get_actors().filter("*traffic_light*")
-        self.light = next(one for one in lights if any(w.road_id == 11 for w in one.get_stop_waypoints()))
+        self.light = next(light for light in lights if any(w.road_id == 11 for w in light.get_stop_waypoints()))
         (self.line,) = self.light.get_stop_waypoints()
         start = town.get_waypoint_xodr(11, 1, 60.0).transform
         start.location.z += 0.2

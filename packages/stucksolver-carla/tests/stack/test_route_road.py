@@ -225,7 +225,7 @@ def test_every_crosswalk_under_the_way_is_a_zone_and_no_other(ends):
 
 
 def _outlines(town_map) -> list[list[tuple[float, float]]]:
-    places = [to_local(one) for one in town_map.get_crosswalks()]
+    places = [to_local(crosswalk) for crosswalk in town_map.get_crosswalks()]
     return [places[i : i + 5] for i in range(0, len(places), 5)]
 
 

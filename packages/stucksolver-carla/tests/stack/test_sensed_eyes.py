@@ -87,7 +87,7 @@ def test_the_stack_tells_the_solver_what_the_sensors_saw(world: Any, street: tup
         assert 0.0 < seen.age_s <= 0.16
         assert seen.ego.position_sd_m is not None and 0.0 < seen.ego.position_sd_m < 0.5
         there = other.get_location()
-        car = min(seen.objects, key=lambda one: math.hypot(one.x_m - there.x, one.y_m + there.y))
+        car = min(seen.objects, key=lambda obj: math.hypot(obj.x_m - there.x, obj.y_m + there.y))
         assert car.kind is ObjectKind.CAR
         assert car.position_sd_m is not None and car.position_sd_m > 0.0
         assert car.id != str(other.id), "the client's own ids are not known to sensors"
@@ -170,8 +170,8 @@ def test_the_rear_camera_recognizes_an_ambulance_with_its_lights_on(
             for track in eyes.percept.tracks
             if 20.0 < math.hypot(track.x_m - eyes.pose.x_m, track.y_m - eyes.pose.y_m) < 30.0
         ]
-        told = [eyes.percept.attributes[one.id] for one in behind if one.id in eyes.percept.attributes]
-        assert [(one.kind, one.emergency_lights) for one in told] == [(kind, kind is ObjectKind.EMERGENCY)]
+        told = [eyes.percept.attributes[item.id] for item in behind if item.id in eyes.percept.attributes]
+        assert [(item.kind, item.emergency_lights) for item in told] == [(kind, kind is ObjectKind.EMERGENCY)]
     finally:
         eyes.close()
         ego.destroy()

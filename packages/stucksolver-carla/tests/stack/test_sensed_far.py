@@ -44,7 +44,7 @@ NOTHING = np.zeros((0, 7))
 
 
 def lane_d(name: str) -> float:
-    lane = next(one for one in FRAME.lanes if one.strip.id.startswith(name))
+    lane = next(item for item in FRAME.lanes if item.strip.id.startswith(name))
     return lane.at(ARC_M)[1]
 
 
@@ -77,7 +77,7 @@ def told(track: FarTrack) -> tuple[float, float, float, float]:
     """Metres ahead and offset of the track that is made of it, and its velocity along and across the road."""
     made = to_reported_track(track, MAP, 0.0)
     assert made is not None
-    s, d, heading = (float(one[0]) for one in FRAME.to_road(np.array([[made.x_m, made.y_m]])))
+    s, d, heading = (float(item[0]) for item in FRAME.to_road(np.array([[made.x_m, made.y_m]])))
     c, n = math.cos(heading), math.sin(heading)
     return s - ARC_M, d, made.vx_mps * c + made.vy_mps * n, made.vy_mps * c - made.vx_mps * n
 
@@ -149,7 +149,7 @@ def test_both_drivers_and_the_solver_are_told() -> None:
     (s, *_), *_ = FRAME.to_road(np.array([[thing.x_m, thing.y_m]]))
     assert s - ARC_M == pytest.approx(100.0 - 16.0 - 8.0, abs=1.0)
     assert (body.x[0], -body.y[0]) == pytest.approx((thing.x_m, thing.y_m))
-    assert [one.type_id for one in actor_proxies(percept, [FIRST_ID])] == ["vehicle.sensed"]
+    assert [proxy.type_id for proxy in actor_proxies(percept, [FIRST_ID])] == ["vehicle.sensed"]
 
 
 # ---- how far lanes are seen
@@ -188,7 +188,7 @@ def sight(percept: PerceptionResult) -> dict[str, tuple[float, float]]:
     x, y, yaw = place(0.0)
     ego = EgoState(x_m=x, y_m=y, yaw_rad=yaw, speed_mps=0.0, length_m=4.8, width_m=1.9)
     found = SensorLaneSight(eyes, FRAME).of_lanes(ego, ARC_M, ())
-    return {one.lane_id.split("@")[0]: (one.ahead_m, one.behind_m) for one in found}
+    return {item.lane_id.split("@")[0]: (item.ahead_m, item.behind_m) for item in found}
 
 
 def test_the_oncoming_lane_is_seen_on_by_the_camera_where_the_ground_sends_back_no_more_rays() -> None:
@@ -199,7 +199,7 @@ def test_the_oncoming_lane_is_seen_on_by_the_camera_where_the_ground_sends_back_
 
 def test_behind_sight_is_the_lidars() -> None:
     both, lidar = sight(seen_from()), sight(replace(seen_from(), far_view=None))
-    assert [one[1] for one in both.values()] == [one[1] for one in lidar.values()]
+    assert [item[1] for item in both.values()] == [item[1] for item in lidar.values()]
 
 
 def test_the_camera_sees_past_nothing_that_the_lidar_found_to_be_tall() -> None:
@@ -237,7 +237,7 @@ def test_what_was_seen_a_moment_ago_is_known_but_for_who_may_have_come_in_since(
         seen = replace(seen_from(space(reach_m)), far_view=None, pose=pose(time_s))
         eyes.percept = seen
         found = looker.of_lanes(ego, ARC_M, ())
-        return next(one.ahead_m for one in found if one.lane_id.startswith("left1-oncoming"))
+        return next(item.ahead_m for item in found if item.lane_id.startswith("left1-oncoming"))
 
     first = oncoming(1.0, 50.0)
     later = oncoming(1.3, 8.0)

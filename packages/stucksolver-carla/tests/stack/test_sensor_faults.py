@@ -76,7 +76,7 @@ def test_the_sensor_it_names_changes_and_no_other(name):
 def test_what_was_measured_is_not_written_to(name):
     _, now, _ = failing(name)
     untouched = measured(1.0)
-    assert all(is_same(getattr(now, one), getattr(untouched, one)) for one in ("sweep", "picture", "fix"))
+    assert all(is_same(getattr(now, item), getattr(untouched, item)) for item in ("sweep", "picture", "fix"))
 
 
 @pytest.mark.parametrize("name", FAULTS)
@@ -193,7 +193,7 @@ def test_fixes_jump_about_the_truth_and_keep_their_height():
     fault = SensorFault("gnss-jumping")
     now, count = measured(0.0), 400
     fixes = [fault.after(now, 0.0).fix for _ in range(count)]
-    off = np.array([(one.x_m - now.fix.x_m, one.y_m - now.fix.y_m, one.z_m - now.fix.z_m) for one in fixes])
+    off = np.array([(fix.x_m - now.fix.x_m, fix.y_m - now.fix.y_m, fix.z_m - now.fix.z_m) for fix in fixes])
     np.testing.assert_allclose(off[:, :2].std(axis=0), JUMP_M, rtol=0.15)
     assert np.abs(off[:, :2].mean(axis=0)).max() < 4.0 * JUMP_M / math.sqrt(count)
     assert not off[:, 2].any()

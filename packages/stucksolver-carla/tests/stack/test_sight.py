@@ -46,8 +46,8 @@ class Lookout:
         """(ahead, behind) of each lane by its name, the one that begins nearest where several have the same."""
         found = self.told(*things)
         starts = {lane.strip.id: lane.start_m for lane in self.frame.lanes}
-        found = sorted(found, key=lambda one: starts[one.lane_id], reverse=True)
-        return {one.lane_id.split("@")[0]: (one.ahead_m, one.behind_m) for one in found}
+        found = sorted(found, key=lambda item: starts[item.lane_id], reverse=True)
+        return {item.lane_id.split("@")[0]: (item.ahead_m, item.behind_m) for item in found}
 
 
 def test_on_a_straight_road_every_lane_and_the_shoulder_are_seen_to_the_range():
@@ -112,10 +112,10 @@ def test_an_oncoming_lane_is_seen_through_the_junction_before_it_unless_somethin
     road = demo_road((11, 1, 60.0), (1, -1, 60.0))
     lookout = Lookout(((11, 1, 60.0), (1, -1, 60.0)), road.start_arc + 20.0)
     further = [lane for lane in lookout.frame.lanes if lane.start_m > lookout.arc_m and "oncoming" in lane.strip.id]
-    told = {one.lane_id: one for one in lookout.told()}
+    told = {item.lane_id: item for item in lookout.told()}
     assert further
     for lane in further:
         assert told[lane.strip.id].behind_m == 0.0
         assert told[lane.strip.id].ahead_m <= lane.end_m - lookout.arc_m
         wall = lookout.thing(25.0, 3.5, left_m=lane.at(lane.start_m)[1])
-        assert {one.lane_id: one for one in lookout.told(wall)}[lane.strip.id].ahead_m < 25.0
+        assert {item.lane_id: item for item in lookout.told(wall)}[lane.strip.id].ahead_m < 25.0

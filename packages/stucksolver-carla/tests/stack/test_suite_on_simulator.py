@@ -57,19 +57,19 @@ def readings(seen, seed=0, count=TICKS, **more):
 
 
 def fixes(found):
-    return np.array([(one.fix.x_m, one.fix.y_m, one.fix.z_m) for one in found])
+    return np.array([(item.fix.x_m, item.fix.y_m, item.fix.z_m) for item in found])
 
 
 def test_every_sensor_speaks_on_every_tick_and_the_camera_when_it_is_due(measured):
-    assert [one.silent for one in measured] == [()] * TICKS
-    assert all(one.sweep and one.imu and one.fix for one in measured)
-    assert [one.picture is not None for one in measured] == [True, False, False, False, True, False]
+    assert [item.silent for item in measured] == [()] * TICKS
+    assert all(item.sweep and item.imu and item.fix for item in measured)
+    assert [item.picture is not None for item in measured] == [True, False, False, False, True, False]
 
 
 def test_a_camera_whose_period_the_ticks_do_not_divide_is_waited_for_when_it_is_due(seen):
     found = readings(seen, count=9, picture_every_s=0.12)
-    assert [i for i, one in enumerate(found) if one.picture is not None] == [0, 3, 5, 8]
-    assert not any(one.silent for one in found)
+    assert [i for i, item in enumerate(found) if item.picture is not None] == [0, 3, 5, 8]
+    assert not any(item.silent for item in found)
 
 
 def test_fixes_lie_about_the_truth_in_height_too(seen, measured):
@@ -82,19 +82,19 @@ def test_fixes_lie_about_the_truth_in_height_too(seen, measured):
 
 def test_the_compass_is_the_cars_heading(seen, measured):
     yaw = yaw_to_local(seen.actors[0].get_transform().rotation.yaw)
-    off = [np.angle(np.exp(1j * (one.imu.compass_rad - yaw))) for one in measured]
+    off = [np.angle(np.exp(1j * (item.imu.compass_rad - yaw))) for item in measured]
     assert np.abs(off).max() < 0.01
 
 
 def test_what_stands_feels_gravity_does_not_turn_and_has_still_wheels(measured):
-    felt = np.array([one.imu.acceleration_mps2 for one in measured])
+    felt = np.array([item.imu.acceleration_mps2 for item in measured])
     np.testing.assert_allclose(felt, [[0.0, 0.0, 9.81]] * TICKS, atol=0.1)
-    assert np.abs([one.imu.rotation_rps for one in measured]).max() < 0.01
-    assert [one.wheels.speed_mps for one in measured] == [0.0] * TICKS
+    assert np.abs([item.imu.rotation_rps for item in measured]).max() < 0.01
+    assert [item.wheels.speed_mps for item in measured] == [0.0] * TICKS
 
 
 def test_the_road_around_the_car_lies_at_height_zero(measured):
-    points = np.concatenate([one.sweep.points for one in measured])
+    points = np.concatenate([item.sweep.points for item in measured])
     lane = (np.abs(points[:, 1]) < 1.5) & (np.abs(points[:, 0]) > 5.0) & (np.abs(points[:, 0]) < 15.0)
     assert lane.sum() > 500
     assert abs(np.median(points[lane, 2])) < 0.05

@@ -65,7 +65,7 @@ class Stage:
     def light(self, road: int) -> Any:
         """The traffic light at the end of a road."""
         lights = self.world.get_actors().filter("*traffic_light*")
-        return next(one for one in lights if any(w.road_id == road for w in one.get_stop_waypoints()))
+        return next(item for item in lights if any(w.road_id == road for w in item.get_stop_waypoints()))
 
     def drive(self, car: Any, stack: CarlaStack, seconds: float, directive: Directive = CONTINUE) -> list[Any]:
         """Perform a directive for a while; the status of every tick."""

@@ -106,7 +106,9 @@ def demo(spec: DemoSpec, say: Callable[[str], None]) -> tuple[list[RunLog], Path
     check_arm(_arm(spec, HELPED))
     require_writable(spec.out / "runs")
     where = SimulatorTarget(spec.map_name, spec.maps, spec.seed, spec.host, spec.port)
-    found = with_map(where, lambda world, carla_map: {one: _found(spec, one, carla_map) for one in SITUATIONS})
+    found = with_map(
+        where, lambda world, carla_map: {situation: _found(spec, situation, carla_map) for situation in SITUATIONS}
+    )
     runs: list[RunLog] = []
     for k, (situation, arm) in enumerate(spec.arms, 1):
         label = f"[{k}/{len(spec.arms)}] {situation.name}: {arm}"

@@ -72,8 +72,8 @@ class Drive:
     def ahead_m(self) -> dict[int, list[float]]:
         """How far ahead each car of the hero's road is, by its lane (0 is the hero's)."""
         found: dict[int, list[float]] = {}
-        for one in self.background.road._cars:
-            found.setdefault(one.slot, []).append(one.ahead_m)
+        for car in self.background.road._cars:
+            found.setdefault(car.slot, []).append(car.ahead_m)
         return {slot: sorted(values) for slot, values in found.items()}
 
     def close(self) -> None:
@@ -90,8 +90,8 @@ def drive(client: Any) -> Iterator[Any]:
         return begun[-1]
 
     yield begin
-    for one in begun:
-        one.close()
+    for item in begun:
+        item.close()
 
 
 def test_two_cars_ahead_and_two_behind_stand_in_each_lane_at_first(drive):
@@ -109,7 +109,7 @@ def test_cars_ahead_wait_for_a_hero_that_stands(drive):
     ahead = [m for values in stood.ahead_m().values() for m in values if m > 0.0]
     assert ahead and max(ahead) < 60.0
     # Beside the hero cars pass; in its own lane the farthest has come to a stand where traffic waits, 45 m ahead.
-    farthest = max((one for one in stood.background.road._cars if one.slot == 0), key=lambda one: one.ahead_m)
+    farthest = max((car for car in stood.background.road._cars if car.slot == 0), key=lambda car: car.ahead_m)
     assert farthest.ahead_m > 40.0
     assert farthest.car.speed_mps < 0.3
 
@@ -133,8 +133,8 @@ def test_nobody_of_the_traffic_touches_anybody(drive):
     blueprint = going.world.get_blueprint_library().find("sensor.other.collision")
     for _ in range(30):
         known = {sensor.parent.id for sensor in sensors}
-        for one in [m for m in going.setting.cast.members.values() if m.id not in known]:
-            sensors.append(going.world.spawn_actor(blueprint, carla.Transform(), attach_to=one.actor))
+        for member in [m for m in going.setting.cast.members.values() if m.id not in known]:
+            sensors.append(going.world.spawn_actor(blueprint, carla.Transform(), attach_to=member.actor))
             sensors[-1].listen(lambda event: hits.append(f"{event.actor.type_id} - {event.other_actor.type_id}"))
         going.run(1.0)
     assert not hits and len(sensors) >= 6
@@ -158,7 +158,7 @@ def test_a_junction_gets_cars_from_its_other_entries(drive):
     assert any(m > 30.0 for m in coming.ahead_m().get(0, []))
 
 
-@pytest.mark.parametrize("before_m", [15.0, *(pytest.param(one, marks=pytest.mark.release) for one in (30.0, 40.0))])
+@pytest.mark.parametrize("before_m", [15.0, *(pytest.param(item, marks=pytest.mark.release) for item in (30.0, 40.0))])
 def test_nobody_waits_for_the_hero_in_a_junction(drive, before_m):
     waiting = drive(road=5, start_m=40.0, length_m=330)
     for light in waiting.world.get_actors().filter("*traffic_light*"):
@@ -169,7 +169,7 @@ def test_nobody_waits_for_the_hero_in_a_junction(drive, before_m):
     place.location.z += 0.3
     waiting.hero.set_transform(place)
     waiting.run(25.0)
-    standing = [one.car for one in waiting.background.road._cars if one.car.speed_mps < 0.2]
+    standing = [item.car for item in waiting.background.road._cars if item.car.speed_mps < 0.2]
     beyond = [car for car in standing if car.path.crossings and car.s > car.path.crossings[0].leave_s]
     assert beyond and not any(car.in_junction for car in standing)
 
@@ -236,7 +236,7 @@ def test_the_front_stops_and_starts_and_so_does_the_back(drive):
     asked = drive()
     asked.run(1.5)
     road = asked.background.road
-    behind = [one.car for one in road._cars if one.ahead_m < 0.0]
+    behind = [item.car for item in road._cars if item.ahead_m < 0.0]
     assert all(car.speed_mps > 1.0 for car in (*road.ahead[:1], *behind[-1:]))
     asked.background.stop_front()
     asked.background.stop_back()
@@ -258,9 +258,9 @@ def test_oncoming_traffic_keeps_its_spacing_and_can_be_switched_off(drive):
     for car in cars:
         by_lane.setdefault(car.path.waypoint.lane_id, []).append(car)
     gaps = [
-        one.state.distance_m(other.state.x, other.state.y)
+        item.state.distance_m(other.state.x, other.state.y)
         for lane in by_lane.values()
-        for one, other in itertools.pairwise(lane)
+        for item, other in itertools.pairwise(lane)
     ]
     assert all(gap > 50.0 for gap in gaps)
     asked.background.change_opposite_behavior(active=False)

@@ -19,7 +19,7 @@ DRIVE_S = {"cyclists": 12.0, "paper_bag": 34.0}
 def results(tmp_path_factory):
     cases = tuple(replace(case, drive_s=DRIVE_S[case.name]) for case in CASES if case.name in DRIVE_S)
     return {
-        one.case.name: one for one in run_cases(cases, "distilled", tmp_path_factory.mktemp("cases"), pictures=False)
+        item.case.name: item for item in run_cases(cases, "distilled", tmp_path_factory.mktemp("cases"), pictures=False)
     }
 
 
@@ -36,5 +36,5 @@ def test_the_student_does_what_a_passenger_asks_for(results):
 
 
 def test_each_decision_is_the_students_own(results):
-    assert all(one.decided.reasoner.startswith("distilled") for one in results.values())
-    assert all(one.unanswered == 0 and one.collisions == 0 for one in results.values())
+    assert all(result.decided.reasoner.startswith("distilled") for result in results.values())
+    assert all(result.unanswered == 0 and result.collisions == 0 for result in results.values())

@@ -12,7 +12,7 @@ from stucksolver_eval.scenarios.types.street.people_at_red_light import WALKERS
 
 
 def test_the_people_on_the_crossing_are_of_one_size_and_each_has_clothes_of_another_colour() -> None:
-    people = [load_catalogue().walkers[one] for one in WALKERS]
-    assert len({(one.box, one.mass_kg, one.age) for one in people}) == 1
-    clothes = [clothes_of(one.id, one.gender, one.age) for one in people]
-    assert len({one.top for one in clothes}) == len(WALKERS)
+    people = [load_catalogue().walkers[walker] for walker in WALKERS]
+    assert len({(person.box, person.mass_kg, person.age) for person in people}) == 1
+    clothes = [clothes_of(person.id, person.gender, person.age) for person in people]
+    assert len({clothe.top for clothe in clothes}) == len(WALKERS)

@@ -35,12 +35,12 @@ def mark() -> Iterator[str]:
     yield name
     deadline = time.monotonic() + HANGS_S
     while left := marked(name):
-        assert time.monotonic() < deadline, [one.cmdline() for one in left]
+        assert time.monotonic() < deadline, [item.cmdline() for item in left]
         time.sleep(0.05)
 
 
 def marked(name: str) -> list[psutil.Process]:
-    return [one for one in psutil.process_iter() if is_marked(one, name)]
+    return [item for item in psutil.process_iter() if is_marked(item, name)]
 
 
 def is_marked(process: psutil.Process, name: str) -> bool:
@@ -219,7 +219,7 @@ def wait_for(mark: str, words: str) -> None:
     """Until a process with these words in its command is there."""
     deadline = time.monotonic() + HANGS_S
     while time.monotonic() < deadline:
-        if any(words in command_of(one) for one in marked(mark)):
+        if any(words in command_of(item) for item in marked(mark)):
             return
         time.sleep(0.02)
     raise AssertionError(f"no process with {words}")

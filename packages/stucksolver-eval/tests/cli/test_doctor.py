@@ -20,9 +20,9 @@ def told(capsys, *arguments):
 @pytest.mark.integration
 def test_in_this_environment_everything_that_the_demonstration_needs_is_there(capsys):
     code, out = told(capsys, "--json")
-    found = {one["name"]: one for one in json.loads(out)}
+    found = {load["name"]: load for load in json.loads(out)}
     assert code == 0
-    assert all(one["state"] == "ok" for one in found.values() if one["needed"])
+    assert all(item["state"] == "ok" for item in found.values() if item["needed"])
     assert "started and answered" in found["carlette"]["detail"]
     assert found["reader of words"]["state"] == "ok"
 

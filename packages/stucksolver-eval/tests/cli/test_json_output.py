@@ -44,7 +44,7 @@ def parsers(parser: argparse.ArgumentParser, path: str = "") -> dict[str, argpar
 
 def printed(capsys: pytest.CaptureFixture[str], *arguments: str | Path, code: int = 0):
     """What the command printed on standard output, parsed."""
-    assert main([str(one) for one in arguments]) == code
+    assert main([str(argument) for argument in arguments]) == code
     return json.loads(capsys.readouterr().out)
 
 

@@ -209,10 +209,10 @@ def test_while_nobody_reads_a_sensor_only_its_latest_data_is_kept():
     sensor = Sensor()
     listening = _Listening(sensor, "mine:Agent")
     data = [Data(frame=k) for k in range(600)]
-    for one in data:
-        sensor.give(one)
-    held = [weakref.ref(one) for one in data]
-    del data, one
+    for item in data:
+        sensor.give(item)
+    held = [weakref.ref(item) for item in data]
+    del data, item
     assert sum(ref() is not None for ref in held) == 1
     with pytest.raises(AgentError, match=r"sensor\.camera\.rgb, which mine:Agent requires, sent no data for frame 600"):
         listening.read(600, time.monotonic())

@@ -78,7 +78,7 @@ def elements_of(path: Path) -> list[tuple[str, dict[str, str | None]]]:
         assert (parts.scheme, parts.netloc, parts.query) == ("", "", ""), href
         assert (path.parent / unquote(parts.path)).exists(), href
     ids = [a["id"] for _, a in found if a.get("id")]
-    assert all(re.fullmatch(r"[a-z0-9-]+", one or "") for one in ids)
+    assert all(re.fullmatch(r"[a-z0-9-]+", object_id or "") for object_id in ids)
     assert "Content-Security-Policy" in {a.get("http-equiv") for tag, a in found if tag == "meta"}
     return found
 
@@ -159,10 +159,10 @@ def all_pages(folder: Path, bad: str) -> list[Path]:
     within = bad.replace("/", "%")
     stores = [hostile_store(folder / f"{k}{within}"[:120], bad, recorded=k == 1) for k in range(2)]
     stores.append(hostile_store(folder / "javascript:window.hit=1", bad, recorded=False, reasoner=""))
-    summaries = [summarize(one) for one in stores]
+    summaries = [summarize(item) for item in stores]
     for store, summary in zip(stores, summaries, strict=True):
         write_evaluation(store, summary)
-    write_comparison([one.folder for one in stores], summaries, folder / "compared.html")
+    write_comparison([item.folder for item in stores], summaries, folder / "compared.html")
     return sorted(folder.rglob("*.html"))
 
 
@@ -179,7 +179,7 @@ def test_pages_with_hostile_names_hold_only_our_elements(tmp_path, bad):
 def test_comparison_keeps_two_hostile_run_names_as_text(tmp_path):
     """A run's name was written into an attribute as it was: the browser left the page."""
     stores = [begun(tmp_path / f"{k}", recovery=PAYLOADS[0] + str(k)) for k in range(2)]
-    write_comparison([one.folder for one in stores], [summarize(one) for one in stores], tmp_path / "page.html")
+    write_comparison([store.folder for store in stores], [summarize(store) for store in stores], tmp_path / "page.html")
     elements_of(tmp_path / "page.html")
     assert "Differences to driver + &quot;&gt;&lt;meta" in (tmp_path / "page.html").read_text()
 

@@ -50,10 +50,10 @@ def test_score_gives_a_script_what_summary_json_has(tmp_path: Path, capsys: pyte
     alone, helped = evaluation(tmp_path / "a", "none", 50.0), evaluation(tmp_path / "b", "rules", 100.0)
     assert main(["score", "--json", str(alone), str(helped)]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert [one.pop("folder") for one in told] == [str(alone), str(helped)]
-    assert [one.pop("warnings") for one in told] == [[], []]
+    assert [item.pop("folder") for item in told] == [str(alone), str(helped)]
+    assert [item.pop("warnings") for item in told] == [[], []]
     assert told == [json.loads((folder / "summary.json").read_text()) for folder in (alone, helped)]
-    assert [one["route_completion"] for one in told] == [50.0, 100.0]
+    assert [item["route_completion"] for item in told] == [50.0, 100.0]
 
 
 def test_a_crashed_route_shows_in_the_exit_code(tmp_path: Path) -> None:

@@ -29,10 +29,12 @@ STREET = (Position(128.0, 1.75, 0.0), Position(297.0, 1.75, 0.0))
 @pytest.fixture(autouse=True)
 def no_orphan() -> Iterator[None]:
     """Every process that a run started is gone when it is over."""
-    before = {one.pid for one in psutil.Process().children(recursive=True)}
+    before = {child.pid for child in psutil.Process().children(recursive=True)}
     yield
     deadline = time.monotonic() + 60.0
-    while left := [one for one in psutil.Process().children(recursive=True) if one.pid not in before and not _own(one)]:
+    while left := [
+        child for child in psutil.Process().children(recursive=True) if child.pid not in before and not _own(child)
+    ]:
         assert time.monotonic() < deadline, left
         time.sleep(0.05)
 
@@ -94,7 +96,7 @@ def test_a_server_that_dies_during_a_route_is_one_clear_reason_soon(tmp_path):
     def kill(elapsed_s: float) -> None:
         if not killed_at and elapsed_s >= 5.0:
             ours = set(psutil.Process().children(recursive=True)) - others
-            (simulator,) = [one for one in ours if "carlette" in one.cmdline()]
+            (simulator,) = [our for our in ours if "carlette" in our.cmdline()]
             os.kill(simulator.pid, signal.SIGKILL)
             killed_at.append(time.monotonic())
 

@@ -40,5 +40,5 @@ def play(theatre: Theatre) -> Iterator[Callable[..., Playing]]:
         return begun[-1]
 
     yield begin
-    for one in begun:
-        one.close()
+    for item in begun:
+        item.close()

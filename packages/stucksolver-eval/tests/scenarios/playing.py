@@ -98,11 +98,11 @@ class Playing:
     def others(self, prefix: str = "vehicle.") -> list[ScenarioActor]:
         """Members of the scenario above ground, in the order of their coming."""
         return [
-            one
-            for one in self.cast.members.values()
-            if one.type_id.startswith(prefix)
-            and not one.is_staged
-            and one.actor.attributes.get("role_name") == "scenario"
+            member
+            for member in self.cast.members.values()
+            if member.type_id.startswith(prefix)
+            and not member.is_staged
+            and member.actor.attributes.get("role_name") == "scenario"
         ]
 
     def along(self, member: ScenarioActor) -> tuple[float, float]:

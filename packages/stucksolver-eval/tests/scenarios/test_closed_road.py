@@ -30,26 +30,26 @@ def closed_at(town, route):
     return line.waypoints[index], line.waypoints[index:]
 
 
-@pytest.mark.parametrize("route", ROUTES, ids=lambda one: one.id)
+@pytest.mark.parametrize("route", ROUTES, ids=lambda item: item.id)
 def test_a_street_is_closed_at_its_mouth_from_kerb_to_kerb(town, route):
     here, after = closed_at(town, route)
     row = row_across(town, here)
-    places = [one.location for one in row]
-    assert here.is_junction and any(one.distance(here.transform.location) < 0.1 for one in places)
+    places = [item.location for item in row]
+    assert here.is_junction and any(place.distance(here.transform.location) < 0.1 for place in places)
     steps = [a.distance(b) for a, b in itertools.pairwise(places)]
     assert steps == pytest.approx([BARRIER_M] * len(steps), abs=0.01)
     for edge, inner in ((places[0], places[1]), (places[-1], places[-2])):
         beyond = carla.Location(2 * edge.x - inner.x, 2 * edge.y - inner.y, edge.z)
         assert town.get_waypoint(beyond, False, FOR_VEHICLES) is None
-    street = next(one for one in after if not one.is_junction)
-    widths = {one.lane_id: one.lane_width for one, _ in town.get_topology() if one.road_id == street.road_id}
+    street = next(item for item in after if not item.is_junction)
+    widths = {item.lane_id: item.lane_width for item, _ in town.get_topology() if item.road_id == street.road_id}
     assert len(widths) >= 2 and len(row) * BARRIER_M > sum(widths.values())
 
 
-@pytest.mark.parametrize("route", ROUTES, ids=lambda one: one.id)
+@pytest.mark.parametrize("route", ROUTES, ids=lambda item: item.id)
 def test_the_row_stands_square_to_the_closed_street(town, route):
     here, after = closed_at(town, route)
-    street = next(one for one in after if not one.is_junction).transform.get_forward_vector()
+    street = next(item for item in after if not item.is_junction).transform.get_forward_vector()
     row = row_across(town, here)
     along = row[-1].location - row[0].location
     assert abs(along.x * street.x + along.y * street.y) < 0.05 * row[-1].location.distance(row[0].location)

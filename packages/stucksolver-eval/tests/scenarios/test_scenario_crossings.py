@@ -35,7 +35,7 @@ def test_walkers_wait_for_the_hero_and_cross_its_whole_lane(play, kind):
     near_m, (slowest, fastest) = WALKERS[kind]
     playing = play(f"{kind}_1", traffic=False)
     walkers = playing.others("walker.")
-    places = [playing.along(one) for one in walkers]
+    places = [playing.along(walker) for walker in walkers]
     assert len(walkers) == (3 if kind == "PedestrianCrossing" else 1)
     half_m = playing.route.at(places[0][0]).lane_width / 2.0
     assert all(right_m > half_m for _, right_m in places), "someone stands on the road already"
@@ -43,16 +43,16 @@ def test_walkers_wait_for_the_hero_and_cross_its_whole_lane(play, kind):
     first_s = min(s_m for s_m, _ in places)
     playing.jump(first_s - near_m - 4.0)
     playing.run(1.0)
-    assert all(speed(playing, one) < 0.1 for one in walkers)
+    assert all(speed(playing, walker) < 0.1 for walker in walkers)
     playing.jump(first_s - near_m + 2.0)
-    speeds = {one.id: [] for one in walkers}
-    farthest = {one.id: 0.0 for one in walkers}
+    speeds = {walker.id: [] for walker in walkers}
+    farthest = {walker.id: 0.0 for walker in walkers}
     while not playing.play.finished and len(speeds[walkers[0].id]) < 400:
         playing.tick()
-        for one in walkers:
-            if one.id in playing.cast.members:
-                speeds[one.id].append(speed(playing, one))
-                farthest[one.id] = min(farthest[one.id], playing.along(one)[1])
+        for walker in walkers:
+            if walker.id in playing.cast.members:
+                speeds[walker.id].append(speed(playing, walker))
+                farthest[walker.id] = min(farthest[walker.id], playing.along(walker)[1])
     assert playing.play.finished
     assert all(slowest - 0.1 < max(series) < fastest + 0.1 for series in speeds.values())
     assert all(right_m < -half_m for right_m in farthest.values()), "someone did not cross the lane"
@@ -63,7 +63,7 @@ def test_walkers_wait_for_the_hero_and_cross_its_whole_lane(play, kind):
 def test_something_hides_the_walker_from_the_hero(play, kind):
     playing = play(f"{kind}_1", traffic=False)
     (walker,) = playing.others("walker.")
-    blockers = [one for one in playing.others("") if one is not walker]
+    blockers = [other for other in playing.others("") if other is not walker]
     playing.jump(5.0)
     place, hero = playing.cast.state(walker), playing.cast.hero
     # The line of sight meets the blocker's box.
@@ -75,7 +75,7 @@ def test_where_nobody_parks_the_walker_comes_from_behind_a_car_beside_the_lane(p
     monkeypatch.setattr(parking_crossing_pedestrian, "lane_of", lambda *_: None)
     playing = play("ParkingCrossingPedestrian_1", traffic=False)
     (walker,) = playing.others("walker.")
-    (car,) = (one for one in playing.others("") if one is not walker)
+    (car,) = (other for other in playing.others("") if other is not walker)
     s_m, right_m = playing.along(car)
     assert right_m == pytest.approx(playing.route.at(s_m).lane_width, abs=0.3)
     playing.jump(5.0)

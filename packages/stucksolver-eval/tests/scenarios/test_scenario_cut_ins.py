@@ -21,7 +21,7 @@ def test_a_car_pulls_out_of_the_queue_into_the_heros_lane(play):
     playing.jump(5.0)
     playing.run(0.5)
     queue = playing.others()
-    places = [playing.along(one) for one in queue]
+    places = [playing.along(item) for item in queue]
     assert [round(s_m - places[0][0]) for s_m, _ in places] == [0, 11, 22, 33, 44, 55]
     assert all(2.5 < abs(right_m) < 4.5 for _, right_m in places)
     cutter = queue[2]
@@ -29,7 +29,7 @@ def test_a_car_pulls_out_of_the_queue_into_the_heros_lane(play):
     playing.run(5.0)
     s_m, right_m = playing.along(cutter)
     assert abs(right_m) < 0.6 and playing.facing_deg(cutter) < 6.0 and s_m > places[2][0] + 5.0
-    assert all(playing.cast.state(one).speed_mps < 0.1 for one in queue if one is not cutter)
+    assert all(playing.cast.state(item).speed_mps < 0.1 for item in queue if item is not cutter)
     assert playing.run(12.0, lambda: playing.play.finished) and not playing.others()
 
 
@@ -37,7 +37,7 @@ def test_a_parked_car_pulls_out_in_front_of_the_hero(play):
     playing = play("ParkingCutIn_1", traffic=False)
     blocker, cutter = playing.others()
     playing.jump(5.0)
-    assert [round(playing.along(one)[0] - 5.0) for one in (blocker, cutter)] == [28, 35]
+    assert [round(playing.along(item)[0] - 5.0) for item in (blocker, cutter)] == [28, 35]
     assert abs(playing.along(cutter)[1]) > 2.5
     playing.jump(5.0 + 35.0 - 11.5)
     playing.run(1.0)
@@ -83,7 +83,7 @@ def test_an_emergency_vehicle_is_let_past_or_not_and_says_so(play):
         fastest = max(fastest, playing.cast.state(vehicle).speed_mps)
     # Ahead of it all the time: it closed in, and waits behind.
     assert fastest > 15.0
-    (event,) = [one for one in playing.play.events if one.kind == "yield_emergency_vehicle"]
+    (event,) = [item for item in playing.play.events if item.kind == "yield_emergency_vehicle"]
     assert event.value == 0.0
 
 
@@ -100,7 +100,7 @@ def test_the_emergency_vehicle_passes_a_hero_that_has_left_its_lane(play):
     transform.location.z += 0.2
     playing.hero.set_transform(transform)
     playing.run(15.0, lambda: playing.play.finished)
-    (event,) = [one for one in playing.play.events if one.kind == "yield_emergency_vehicle"]
+    (event,) = [item for item in playing.play.events if item.kind == "yield_emergency_vehicle"]
     assert event.value == 1.0
 
 

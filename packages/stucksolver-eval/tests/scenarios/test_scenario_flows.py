@@ -84,9 +84,12 @@ def test_cars_of_a_flow_keep_the_spacing_asked_for(play, kind):
     playing.run(8.0)
     cars = sorted((car for car in playing.setting.cars._cars.values() if car.constant), key=lambda car: car.member.id)
     assert len(cars) >= 3
-    gaps = [one.state.distance_m(other.state.x, other.state.y) for one, other in itertools.combinations(cars, 2)]
+    gaps = [
+        combination.state.distance_m(other.state.x, other.state.y)
+        for combination, other in itertools.combinations(cars, 2)
+    ]
     nearest = [
-        min(one.state.distance_m(other.state.x, other.state.y) for other in cars if other is not one) for one in cars
+        min(item.state.distance_m(other.state.x, other.state.y) for other in cars if other is not item) for item in cars
     ]
     # Measured straight; a place in the line is two metres long, and a bend shortens the way.
     assert min(gaps) > 0.75 * FROM_M
@@ -108,7 +111,7 @@ def test_cars_of_a_flow_keep_the_spacing_asked_for(play, kind):
 def test_the_heros_light_is_red_for_five_seconds_and_green_from_then_on(play, kind):
     # Not all junctions with bicycle lanes have lights.
     candidates = (flow_play(play, kind, number=number) for number in range(1, 6))
-    playing = next(one for one in candidates if one.scenario.own_lights)
+    playing = next(candidate for candidate in candidates if candidate.scenario.own_lights)
     own = playing.scenario.own_lights
     playing.jump(5.0)
     playing.run(0.2)

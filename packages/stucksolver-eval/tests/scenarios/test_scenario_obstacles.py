@@ -22,12 +22,12 @@ def value(number):
 def in_lane(playing, distance_m):
     """Members of the scenario that reach into the hero's lane near a distance beyond the trigger."""
     found = []
-    for one in playing.others(""):
-        s_m, right_m = playing.along(one)
+    for other in playing.others(""):
+        s_m, right_m = playing.along(other)
         near = abs(s_m - playing.scenario.trigger_s_m - distance_m) < 20.0
         half_m = playing.route.at(s_m).lane_width / 2.0
-        if near and abs(right_m) - one.half_width_m < half_m and one.half_height_m > 0.2:
-            found.append(one)
+        if near and abs(right_m) - other.half_width_m < half_m and other.half_height_m > 0.2:
+            found.append(other)
     return found
 
 
@@ -37,10 +37,10 @@ def test_an_obstacle_stands_in_the_heros_lane_with_nobody_before_it(play, kind):
     playing.jump(5.0)
     playing.run(1.0)
     blocking = in_lane(playing, 42.0)
-    first_m = min(playing.along(one)[0] - playing.scenario.trigger_s_m for one in blocking)
+    first_m = min(playing.along(item)[0] - playing.scenario.trigger_s_m for item in blocking)
     assert blocking and first_m == pytest.approx(42.0 + FIRST_M[kind.removesuffix("TwoWays")], abs=3.0)
     # Traffic ahead of the hero was moved beyond.
-    end_m = max(playing.along(one)[0] for one in blocking)
+    end_m = max(playing.along(item)[0] for item in blocking)
     hero_lane = [car for car in playing.background.road.ahead if abs(playing.along(car.member)[1]) < 1.5]
     assert all(playing.along(car.member)[0] > end_m for car in hero_lane)
 
@@ -70,8 +70,8 @@ def test_an_oncoming_flow_with_the_gaps_asked_for_begins(play, kind):
     playing.run(9.0)
     assert playing.play.suspended == {"wrong_lane", "blocked"}
     flow = playing.others()[standing:]
-    assert len(flow) >= 2 and all(playing.facing_deg(one) > 150.0 for one in flow)
-    fronts = sorted(playing.along(one)[0] for one in flow)
+    assert len(flow) >= 2 and all(playing.facing_deg(item) > 150.0 for item in flow)
+    fronts = sorted(playing.along(item)[0] for item in flow)
     gaps = [after - before for before, after in itertools.pairwise(fronts)]
     assert all(34.0 < gap < 50.0 for gap in gaps)
 
@@ -79,13 +79,13 @@ def test_an_oncoming_flow_with_the_gaps_asked_for_begins(play, kind):
 def test_two_bicycles_ride_at_the_edge_and_then_stand(play):
     playing = play("HazardAtSideLane_1", traffic=False, bicycle_speed=value(18), bicycle_drive_distance=value(20))
     playing.jump(5.0)
-    first = [playing.along(one) for one in playing.others()]
+    first = [playing.along(other) for other in playing.others()]
     assert first[1][0] - first[0][0] == pytest.approx(9.0, abs=0.5)
     assert all(0.5 < right_m < 1.6 for _, right_m in first)
     playing.run(3.0)
-    assert all(playing.cast.state(one).speed_mps == pytest.approx(5.0, abs=0.5) for one in playing.others())
+    assert all(playing.cast.state(other).speed_mps == pytest.approx(5.0, abs=0.5) for other in playing.others())
     playing.run(4.0)
-    assert all(playing.cast.state(one).speed_mps < 0.1 for one in playing.others())
+    assert all(playing.cast.state(other).speed_mps < 0.1 for other in playing.others())
     assert playing.along(playing.others()[0])[0] - first[0][0] == pytest.approx(21.0, abs=3.0)
 
 
@@ -129,9 +129,9 @@ def test_oncoming_cars_come_over_the_line_but_pass_a_hero_in_the_middle_of_its_l
     nearest = []
     for _ in range(300):
         playing.tick()
-        cars = [one for one in playing.others() if playing.apart_m(one) < 30.0]
-        nearest += [-playing.along(one)[1] - one.half_width_m for one in cars]
+        cars = [other for other in playing.others() if playing.apart_m(other) < 30.0]
+        nearest += [-playing.along(car)[1] - car.half_width_m for car in cars]
     width_m = playing.route.at(5.0).lane_width
     # Their flank: over the line, and beside the hero.
     assert 0.95 < min(nearest) < width_m / 2.0 - 0.2
-    assert any(one.type_id == "static.prop.constructioncone" for one in playing.others("static."))
+    assert any(other.type_id == "static.prop.constructioncone" for other in playing.others("static."))

@@ -165,7 +165,7 @@ def test_every_type_says_what_it_is():
     for name in PUBLIC:
         cls = SCENARIOS[name]
         assert cls.__doc__ and cls.starts, name
-        assert all(one.name for one in parameters_of(cls)), name
+        assert all(parameter.name for parameter in parameters_of(cls)), name
 
 
 def moved(name, **changes):
@@ -222,7 +222,7 @@ def test_a_scenario_that_takes_too_long_ends_with_a_timeout(play, monkeypatch):
 @pytest.mark.integration
 def test_what_waits_below_the_ground_is_out_of_everyones_sight(play):
     playing = play("StaticCutIn_1", traffic=False)
-    waiting = [playing.cast.state(one) for one in playing.cast.members.values()]
+    waiting = [playing.cast.state(member) for member in playing.cast.members.values()]
     assert len(waiting) == 6 and all(state.z < -50.0 for state in waiting)
     assert all(state.distance_m(playing.cast.hero.x, playing.cast.hero.y) > 400.0 for state in waiting)
 
@@ -233,7 +233,7 @@ def test_closing_takes_the_cast_off_the_world(play):
     playing.run(1.0)
     playing.play.close()
     playing.world.tick()
-    assert [one.id for one in playing.world.get_actors().filter("vehicle.*")] == [playing.hero.id]
+    assert [item.id for item in playing.world.get_actors().filter("vehicle.*")] == [playing.hero.id]
 
 
 @pytest.mark.integration
@@ -242,7 +242,7 @@ def test_the_same_seed_gives_the_same_run(play):
         playing = play("AccidentTwoWays_1")
         playing.go(6.0)
         playing.run(6.0)
-        states = [playing.cast.state(one) for one in playing.cast.members.values()]
+        states = [playing.cast.state(member) for member in playing.cast.members.values()]
         playing.close()
         return [(state.x, state.y, state.speed_mps) for state in states]
 

@@ -50,7 +50,7 @@ IN_ONCOMING_LANE = ("DoubleParkedVan", "PictureOfTrafficLight", "ClosedBoxInLane
 def first_quick(kinds):
     """Kinds to play for the better part of a minute each: the first in every run, the others before a release."""
     first, *others = kinds
-    return [first, *(pytest.param(one, marks=pytest.mark.release) for one in others)]
+    return [first, *(pytest.param(other, marks=pytest.mark.release) for other in others)]
 
 
 @pytest.fixture
@@ -67,19 +67,19 @@ def staged(theatre):
         return begun[-1]
 
     yield begin
-    for one in begun:
-        one.close()
+    for item in begun:
+        item.close()
 
 
 def in_way(playing):
     """What reaches into the hero's lane around the place of the scenario."""
     found = []
-    for one in playing.others(""):
-        s_m, right_m = playing.along(one)
-        half_m = max(one.half_width_m, one.half_length_m if abs(playing.facing_deg(one) - 90.0) < 45.0 else 0.0)
+    for other in playing.others(""):
+        s_m, right_m = playing.along(other)
+        half_m = max(other.half_width_m, other.half_length_m if abs(playing.facing_deg(other) - 90.0) < 45.0 else 0.0)
         near = abs(s_m - playing.scenario.trigger_s_m - DISTANCE_M) < 14.0
         if near and abs(right_m) - half_m < 1.2:
-            found.append(one)
+            found.append(other)
     return found
 
 
@@ -128,7 +128,7 @@ def test_beside_the_disabled_car_lies_the_thing_in_the_left_lane(staged, thing):
     playing = staged(kind, "Accident_1", traffic=True)
     playing.jump(5.0)
     playing.run(1.0)
-    (found,) = [one for one in playing.others("static.") if one.type_id.endswith(thing)]
+    (found,) = [other for other in playing.others("static.") if other.type_id.endswith(thing)]
     assert playing.along(found)[1] == pytest.approx(-3.5, abs=0.3)
     (car,) = playing.others()
     assert car.actor.get_light_state() == carla.VehicleLightState(
@@ -146,7 +146,7 @@ def test_who_waits_finds_the_way_free(staged, kind):
     playing.run(FREE_AFTER_S[kind] - 25.0)
     assert playing.others("")
     playing.run(27.0)
-    assert not [one for one in in_way(playing) if playing.cast.state(one).speed_mps < 1.0]
+    assert not [item for item in in_way(playing) if playing.cast.state(item).speed_mps < 1.0]
 
 
 @pytest.mark.integration
@@ -161,7 +161,7 @@ def test_lights_are_held_as_told(staged, kind):
     if kind == "QueueAtLight":
         assert len(playing.others()) >= 2
     if kind == "BlockedJunctionBox":
-        inside = [playing.map.get_waypoint(one.actor.get_location()).is_junction for one in playing.others()]
+        inside = [playing.map.get_waypoint(other.actor.get_location()).is_junction for other in playing.others()]
         assert len(inside) >= 2 and all(inside)
     playing.jump(playing.scenario.entry_s - 20.0)
     playing.run(29.0)
@@ -170,7 +170,7 @@ def test_lights_are_held_as_told(staged, kind):
     then = {"RedLight": GREEN, "QueueAtLight": GREEN}.get(kind, first)
     assert all(light.state == then for light in own)
     if kind == "BlockedJunctionBox":
-        assert not [one for one in playing.others() if playing.cast.state(one).speed_mps < 1.0]
+        assert not [other for other in playing.others() if playing.cast.state(other).speed_mps < 1.0]
 
 
 @pytest.mark.integration
@@ -181,7 +181,7 @@ def test_pedestrians_cross_one_after_the_other_for_half_a_minute(staged):
     on_road = []
     for _ in range(140):
         playing.run(0.25)
-        on_road.append(any(abs(playing.along(one)[1]) < 1.75 for one in playing.others("walker.")))
+        on_road.append(any(abs(playing.along(other)[1]) < 1.75 for other in playing.others("walker.")))
     times = [k * 0.25 for k, is_there in enumerate(on_road) if is_there]
     assert times[0] < 8.0 and times[-1] > 22.0
     playing.run(8.0)
@@ -197,15 +197,15 @@ def test_nobody_goes_until_the_hero_creeps(staged, kind):
     cars = playing.others()
     inside = playing.route.xyz[playing.scenario.junction.first : playing.scenario.junction.last + 1, :2]
     nose = min(
-        float(((inside - (s.x, s.y)) ** 2).sum(axis=1).min() ** 0.5) for s in (playing.cast.state(one) for one in cars)
+        float(((inside - (s.x, s.y)) ** 2).sum(axis=1).min() ** 0.5) for s in (playing.cast.state(car) for car in cars)
     )
-    assert nose < 4.5 and all(playing.cast.state(one).speed_mps < 0.1 for one in cars)
+    assert nose < 4.5 and all(playing.cast.state(car).speed_mps < 0.1 for car in cars)
     playing.jump(playing.scenario.entry_s - 6.0)
     playing.run(15.0)
-    assert all(playing.cast.state(one).speed_mps < 0.1 for one in cars)
+    assert all(playing.cast.state(car).speed_mps < 0.1 for car in cars)
     playing.jump(playing.scenario.entry_s - 4.0)
     playing.run(6.0)
-    assert any(playing.cast.state(one).speed_mps > 1.0 for one in cars)
+    assert any(playing.cast.state(car).speed_mps > 1.0 for car in cars)
 
 
 @pytest.mark.integration
@@ -240,8 +240,8 @@ def test_what_can_be_passed_in_the_oncoming_lane_leaves_gaps_to_do_so(staged, ki
     free_s, longest_s = 0.0, 0.0
     for _ in range(100):
         playing.run(0.5)
-        oncoming = [one for one in playing.others() if abs(playing.facing_deg(one) - 180.0) < 30.0]
-        ahead = [playing.along(one)[0] - playing.setting.hero_s_m for one in oncoming]
+        oncoming = [other for other in playing.others() if abs(playing.facing_deg(other) - 180.0) < 30.0]
+        ahead = [playing.along(item)[0] - playing.setting.hero_s_m for item in oncoming]
         free_s = 0.0 if any(-10.0 < gap_m < 90.0 for gap_m in ahead) else free_s + 0.5
         longest_s = max(longest_s, free_s)
     assert longest_s > 4.0
@@ -255,9 +255,9 @@ def test_a_closed_road_is_closed_in_all_its_lanes(staged):
     lanes = [lane, lane.get_left_lane()]
     lanes.append(lanes[-1].get_left_lane())
     assert lanes[1].lane_id * lane.lane_id > 0 > lanes[2].lane_id * lane.lane_id
-    barriers = [playing.cast.state(one) for one in playing.others("static.prop.streetbarrier")]
-    for one in lanes:
-        place = one.transform.location
+    barriers = [playing.cast.state(other) for other in playing.others("static.prop.streetbarrier")]
+    for item in lanes:
+        place = item.transform.location
         assert sum(state.distance_m(place.x, place.y) < 1.5 for state in barriers) == 3
 
 

@@ -61,7 +61,7 @@ def test_routes_are_paired_and_grouped_by_what_was_said_first() -> None:
 def test_what_is_worse_is_told_as_harm() -> None:
     before = rows(("1", 1, 40.0, False, ()))
     after = rows(("1", 1, 40.0, False, HELP), near=(noted(3.0), noted(9.0)))
-    assert [one.harm for one in help_figures(before, after)] == [2, 2]
+    assert [figure.harm for figure in help_figures(before, after)] == [2, 2]
 
 
 @pytest.mark.parametrize("arguments", [[], ["dev"], ["dev=one"], ["=a,b"], ["dev=a,b,c"], ["dev=a,"]])

@@ -42,7 +42,7 @@ def towns():
 
 @cache
 def traced(route_id):
-    route = next(one for one in BENCH.routes if one.id == route_id)
+    route = next(item for item in BENCH.routes if item.id == route_id)
     return RouteLine.trace(towns()[route.town].map, route.waypoints)
 
 
@@ -65,7 +65,7 @@ def test_bench220_has_five_routes_of_each_of_the_44_types_and_dev_one_of_every_s
 
 def test_no_two_types_are_given_the_same_ids():
     ids = [placed.first_id for placed in (*PLACED.values(), *OURS.values())]
-    assert len(set(ids)) == len(ids) and all(one % 10 == 0 for one in ids)
+    assert len(set(ids)) == len(ids) and all(object_id % 10 == 0 for object_id in ids)
 
 
 def test_a_type_that_says_nothing_of_its_own_is_in_no_suite():
@@ -133,16 +133,16 @@ def check_line(route):
 def test_parameters_are_complete_and_within_the_published_ranges():
     for route in BENCH.routes:
         (scenario,) = route.scenarios
-        for name, one in PLACED[scenario.type].values.items():
+        for name, value in PLACED[scenario.type].values.items():
             given = scenario.parameters[name]
-            if isinstance(one, IntervalDraw):
-                assert one.first[0] <= float(given["from"]) <= one.first[1]
-                assert one.last[0] <= float(given["to"]) <= one.last[1]
-            elif isinstance(one, WordDraw):
-                assert given["value"] in one.words
+            if isinstance(value, IntervalDraw):
+                assert value.first[0] <= float(given["from"]) <= value.first[1]
+                assert value.last[0] <= float(given["to"]) <= value.last[1]
+            elif isinstance(value, WordDraw):
+                assert given["value"] in value.words
             else:
-                least = 40 if isinstance(one, RideDistanceDraw) else one.low
-                assert least <= float(given["value"]) <= one.high
+                least = 40 if isinstance(value, RideDistanceDraw) else value.low
+                assert least <= float(given["value"]) <= value.high
         if scenario.type in FLOWS:
             assert {"start_actor_flow", "end_actor_flow"} <= set(scenario.parameters)
         if scenario.type.startswith("OppositeVehicle"):
@@ -189,7 +189,7 @@ def test_a_flow_drives_from_its_start_to_its_end_across_the_route():
 
 
 def trace_flow(route, ends):
-    positions = [build.Position(one.x, one.y, one.z) for one in ends]
+    positions = [build.Position(end.x, end.y, end.z) for end in ends]
     return RouteLine.trace(towns()[route.town].map, positions)
 
 

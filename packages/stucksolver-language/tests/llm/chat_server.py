@@ -201,7 +201,7 @@ def schema_of(request: Request) -> dict[str, Any]:
 
 def behaviors_of(schema: dict[str, Any]) -> list[str]:
     """Those that can be expressed in a plan."""
-    return [one["$ref"].rpartition("/")[2] for one in schema["$defs"]["behavior"]["anyOf"]]
+    return [item["$ref"].rpartition("/")[2] for item in schema["$defs"]["behavior"]["anyOf"]]
 
 
 def picture_of(request: Request) -> bool:

@@ -236,8 +236,8 @@ def test_answer_of_a_server_is_stored_without_the_key(server, monkeypatch, tmp_p
     assert key not in made.decision.rationale and "red" in made.decision.rationale
     assert made.decision.rationale.isprintable()
     stored = (tmp_path / "exchanges.jsonl").read_text()
-    for one in json.loads(stored), stored:
-        assert key not in str(one)
+    for item in json.loads(stored), stored:
+        assert key not in str(item)
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,7 @@ def test_open_doors_and_a_flaggers_signal_are_told_and_read_back():
     text = scene_text(made)
     assert "in-path door-open\n" in text
     assert text.count(" signals-stop\n") == 1
-    back = {one.id: one for one in read_prompt(user_text(made)).objects}
+    back = {obj.id: obj for obj in read_prompt(user_text(made)).objects}
     assert (back[door.id].door_open, back[door.id].gesture) == (True, None)
     assert (back[flagger.id].door_open, back[flagger.id].gesture) == (None, Gesture.STOP)
     none = flagger.model_copy(update={"gesture": Gesture.NONE})
@@ -79,7 +79,7 @@ def test_words_on_signs_are_told_as_marks_and_read_back():
     assert "\nsign says-stop 15.3 m at -12 deg\nsign says-detour ? m at 3 deg" in text
     back = read_prompt(user_text(made))
     assert back.signs == (closed, stop, detour)
-    assert [one.id for one in back.objects] == [one.id for one in made.objects]
+    assert [obj.id for obj in back.objects] == [obj.id for obj in made.objects]
     gone = made.model_copy(update={"signs": (ObservedSign(word=SignWord.STOP, object_id="gone"),)})
     assert "\nsign says-stop ? m at ? deg" in scene_text(gone)
 

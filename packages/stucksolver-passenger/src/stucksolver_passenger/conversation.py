@@ -117,13 +117,13 @@ class Conversation:
     def _mark_read(self, event: Event, understood: str) -> None:
         """Complete the line of these words; words that came another way get one."""
         with self._lock:
-            unread = (one for one in self._lines if one.text == event.text and one.understood is None)
-            line = next((one for one in unread if one.speaker is not Speaker.CAR), None)
+            unread = (item for item in self._lines if item.text == event.text and item.understood is None)
+            line = next((item for item in unread if item.speaker is not Speaker.CAR), None)
         if line is None:
             line = self._add(Speaker.PASSENGER, event.text, event.time_s)
         read = line.model_copy(update={"understood": understood})
         with self._lock:
-            self._lines = deque((read if one.number == line.number else one for one in self._lines), maxlen=KEPT)
+            self._lines = deque((read if item.number == line.number else item for item in self._lines), maxlen=KEPT)
 
     def _guidance_ended(self, event: Event) -> str | None:
         request, self._request = self._request, None
@@ -174,7 +174,7 @@ class Conversation:
         activity = None if state is None else state.activity
         if not isinstance(activity, Executing):
             return None
-        moving = [one for one in activity.execution.plan.behaviors if not one.stands_still]
+        moving = [behavior for behavior in activity.execution.plan.behaviors if not behavior.stands_still]
         return present_phrase(moving[0]) if moving else None
 
     def _finished(self, event: Event) -> str:

@@ -130,7 +130,7 @@ def install(folder: Path | None = None, fetch: Fetch | None = None) -> Recognize
                 check(package, archive)
                 _unpack(package, archive, new)
             about = {
-                "packages": [one.title for one in PACKAGES],
+                "packages": [item.title for item in PACKAGES],
                 "files": {name: _digest(new / name) for name in FILES},
             }
             (new / MANIFEST).write_text(json.dumps(about, indent=2), encoding="utf-8")

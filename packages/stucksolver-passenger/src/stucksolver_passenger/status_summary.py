@@ -82,7 +82,7 @@ def _executing(activity: Executing) -> StatusSummary:
             "I am ending this as soon as that is safe.", "Where a stop would not be safe, I finish first."
         )
     plan = activity.execution.plan
-    moving = [one for one in plan.behaviors if not one.stands_still]
+    moving = [behavior for behavior in plan.behaviors if not behavior.stands_still]
     return StatusSummary(present_phrase((moving or list(plan.behaviors))[0]), "Then I will drive on along our route.")
 
 

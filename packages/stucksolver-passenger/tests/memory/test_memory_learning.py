@@ -151,8 +151,8 @@ def test_another_reasoner_is_not_asked_where_the_memory_knows(taught, tmp_path):
 def test_a_file_that_breaks_on_the_way_leaves_the_drive_as_without_a_memory(taught, tmp_path):
     path = taught
     with Memory(path) as memory:
-        for one in tmp_path.glob("m.db*"):
-            one.unlink()
+        for item in tmp_path.glob("m.db*"):
+            item.unlink()
         path.mkdir()
         reasoner, ear = memory.before(limits=LIMITS), memory.ear("car-1")
         events = driven(blocked_road(), 20.0, reader=READER, reasoner=reasoner, on_event=ear)

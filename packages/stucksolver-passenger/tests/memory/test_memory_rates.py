@@ -33,7 +33,7 @@ def test_more_successes_than_tries_are_refused():
 )
 def test_once_is_luck_and_twice_without_a_failure_is_trusted(worked, failed, trusted):
     found = recall([*[episode()] * worked, *[episode(ending=FAILED)] * failed], features())
-    assert [one.trusted for one in found] == ([trusted] if worked + failed else [])
+    assert [item.trusted for item in found] == ([trusted] if worked + failed else [])
 
 
 def test_one_bad_advice_neither_displaces_a_good_solution_nor_is_proposed_itself():
@@ -74,7 +74,7 @@ def test_words_recall_what_they_mean():
     kept = [episode(LEFT)] * 2 + [episode(RIGHT)] * 3 + [episode(REROUTE)] * 4
 
     def recalled(intent, side=None):
-        return [one.solution for one in recall(kept, features(), reading(intent, side))]
+        return [item.solution for item in recall(kept, features(), reading(intent, side))]
 
     assert recalled(GuidanceIntent.OVERTAKE) == [RIGHT, LEFT]
     assert recalled(GuidanceIntent.OVERTAKE, Side.LEFT) == [LEFT]

@@ -74,7 +74,7 @@ def test_nothing_of_what_is_forgotten_stays_in_any_file(path):
     for k in range(30):
         store.add(episode(text=f"{WORDS} {k}"))
     assert store.forget_all() == 30
-    left = b"".join(one.read_bytes() for one in path.parent.iterdir())
+    left = b"".join(item.read_bytes() for item in path.parent.iterdir())
     assert b"Rosalind" not in left
 
 
@@ -164,11 +164,11 @@ def _add_many(path, count):
 def test_processes_that_write_at_once_lose_nothing(path):
     context = multiprocessing.get_context("fork")
     writers = [context.Process(target=_add_many, args=(path, 40)) for _ in range(3)]
-    for one in writers:
-        one.start()
-    for one in writers:
-        one.join(60)
-    assert [one.exitcode for one in writers] == [0, 0, 0]
+    for writer in writers:
+        writer.start()
+    for writer in writers:
+        writer.join(60)
+    assert [writer.exitcode for writer in writers] == [0, 0, 0]
     assert len(set(texts(path))) == 120
 
 

@@ -91,7 +91,7 @@ def test_the_queue_has_what_waits_for_an_operator_of_all_vehicles(serving):
 def test_an_answered_question_and_a_closed_call_leave_the_queue(serving):
     serving.show("car-1", question=QUESTION)
     serving.post("/api/vehicles/car-1/help")
-    (call,) = [one for one in serving.get("/api/queue", token=serving.operator).json() if one["kind"] == "help"]
+    (call,) = [item for item in serving.get("/api/queue", token=serving.operator).json() if item["kind"] == "help"]
     assert serving.post(f"/api/queue/{call['id']}/close", token=serving.operator).status_code == 200
     serving.show("car-1")
     assert serving.get("/api/queue", token=serving.operator).json() == []
@@ -146,4 +146,4 @@ def test_streams_of_each_kind_of_token_are_counted_apart():
 def test_the_openapi_document_has_every_call_and_asks_for_the_token(serving):
     schema = serving.client.get("/openapi.json").json()
     assert set(schema["paths"]) >= {"/api/me", "/api/vehicles/{vehicle_id}/say", "/api/queue"}
-    assert all(one["security"] for methods in schema["paths"].values() for one in methods.values())
+    assert all(method["security"] for methods in schema["paths"].values() for method in methods.values())

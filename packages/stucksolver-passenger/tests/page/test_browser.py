@@ -43,8 +43,8 @@ def ride(server, request):
         return rides[-1], server.tokens.passenger(vehicle)
 
     yield start
-    for one in rides:
-        one.__exit__()
+    for item in rides:
+        item.__exit__()
 
 
 @pytest.fixture

@@ -119,10 +119,10 @@ def test_connection_beyond_the_limit_ends_the_oldest_one():
         for _ in range(6):
             held.append(connect(port))
             held[-1].sendall(head("GET", "/", name(port))[:5])
-        assert [ended(one) for one in held[:3]] == [True] * 3
-        for one in held[3:]:
-            one.sendall(head("GET", "/", name(port))[5:])
-        assert [status_of(one) for one in held[3:]] == [200] * 3
+        assert [ended(item) for item in held[:3]] == [True] * 3
+        for item in held[3:]:
+            item.sendall(head("GET", "/", name(port))[5:])
+        assert [status_of(item) for item in held[3:]] == [200] * 3
 
 
 def test_connection_of_a_holder_is_not_ended_by_newer_ones():
@@ -130,16 +130,16 @@ def test_connection_of_a_holder_is_not_ended_by_newer_ones():
     limits = PlaceLimits(waiting=3)
     with serving(limits) as port:
         own = [connect(port) for _ in range(3)]
-        for one in own:
-            one.sendall(head("POST", "/", name(port), token="good", length=2) + b"{")
-            one.settimeout(60.0)
+        for item in own:
+            item.sendall(head("POST", "/", name(port), token="good", length=2) + b"{")
+            item.settimeout(60.0)
         threading.Event().wait(0.5)
         others = [connect(port) for _ in range(8)]
-        for one in own[:2]:
-            one.sendall(b"}")
-        assert [status_of(one) for one in own] == [200, 200, 0]
-        for one in (*own, *others):
-            one.close()
+        for item in own[:2]:
+            item.sendall(b"}")
+        assert [status_of(item) for item in own] == [200, 200, 0]
+        for item in (*own, *others):
+            item.close()
 
 
 def test_client_that_sends_far_ahead_is_ended():
@@ -172,7 +172,7 @@ def test_connection_without_a_tls_handshake_is_counted_and_ended(certificate):
         for _ in range(6):
             silent.append(connect(port))
             silent[-1].sendall(b"\x16")
-        assert [ended(one) for one in silent[:3]] == [True] * 3
+        assert [ended(item) for item in silent[:3]] == [True] * 3
         with trusting.wrap_socket(connect(port)) as secured:
             secured.sendall(head("POST", "/", name(port), length=2) + b"{}")
             assert status_of(secured) == 200

@@ -14,7 +14,7 @@ pytest.importorskip("onnxruntime")
 
 
 def moves(sitting):
-    return any(isinstance(one, Execute) and one.path for one in sitting.directives)
+    return any(isinstance(directive, Execute) and directive.path for directive in sitting.directives)
 
 
 def test_the_car_says_what_blocks_it_and_asks_before_it_goes_round():

@@ -10,7 +10,7 @@ import pytest
 import stucksolver_passenger
 
 WEB = Path(stucksolver_passenger.__file__).parent / "web"
-FILES = sorted(one for one in WEB.iterdir() if one.suffix in (".html", ".js", ".css"))
+FILES = sorted(path for path in WEB.iterdir() if path.suffix in (".html", ".js", ".css"))
 MAKES_MARKUP = ("innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "new Function", "srcdoc")
 
 

@@ -54,8 +54,8 @@ def data(tmp_path, monkeypatch):
 
 def test_only_the_files_that_the_page_needs_are_kept_in_the_users_data_folder(source, data, tmp_path, capsys):
     assert main(["voice", "install", "--from", str(source)]) == 0
-    assert {one.name for one in data.iterdir()} == {*FILES, "voice.json"}
-    assert {one.name for one in data.parent.iterdir()} == {"voice"} and not (tmp_path / "escaped").exists()
+    assert {path.name for path in data.iterdir()} == {*FILES, "voice.json"}
+    assert {path.name for path in data.parent.iterdir()} == {"voice"} and not (tmp_path / "escaped").exists()
     assert main(["voice", "status"]) == 0
     assert main(["voice", "remove"]) == 0 and not data.exists()
     assert main(["voice", "status"]) == 1

@@ -28,7 +28,7 @@ def test_tricks_move_nothing_and_are_kept_as_the_text_they_are(text):
     sitting.until(lambda now: now.question is not None)
     sitting.say(text)
     sitting.drive(3.0)
-    assert not any(isinstance(one, Execute) and one.path for one in sitting.directives)
+    assert not any(isinstance(directive, Execute) and directive.path for directive in sitting.directives)
     assert text.strip() in [line.text for line in sitting.now.lines]
 
 
@@ -46,7 +46,7 @@ def test_sounds_without_meaning_are_no_consent(text):
     sitting.until(lambda now: now.question is not None)
     sitting.say(text)
     sitting.drive(3.0)
-    assert not any(isinstance(one, Execute) and one.path for one in sitting.directives)
+    assert not any(isinstance(directive, Execute) and directive.path for directive in sitting.directives)
 
 
 def test_control_and_direction_marks_are_taken_out():
@@ -83,7 +83,7 @@ def test_a_stop_goes_before_words_that_wait_and_drops_them():
         sitting.say("please go round it on the left")
     sitting.press("stop")
     sitting.drive(8.0)
-    assert not any(isinstance(one, Execute) and one.path for one in sitting.directives)
+    assert not any(isinstance(directive, Execute) and directive.path for directive in sitting.directives)
 
 
 def test_nobody_overrules_anothers_stop_in_the_same_breath():

@@ -131,10 +131,10 @@ def test_stop_beside_held_connections_is_answered(here, kind):
             assert here.stop() == 200
             assert here.stop(here.operator) == 200
             assert here.ask("/", None)[0] == 200
-            assert all(one.fileno() >= 0 for one in held)
+            assert all(item.fileno() >= 0 for item in held)
         finally:
-            for one in held:
-                one.close()
+            for item in held:
+                item.close()
 
 
 @pytest.mark.parametrize("token", ["passenger", "operator"])
@@ -153,8 +153,8 @@ def test_stop_beside_half_sent_requests_of_a_token_is_answered(here, token):
             assert here.stop() == 200
             assert here.stop(here.operator) == 200
         finally:
-            for one in held:
-                one.close()
+            for item in held:
+                item.close()
 
 
 def test_streams_of_one_passenger_leave_room_for_the_operator(here):
@@ -169,8 +169,8 @@ def test_streams_of_one_passenger_leave_room_for_the_operator(here):
         assert status == 200
         assert here.ask("/api/queue", here.operator)[0] == 200
     finally:
-        for _, one in opened:
-            one.close()
+        for _, item in opened:
+            item.close()
 
 
 def test_streams_opened_at_once_are_counted(here):
@@ -178,12 +178,12 @@ def test_streams_opened_at_once_are_counted(here):
     stream = here.path("stream?pictures=false")
     held = [here.connect() for _ in range(40)]
     try:
-        for one in held:
-            one.sendall(head("GET", stream, here.name, token=here.passenger))
-        assert [status_of(one) for one in held].count(200) <= 8
+        for item in held:
+            item.sendall(head("GET", stream, here.name, token=here.passenger))
+        assert [status_of(item) for item in held].count(200) <= 8
     finally:
-        for one in held:
-            one.close()
+        for item in held:
+            item.close()
 
 
 @pytest.mark.integration
@@ -199,8 +199,8 @@ def test_stop_on_ipv6_beside_held_connections_is_answered():
         try:
             assert here.stop() == 200
         finally:
-            for one in held:
-                one.close()
+            for item in held:
+                item.close()
 
 
 @pytest.mark.integration

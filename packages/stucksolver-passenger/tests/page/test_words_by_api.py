@@ -37,7 +37,7 @@ class InItsSituation:
     name = READER.name
 
     def __init__(self, said):
-        self._situations = {one["text"]: one["situation"] for one in said}
+        self._situations = {item["text"]: item["situation"] for item in said}
 
     def read(self, text, situation):
         return alone_read(text, self._situations.get(text, situation))
@@ -75,19 +75,19 @@ def test_the_blind_sentences_are_understood_through_the_api_as_by_the_reader_alo
     said = blind()
     riding = Riding(InItsSituation(said))
     right = alone = 0
-    for one in said:
-        assert riding.say(one["text"]).json()["taken"], one["text"]
+    for item in said:
+        assert riding.say(item["text"]).json()["taken"], item["text"]
         riding.drive()
         lines = riding.get("/api/vehicles/car-1").json()["lines"]
-        line = next(line for line in reversed(lines) if line["text"] == one["text"].strip())
-        reading = alone_read(one["text"], one["situation"])
+        line = next(line for line in reversed(lines) if line["text"] == item["text"].strip())
+        reading = alone_read(item["text"], item["situation"])
         # A plain call to stop acts at once, without the network.
-        expected = line["understood"] if is_stop_phrase(one["text"]) else reading.description
-        assert line["understood"] == expected and (expected == reading.description or expected == "wait (100 %)"), one[
+        expected = line["understood"] if is_stop_phrase(item["text"]) else reading.description
+        assert line["understood"] == expected and (expected == reading.description or expected == "wait (100 %)"), item[
             "text"
         ]
-        alone += reading.likely.value == one["intent"]
-        right += _likely(line["understood"]) == one["intent"]
+        alone += reading.likely.value == item["intent"]
+        right += _likely(line["understood"]) == item["intent"]
     print(f"{len(said)} sentences: {right} understood through the API, {alone} by the reader alone")
     assert right >= alone
     assert right / len(said) > 0.85

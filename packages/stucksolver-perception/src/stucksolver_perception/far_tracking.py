@@ -259,7 +259,7 @@ def _left_over(bodies: list[_Body], lidar: Sequence[Track], time_s: float) -> li
     if not bodies or not lidar:
         return bodies
     told = [_told(body, time_s) for body in bodies]
-    bearing, range_m, sd_m = np.array([(one.bearing_rad, one.range_m, one.range_sd_m) for one in told]).T
+    bearing, range_m, sd_m = np.array([(item.bearing_rad, item.range_m, item.range_sd_m) for item in told]).T
     handed = _same(bearing, range_m, sd_m, lidar, bodies[0].at, time_s)
     return [body for i, body in enumerate(bodies) if i not in handed]
 
@@ -343,7 +343,7 @@ def _note(body: _Body, seen: _FarCandidates, j: int) -> None:
     body.odds = min(MOST_ODDS, max(-MOST_ODDS, body.odds + math.log(share / (1.0 - share))))
     body.scores, body.hits = body.scores + float(seen.score[j]), body.hits + 1
     since_s = seen.time_s - STEADY_S if seen.stands else math.inf
-    body.steady = [one for one in (*body.steady, (seen.time_s, float(seen.range_m[j]))) if one[0] >= since_s]
+    body.steady = [item for item in (*body.steady, (seen.time_s, float(seen.range_m[j]))) if item[0] >= since_s]
 
 
 def _steady_rate(body: _Body) -> tuple[float, float] | None:

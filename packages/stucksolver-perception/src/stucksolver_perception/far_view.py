@@ -64,7 +64,7 @@ class FarView:
 
     def with_look(self, look: FarImage) -> FarView:
         """Add a later image; of the others those are kept that can still count."""
-        kept = (one for one in self.looks if look.found.time_s - one.found.time_s <= KEPT_S)
+        kept = (item for item in self.looks if look.found.time_s - item.found.time_s <= KEPT_S)
         return replace(self, looks=(look, *kept))
 
     def clear_length_m(self, line: Floats, from_m: float, fastest_mps: float, now_s: float) -> float:
@@ -93,9 +93,9 @@ class FarView:
         # A lane is nowhere shorter than the line of sight, but may be longer by a bend. What hides the part that the
         # other sensor saw does not matter: the roof of a car ahead may hide the road up to there, and not beyond.
         rest = _first(rest, 2.0 * most_m)
-        shown = [self._shown(one, rest) for one in self._apart()]
+        shown = [self._shown(item, rest) for item in self._apart()]
         # A vehicle that has entered an earlier image's view since was not in it; see the module's text.
-        gone = [one.moved(fastest_mps * (newest.found.time_s - one.time_s)) for one in shown]
+        gone = [item.moved(fastest_mps * (newest.found.time_s - item.time_s)) for item in shown]
         seen = self.sight.visible_length_m(points_into_vehicle(rest, newest.pose), gone[0], gone[1:])
         return from_m + max(seen - fastest_mps * max(age_s, 0.0), 0.0)
 
@@ -109,9 +109,9 @@ class FarView:
     def _apart(self) -> list[FarImage]:
         """Return the newest look, and the earlier ones that `CameraSight` can count as further ones."""
         apart = [self.looks[0]]
-        for one in self.looks[1:]:
-            if apart[-1].found.time_s - one.found.time_s >= LOOK_APART_S and len(apart) < MOST_LOOKS:
-                apart.append(one)
+        for look in self.looks[1:]:
+            if apart[-1].found.time_s - look.found.time_s >= LOOK_APART_S and len(apart) < MOST_LOOKS:
+                apart.append(look)
         return apart
 
     def _shown(self, look: FarImage, line: Floats) -> LaneCoverage:

@@ -194,7 +194,7 @@ class PerceptionPipeline:
 
     def _read_lights(self, picture: CameraFrame, pose: PoseEstimate, heads: Mapping[int, Floats]) -> None:
         near = {light: into_vehicle(boxes, pose) for light, boxes in heads.items()}
-        reachable = {one: boxes for one, boxes in near.items() if np.hypot(*boxes[:, :2].T).min() < LIGHT_REACH_M}
+        reachable = {item: boxes for item, boxes in near.items() if np.hypot(*boxes[:, :2].T).min() < LIGHT_REACH_M}
         read = self._lights.read(picture, self._rig.camera, list(reachable.values()))
         for light, (state, confidence) in zip(reachable, read, strict=True):
             self._shown.add(light, state, confidence, picture.time_s)

@@ -38,7 +38,7 @@ class SensorMount(FrozenModel):
 
     def to_vehicle(self) -> Floats:
         """(4, 4) matrix from the sensor's frame (x ahead, y left, z up) to the vehicle's."""
-        yaw, pitch, roll = (math.radians(one) for one in (self.yaw_deg, self.pitch_deg, self.roll_deg))
+        yaw, pitch, roll = (math.radians(item) for item in (self.yaw_deg, self.pitch_deg, self.roll_deg))
         cy, sy, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
         cr, sr = math.cos(roll), math.sin(roll)
         matrix = np.eye(4)

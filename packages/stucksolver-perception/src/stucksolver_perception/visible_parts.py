@@ -187,15 +187,15 @@ class VisibleParts:
             seen[inside] = at == actor
         else:
             limit = self._away[actor]
-            seen[inside] = [one == actor or self._away.get(one, np.inf) > limit for one in at.tolist()]
+            seen[inside] = [item == actor or self._away.get(item, np.inf) > limit for item in at.tolist()]
         if not behind:
             lens = np.array([[cos, sin], [-sin, cos]]) @ (self._lens[:2] - box[:2])
             seen &= ~_crosses(lens, points[:, :2], INNER * box[3:5] / 2.0)
         return float(seen.mean())
 
     def _gesture(self, i: int, gesture: Gesture, rectangle: Floats, longer: float) -> Gesture | None:
-        left, top = (int(one) for one in rectangle[:2])
-        right, bottom = (int(np.ceil(one)) for one in rectangle[2:])
+        left, top = (int(item) for item in rectangle[:2])
+        right, bottom = (int(np.ceil(item)) for item in rectangle[2:])
         part = self._mask[top:bottom, left:right]
         own = np.count_nonzero(part == int(self._tick.truth.actor_id[i]) % _EVERY_ID) / max(part.size, 1)
         if longer < LEAST_PERSON_PX or own < SHOWN_PERSON:

@@ -48,8 +48,8 @@ def painted(boxes: Floats, camera: CameraRig, seed: int, noise: float = 4.0) -> 
         column, row, ahead = camera.project(np.column_stack([at, corners[:, 2]]) + box[:3])
         if ahead.min() < 1.0:
             continue
-        left, right = (int(np.clip(one, 0, camera.width_px)) for one in (column.min(), column.max()))
-        top, foot = (int(np.clip(one, 0, camera.height_px)) for one in (row.min(), row.max()))
+        left, right = (int(np.clip(item, 0, camera.width_px)) for item in (column.min(), column.max()))
+        top, foot = (int(np.clip(item, 0, camera.height_px)) for item in (row.min(), row.max()))
         rgb[top:foot, left:right] = random.uniform(20.0, 180.0)
     rgb += random.normal(0.0, noise, rgb.shape)
     return CameraFrame(0.0, np.clip(rgb, 0.0, 255.0).astype(np.uint8))

@@ -48,8 +48,8 @@ def test_each_image_has_one_part_of_the_vehicles_switched(scenes: list[list[Reco
                 if shown < 0 or not shown & 1 << PARTS.index(part):
                     continue
                 before, after = (
-                    (int(one.truth.lamps[of(one, actor)]), int(one.truth.doors[of(one, actor)]))
-                    for one in (first, other)
+                    (int(item.truth.lamps[of(item, actor)]), int(item.truth.doors[of(item, actor)]))
+                    for item in (first, other)
                 )
                 switched += 1
                 if part == "door_open":
@@ -80,8 +80,8 @@ def test_things_are_where_they_were_and_flaggers_signal(scenes: list[list[Record
             np.testing.assert_array_equal(first.truth.shown, other.truth.shown)
         is_flagger = first.truth.kind == KINDS.index(ObjectKind.FLAGGER)
         assert ((first.truth.gesture >= 0) == is_flagger).all()
-        signals |= {GESTURES[one] for one in first.truth.gesture[is_flagger].tolist()}
-    assert signals or not any((one[0].truth.kind == KINDS.index(ObjectKind.FLAGGER)).any() for one in scenes)
+        signals |= {GESTURES[item] for item in first.truth.gesture[is_flagger].tolist()}
+    assert signals or not any((scene[0].truth.kind == KINDS.index(ObjectKind.FLAGGER)).any() for scene in scenes)
 
 
 @pytest.mark.integration
@@ -97,5 +97,5 @@ def test_scenes_for_gestures_have_many_flaggers_whose_paddles_are_where_they_are
         parts = VisibleParts(tick, recording.rig.camera, boxes)
         flaggers = windows.usable & (tick.truth.kind == KINDS.index(ObjectKind.FLAGGER))
         seen += [parts.of(i, windows.rectangle[i]).gesture for i in np.flatnonzero(flaggers).tolist()]
-    with_paddle = [one for one in seen if one not in (None, Gesture.NONE)]
+    with_paddle = [item for item in seen if item not in (None, Gesture.NONE)]
     assert len(with_paddle) >= SIGNALLED, seen

@@ -26,11 +26,11 @@ def test_the_restored_network_computes_what_the_shipped_one_does() -> None:
     net, network = ExportedCropNet(restored(SHIPPED)).eval(), CropNetwork()
     crops, features = given(1)
     with torch.no_grad():
-        mine = [one.numpy() for one in net(torch.from_numpy(crops), torch.from_numpy(features))]
+        mine = [item.numpy() for item in net(torch.from_numpy(crops), torch.from_numpy(features))]
     theirs = network._session.run(None, {"crops": crops, "features": features})
     assert len(mine) == len(theirs)
-    for one, other in zip(mine, theirs, strict=True):
-        assert np.abs(one - other).max() < 1e-2
+    for item, other in zip(mine, theirs, strict=True):
+        assert np.abs(item - other).max() < 1e-2
 
 
 def test_settling_keeps_the_output() -> None:
@@ -41,7 +41,7 @@ def test_settling_keeps_the_output() -> None:
         before = net(pictures, known)
         settle(net, lambda: net(pictures, known))
         after = net(pictures, known)
-    assert all((one - other).abs().max() < 2e-2 for one, other in zip(before, after, strict=True))
+    assert all((item - other).abs().max() < 2e-2 for item, other in zip(before, after, strict=True))
 
 
 def test_another_network_is_named() -> None:

@@ -31,11 +31,11 @@ def test_it_is_small() -> None:
 def test_nothing_is_said_of_a_picture_without_anything(network: CropNetwork, grey: int) -> None:
     frame = CameraFrame(0.0, np.full((900, 1600, 3), grey, np.uint8))
     boxes = np.array([[20.0, 0, 0.8, 4.5, 1.9, 1.6, 0], [12.0, 2, 0.2, 0.4, 0.4, 0.4, 0], [-9.0, 0, 1, 4, 2, 2, 0]])
-    for one in AttributeReader(network=network).read(frame, CAMERA, boxes):
-        assert one.kind is None
-        assert not one.brake_lights
-        assert not one.emergency_lights
-        assert not one.hazard_lights
-        assert not one.door_open
+    for item in AttributeReader(network=network).read(frame, CAMERA, boxes):
+        assert item.kind is None
+        assert not item.brake_lights
+        assert not item.emergency_lights
+        assert not item.hazard_lights
+        assert not item.door_open
     head = np.array([[30.0, 0, 5, 0.3, 0.2, 0.66, -np.pi / 2]])
     assert LightReader(network=network).read(frame, CAMERA, [head]) == ((LightState.UNKNOWN, 0.0),)

@@ -118,7 +118,7 @@ def test_only_the_crops_of_flaggers_are_kept_if_wanted(folder: Path) -> None:
 def test_recordings_are_not_torn_between_calibrating_and_scoring() -> None:
     group = np.array([0, 1, 1, 2, 0])
     half = halves(group)
-    assert all(len(set(half[group == one].tolist())) == 1 for one in (0, 1, 2))
+    assert all(len(set(half[group == item].tolist())) == 1 for item in (0, 1, 2))
     assert half.any()
     assert not half.all()
 

@@ -57,7 +57,7 @@ def test_a_second_peak_of_the_same_thing_is_dropped_and_a_neighbour_is_kept() ->
 
 def test_a_wild_network_gives_finite_boxes_and_not_too_many() -> None:
     random = np.random.default_rng(4)
-    peaks, rest = (1e3 * random.normal(size=one.shape).astype(np.float32) for one in outputs())
+    peaks, rest = (1e3 * random.normal(size=output.shape).astype(np.float32) for output in outputs())
     with np.errstate(over="ignore"):
         found = decode(peaks, rest, 0.0, TOP, 0.3, np.zeros(2))
     assert 0 < len(found) <= MOST

@@ -28,7 +28,7 @@ def test_the_restored_network_computes_what_the_shipped_one_does() -> None:
         shown = strip(seed)[None]
         peaks, rest = session.run(None, {"strip": shown})
         with torch.no_grad():
-            mine = [one.numpy() for one in net(torch.from_numpy(shown))]
+            mine = [item.numpy() for item in net(torch.from_numpy(shown))]
         assert np.abs(mine[0] - peaks).max() < 5e-3
         assert np.abs(mine[1] - rest).max() < 5e-3
 

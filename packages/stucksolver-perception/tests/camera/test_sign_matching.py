@@ -60,7 +60,7 @@ def test_every_plate_of_the_list_is_its_own_word():
 def test_speeds_and_chance_letters_are_no_words_unless_they_resemble_one(text):
     word = word_of(text)
     if word is not None:
-        lengths = [len(one.replace(" ", "")) for one in PLATES[word]]
+        lengths = [len(plate.replace(" ", "")) for plate in PLATES[word]]
         assert min(abs(len(text) - length) for length in lengths) <= 2
 
 
@@ -80,7 +80,7 @@ def test_a_word_with_more_on_its_plate_does_not_count():
 
 def test_two_signs_apart_are_two_words():
     found = words_of([line("STOP"), line("DETOUR", left=400), line("SHOP", top=300)])
-    assert [one.word for one in found] == [SignWord.STOP, SignWord.DETOUR]
+    assert [item.word for item in found] == [SignWord.STOP, SignWord.DETOUR]
 
 
 def test_an_unsure_line_is_not_believed():

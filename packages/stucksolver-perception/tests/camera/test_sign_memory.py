@@ -43,7 +43,7 @@ def test_a_look_that_fails_in_between_changes_nothing_but_two_do():
 def test_a_paddle_that_is_turned_says_nothing_until_its_new_side_is_read_twice():
     assert signs((BARRIER, STOP), (BARRIER, STOP), (BARRIER, SLOW)) == ()
     told = signs((BARRIER, STOP), (BARRIER, STOP), (BARRIER, SLOW), (BARRIER, SLOW))
-    assert [one.word for one in told] == [SignWord.SLOW]
+    assert [item.word for item in told] == [SignWord.SLOW]
 
 
 def test_an_old_word_is_forgotten_and_a_departure_forgets_all():

@@ -44,13 +44,13 @@ def ahead_of(kind):
 )
 def test_a_sign_ahead_is_read_where_it_is(kind, word):
     image, reader = ahead_of(kind), SignReader()
-    parts = [one for one in swaths(RIG) if one is not None]
-    found = [(part, one) for part in parts for one in reader.read(part.crop(image), part.single)]
-    assert {one.word for _, one in found} == {word}
+    parts = [swath for swath in swaths(RIG) if swath is not None]
+    found = [(part, item) for part in parts for item in reader.read(part.crop(image), part.single)]
+    assert {item.word for _, item in found} == {word}
     column, row, _ = RIG.project(np.array([[RIG.mount.x_m + AWAY_M, -3.0, FACE_M]]))
-    for part, one in found:
-        assert part.left + one.column == pytest.approx(column[0], abs=8.0)
-        assert part.top + one.row == pytest.approx(row[0], abs=8.0)
+    for part, item in found:
+        assert part.left + item.column == pytest.approx(column[0], abs=8.0)
+        assert part.top + item.row == pytest.approx(row[0], abs=8.0)
 
 
 @installed

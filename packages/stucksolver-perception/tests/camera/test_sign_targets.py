@@ -45,7 +45,7 @@ BARRIER = Track(
 
 
 def keys(*tracks, posts=()):
-    return [one.key for one in targets(RIG, HERE, tracks, dict(enumerate(posts)))]
+    return [target.key for target in targets(RIG, HERE, tracks, dict(enumerate(posts)))]
 
 
 AHEAD = ["ahead-0", "ahead-1", "ahead-2"]
@@ -53,7 +53,7 @@ AHEAD = ["ahead-0", "ahead-1", "ahead-2"]
 
 def test_without_anything_near_the_road_ahead_is_read():
     assert keys() == AHEAD
-    parts = [one for one in swaths(RIG) if one is not None]
+    parts = [swath for swath in swaths(RIG) if swath is not None]
     assert (parts[0].left, parts[-1].right) == (0, RIG.width_px)
     assert all(left.right > right.left for left, right in itertools.pairwise(parts))
 
@@ -98,7 +98,10 @@ def test_a_word_is_the_nearest_objects_that_can_carry_it_wherever_it_was_read():
     barrier, road, behind = found[0], found[2], found[-1]
     column, row = (behind.left + behind.right) / 2, (behind.top + behind.bottom) / 2
     carriers = {word: carrier_of(word, column, row, found, road) for word in (SignWord.STOP, SignWord.POLICE)}
-    assert {word: one and one.track_id for word, one in carriers.items()} == {SignWord.STOP: 7, SignWord.POLICE: 8}
+    assert {word: carrier and carrier.track_id for word, carrier in carriers.items()} == {
+        SignWord.STOP: 7,
+        SignWord.POLICE: 8,
+    }
     assert carrier_of(SignWord.POLICE, column, row, found[:1], barrier) is None
     assert carrier_of(SignWord.STOP, 10.0, 10.0, found, road) is None
 
@@ -112,10 +115,15 @@ def test_a_word_at_a_post_of_the_map_is_the_posts():
 
 
 def test_a_wider_look_contains_the_first_and_stays_in_the_image():
-    for one in targets(RIG, HERE, [BARRIER], {}):
-        wide = one.widened(RIG)
-        assert wide.left <= one.left and wide.top <= one.top and wide.right >= one.right and wide.bottom >= one.bottom
-        assert (wide.left, wide.right, wide.bottom) != (one.left, one.right, one.bottom)
+    for target in targets(RIG, HERE, [BARRIER], {}):
+        wide = target.widened(RIG)
+        assert (
+            wide.left <= target.left
+            and wide.top <= target.top
+            and wide.right >= target.right
+            and wide.bottom >= target.bottom
+        )
+        assert (wide.left, wide.right, wide.bottom) != (target.left, target.right, target.bottom)
         assert min(wide.left, wide.top) >= 0 and wide.right <= RIG.width_px and wide.bottom <= RIG.height_px
 
 

@@ -23,7 +23,7 @@ def scan(boxes: Floats, time_s: float, seed: int = 0) -> LidarSweep:
     half = round(time_s / TICK_S) % 2
     azimuth = np.pi * (half + np.arange(count) / count)
     elevation = np.radians(np.linspace(RIG.lower_deg, RIG.upper_deg, RIG.channels))
-    turn, tilt = (one.ravel() for one in np.meshgrid(azimuth, elevation))
+    turn, tilt = (item.ravel() for item in np.meshgrid(azimuth, elevation))
     rays = np.stack([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)], axis=1)
     start = np.array([RIG.mount.x_m, RIG.mount.y_m, RIG.mount.z_m])
     with np.errstate(divide="ignore", invalid="ignore"):

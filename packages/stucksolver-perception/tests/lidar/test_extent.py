@@ -80,7 +80,7 @@ def test_a_cone_that_is_also_taken_for_an_animal_stays_one_thing(other, moves):
     """It was found weakly as an animal at the same place. Measured apart, the animal stood beside the cone."""
     size = (0.5, 0.5, 0.65)
     cone, twin = named("cone", 6.0, 0.95, size), named(other, 6.05, 0.95, size)
-    both = Detections(0.5, *(np.concatenate([getattr(one, part) for one in (cone, twin)]) for part in PARTS))
+    both = Detections(0.5, *(np.concatenate([getattr(item, part) for item in (cone, twin)]) for part in PARTS))
     both = replace(both, score=np.array([0.7, 0.2]))
     told = measured(both, box(6.0, 0.5, CONE_M))
     assert told.center[0, 1] == pytest.approx(0.5, abs=0.12)

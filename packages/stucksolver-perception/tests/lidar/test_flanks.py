@@ -22,7 +22,7 @@ PERSON = (0.5, 0.5, 1.75)
 def left(x, y, *around, label="pedestrian", known=VAN, seed=0):
     standing = standing_returns(turn(*around, seed=seed), RIG)
     found = drop_false_pedestrians(named((x, y, *PERSON), label=label, score=0.5), standing, tracked(known))
-    return [LABELS[one] for one in found.label]
+    return [LABELS[item] for item in found.label]
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -68,8 +68,8 @@ def test_a_person_before_the_corner_is_not_its_end() -> None:
 
 def test_what_moves_or_is_beside_the_lidar_stays_as_it_was_found() -> None:
     turn = turn_of((11.0, 0.0, 1.15, *AMBULANCE, 0.0), (0.5, 3.0, 1.15, *AMBULANCE, 0.0))
-    for one in (told(11.4, 0.0, (5.4, 2.2, 2.3), mps=3.0), told(0.9, 3.0, (5.4, 2.2, 2.3))):
-        assert np.array_equal(with_measured_ends(one, turn, RIG).size, one.size)
+    for item in (told(11.4, 0.0, (5.4, 2.2, 2.3), mps=3.0), told(0.9, 3.0, (5.4, 2.2, 2.3))):
+        assert np.array_equal(with_measured_ends(item, turn, RIG).size, item.size)
 
 
 def test_an_end_of_which_too_little_is_seen_stays_where_the_network_says() -> None:

@@ -24,7 +24,7 @@ def test_a_point_is_told_from_the_middle_of_its_pillar() -> None:
 def test_every_pillar_of_the_grid_has_its_own_number() -> None:
     steps_x = GRID.x_min_m + GRID.pillar_m * (np.arange(2 * GRID.rows) + 0.5)
     steps_y = GRID.y_min_m + GRID.pillar_m * (np.arange(2 * GRID.columns) + 0.5)
-    x, y = (one.ravel() for one in np.meshgrid(steps_x, steps_y))
+    x, y = (item.ravel() for item in np.meshgrid(steps_x, steps_y))
     places = np.stack([x, y, *np.zeros((3, len(x)))], axis=1).astype(np.float32)
     _, cell = pillars(places)
     # A few pillars lie in our own body and have no points.

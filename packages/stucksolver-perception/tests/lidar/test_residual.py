@@ -81,7 +81,7 @@ def test_a_thin_bar_across_the_road_is_a_barrier():
     gate = np.array([[9.0, 0.0, 1.0, 0.1, 5.0, 0.12, 0.0]])
     points = seconds([gate] * 3)
     found = added(points[points[:, 4] <= RECENT_S])
-    assert {one[0] for one in found} == {"barrier"}
+    assert {item[0] for item in found} == {"barrier"}
     assert max(y + width / 2 for _, _, y, _, width, _ in found) > 2.0
 
 
@@ -116,7 +116,7 @@ def test_a_road_that_begins_to_rise_or_fall_is_no_obstacle_and_a_person_on_it_is
     for ones in ((), ((12.0, 0.5, *PERSON),)):
         points = turn(*ones)
         points[:, 2] += bend * np.maximum(0.0, points[:, 0] - begins_m)
-        assert [one[0] for one in added(points)] == ["pedestrian"] * len(ones)
+        assert [item[0] for item in added(points)] == ["pedestrian"] * len(ones)
 
 
 @pytest.mark.parametrize("deep_m", [0.37, 0.8, 2.0])
@@ -126,7 +126,7 @@ def test_an_embankment_does_not_make_the_road_stand_up(deep_m, edge_m):
         points = turn(*ones)
         beside = (points[:, 1] < edge_m) if edge_m < 0 else (points[:, 1] > edge_m)
         points[beside, 2] -= deep_m
-        assert [one[0] for one in added(points)] == ["pedestrian"] * len(ones)
+        assert [item[0] for item in added(points)] == ["pedestrian"] * len(ones)
 
 
 def test_no_points_and_no_detections_are_fine():
@@ -152,4 +152,4 @@ def test_the_rear_of_a_bus_that_drives_ahead_is_no_person():
 
 def test_who_walks_close_behind_a_car_that_stands_is_an_obstacle():
     car, person = (12.0, 0.0, 4.5, 1.9, 1.5), (8.6, 0.0, *PERSON)
-    assert [one[0] for one in added(turn(car, person), known=tracked(car))] == ["pedestrian"]
+    assert [item[0] for item in added(turn(car, person), known=tracked(car))] == ["pedestrian"]

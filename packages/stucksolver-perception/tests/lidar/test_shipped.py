@@ -67,7 +67,7 @@ def test_a_truck_and_a_person_are_told_apart_up_to_25_m(
 ) -> None:
     box = np.array([x_m, 3.0, size[2] / 2, *size, 0.0])
     found = sure(detector.detect(seconds([box[None]] * TICKS), 0.45))
-    assert [LABELS[one] for one in found.label] == [label]
+    assert [LABELS[item] for item in found.label] == [label]
     # The far end of a truck is out of sight: only its near end and its side can be right.
     assert found.center[0, 0] - found.size[0, 0] / 2 == pytest.approx(x_m - size[0] / 2, abs=0.7)
     assert found.center[0, 1] == pytest.approx(3.0, abs=0.4)

@@ -45,7 +45,7 @@ def test_the_heading_tells_the_oncoming_lane():
 
 
 def test_left_is_positive_in_the_direction_of_the_traffic():
-    (found,) = [one for one in match(pose(y=7.5, yaw=math.pi), ROAD, HALF_M) if one.line == 2]
+    (found,) = [item for item in match(pose(y=7.5, yaw=math.pi), ROAD, HALF_M) if item.line == 2]
     assert found.lateral_m == pytest.approx(-0.5)
 
 
@@ -57,7 +57,7 @@ def test_lanes_that_end_before_are_left_out():
 @given(st.floats(-30, 30), st.floats(-3.1, 3.1), st.floats(0.01, 5.0))
 def test_probabilities_never_add_up_to_more_than_one(y, yaw, sigma):
     found = match(pose(y=y, yaw=yaw, sigma=sigma), ROAD, HALF_M)
-    assert 0.0 <= sum(one.probability for one in found) <= 1.0 + 1e-9
+    assert 0.0 <= sum(item.probability for item in found) <= 1.0 + 1e-9
 
 
 @given(st.floats(-50, 50), st.floats(-50, 50), st.floats(-3, 3), st.floats(-2, 2))
@@ -66,7 +66,7 @@ def test_the_answer_is_the_same_wherever_the_local_frame_begins(x, y, turn, off)
     spin = np.array([[cos, -sin], [sin, cos]])
     moved = [np.column_stack([line[:, :2] @ spin.T + (x, y), line[:, 2] + turn]) for line in ROAD]
     at = spin @ (50.0, off) + (x, y)
-    there = {one.line: one for one in match(pose(at[0], at[1], turn), moved, HALF_M)}
-    for one in match(pose(y=off), ROAD, HALF_M):
-        assert there[one.line].lateral_m == pytest.approx(one.lateral_m, abs=1e-6)
-        assert there[one.line].probability == pytest.approx(one.probability, abs=1e-6)
+    there = {item.line: item for item in match(pose(at[0], at[1], turn), moved, HALF_M)}
+    for item in match(pose(y=off), ROAD, HALF_M):
+        assert there[item.line].lateral_m == pytest.approx(item.lateral_m, abs=1e-6)
+        assert there[item.line].probability == pytest.approx(item.probability, abs=1e-6)

@@ -108,5 +108,5 @@ def test_a_cone_found_only_now_and_then_keeps_its_id_though_rays_pass_above_it()
         told = tracker.update(
             detections(at, [(15.0, 0.0)] if k % 8 == 0 else [], rng, **CONE), pose(at), everywhere(True)
         )
-        ids |= {one.id for one in told}
+        ids |= {item.id for item in told}
     assert ids == {1}

@@ -80,7 +80,7 @@ def test_a_standing_car_that_was_hidden_and_is_seen_elsewhere_has_moved():
         told = tracker.update(detections(6.0 + k * STEP_S, [(13.0, 3.0)], rng), pose(6.0 + k * STEP_S))
     if len(told) == 1:
         assert told[0].moved_at_s is not None
-    assert max(told, key=lambda one: one.last_seen_s).stationary_s < 1.0
+    assert max(told, key=lambda item: item.last_seen_s).stationary_s < 1.0
 
 
 CONE = {"label": LABELS.index("cone"), "size": (0.35, 0.35, 0.6)}

@@ -57,7 +57,7 @@ def lines(file):
 
 def told(line, kind):
     """What a line tells of this kind: `event`, `judged` or `tick`."""
-    return [one[kind] for one in line.get("told", ()) if kind in one]
+    return [item[kind] for item in line.get("told", ()) if kind in item]
 
 
 @pytest.mark.integration

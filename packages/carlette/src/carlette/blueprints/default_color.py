@@ -21,7 +21,7 @@ def painted(
     definition: Definition, attributes: Mapping[str, tuple[AttributeType, str]], actor_id: int
 ) -> dict[str, tuple[AttributeType, str]]:
     """Return the attributes with a recommended colour filled in; unchanged for a blueprint without colours."""
-    choices = next((one.recommended for one in definition.attributes if one.id == COLOR), ())
+    choices = next((attribute.recommended for attribute in definition.attributes if attribute.id == COLOR), ())
     if not choices or attributes.get(COLOR, (AttributeType.COLOR, UNPAINTED))[1] != UNPAINTED:
         return dict(attributes)
     # Not the id alone: cars and their sensors take ids in turn, so every car's id could leave the same remainder.

@@ -66,7 +66,7 @@ def load_catalogue() -> Catalogue:
         mesh_definition(),
         *map(animal_definition, animals.values()),
     ]
-    return Catalogue({one.id: one for one in definitions}, vehicles, props, walkers | animals)
+    return Catalogue({definition.id: definition for definition in definitions}, vehicles, props, walkers | animals)
 
 
 def vehicle_definition(model: VehicleSpec) -> Definition:

@@ -125,5 +125,5 @@ def _sensor(
     flags: dict[str, str] | None = None,
 ) -> Definition:
     typed = ((INT, ints), (FLOAT, floats), (BOOL, flags))
-    named = [option(one, kind, value, value) for kind, values in typed for one, value in (values or {}).items()]
+    named = [option(item, kind, value, value) for kind, values in typed for item, value in (values or {}).items()]
     return Definition(id, (option("role_name", STRING, "front", *_PLACES), *named))

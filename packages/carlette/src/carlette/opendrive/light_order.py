@@ -28,4 +28,4 @@ def spawn_order(town: str, lights: Collection[str]) -> dict[str, int]:
     then the file is another map of the same name.
     """
     spawned = _SPAWNED.get(town.removesuffix("_Opt"), "").split()
-    return {one: place for place, one in enumerate(spawned)} if set(spawned) <= set(lights) else {}
+    return {item: place for place, item in enumerate(spawned)} if set(spawned) <= set(lights) else {}

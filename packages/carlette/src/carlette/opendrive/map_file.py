@@ -41,7 +41,7 @@ def map_folders(extra: Sequence[str]) -> list[Path]:
     """The folders in which a town is looked up: `extra`, the environment's, the package's own."""
     from_environment = os.environ.get(MAPS_VARIABLE, "").split(os.pathsep)
     own = Path(__file__).resolve().parent.parent / "maps"
-    return [Path(one) for one in (*extra, *from_environment) if one] + [own]
+    return [Path(item) for item in (*extra, *from_environment) if item] + [own]
 
 
 def available_towns(folders: Sequence[Path]) -> dict[str, Path]:
@@ -66,7 +66,7 @@ def find_town(town_or_path: str, folders: Sequence[Path]) -> MapFile:
     """
     if town_or_path.endswith(".xodr"):
         wanted = os.path.normpath(town_or_path)
-        path = next((one for one in _files(folders) if os.path.normpath(one) == wanted), None)
+        path = next((item for item in _files(folders) if os.path.normpath(item) == wanted), None)
         if path is None:
             known = ", ".join(sorted(available_towns(folders))) or "none"
             raise MapError(f"'{town_or_path}' is not a town of this server (it has {known}); name one of them")
@@ -85,7 +85,7 @@ def find_map(town_or_file: str, folders: Sequence[Path]) -> MapFile:
     towns = available_towns(folders)
     path = towns.get(name) or towns.get(name.removesuffix(OPTIMISED))
     if path is None:
-        places = ", ".join(f"{one}" if one.is_dir() else f"{one} (no such folder)" for one in folders)
+        places = ", ".join(f"{folder}" if folder.is_dir() else f"{folder} (no such folder)" for folder in folders)
         known = ", ".join(sorted(towns)) or "none"
         raise MapError(f"map '{name}' not found in {places} (towns there: {known}); name one of them or a .xodr file")
     return replace(load_map(path), name=name)

@@ -75,8 +75,8 @@ class RoadNetwork:
         """Places on driving lanes outside junctions, half a metre above the road."""
         driving = self.carla.LaneType.Driving
         sampled = self.map.generate_waypoints(SPAWN_SPACING_M)
-        outside = [one for one in sampled if not one.is_junction and one.lane_type == driving]
-        return [_above(one) for one in outside or sampled]
+        outside = [item for item in sampled if not item.is_junction and item.lane_type == driving]
+        return [_above(item) for item in outside or sampled]
 
 
 def _above(waypoint: Any) -> Pose:

@@ -70,7 +70,7 @@ def read_signals(roads: RoadNetwork, root: ElementTree.Element) -> list[Signal]:
         lanes = governed.get(key, [])
         if lanes and key[1] not in missing:
             signals.append(_signal(key, lanes, turns.get(key[1]), roads))
-    stops = sum(one.type == STOP_TYPE for one in signals)
+    stops = sum(signal.type == STOP_TYPE for signal in signals)
     return signals + [_unlisted(roads, *place) for place in unlisted_stops(roads.file.name, stops)]
 
 
@@ -87,7 +87,7 @@ def _unlisted(roads: RoadNetwork, x: float, y: float, yaw: float) -> Signal:
 
 
 def _signal_ids(root: ElementTree.Element) -> list[tuple[str, str]]:
-    found = [(one.get("type", ""), one.get("id", "")) for one in root.iter("signal")]
+    found = [(item.get("type", ""), item.get("id", "")) for item in root.iter("signal")]
     return [key for key in dict.fromkeys(found) if key[0] in ACTOR_TYPES]
 
 
@@ -96,15 +96,17 @@ def _turns(root: ElementTree.Element, town: str) -> dict[str, SignalPhase]:
     `TrafficLightManager`, only the controller with the lowest id holds a light.
     """
     lights = {
-        one.get("id", ""): {control.get("signalId", "") for control in one.findall("control")}
-        for one in root.findall("controller")
+        item.get("id", ""): {control.get("signalId", "") for control in item.findall("control")}
+        for item in root.findall("controller")
     }
-    holder = {light: min(one for one in lights if light in lights[one]) for held in lights.values() for light in held}
+    holder = {
+        light: min(item for item in lights if light in lights[item]) for held in lights.values() for light in held
+    }
     order = spawn_order(town, holder)
     turns: dict[str, SignalPhase] = {}
     for junction in root.iter("junction"):
-        here = [one.get("id", "") for one in junction.findall("controller")]
-        phases = [sorted(light for light in lights.get(one, ()) if holder[light] == one) for one in here]
+        here = [item.get("id", "") for item in junction.findall("controller")]
+        phases = [sorted(light for light in lights.get(item, ()) if holder[light] == item) for item in here]
         phases = sorted(filter(None, phases), key=lambda phase: min(order.get(light, len(order)) for light in phase))
         for place, phase in enumerate(phases):
             turns |= {light: SignalPhase(junction.get("id", ""), place) for light in phase if light not in turns}
@@ -114,7 +116,7 @@ def _turns(root: ElementTree.Element, town: str) -> dict[str, SignalPhase]:
 def _unnamed_in_junctions(root: ElementTree.Element, turns: dict[str, SignalPhase]) -> set[str]:
     """Lights of a junction's own roads that have no turn; CARLA does not spawn them (Town10HD has two)."""
     inside = [road for road in root.iter("road") if road.get("junction", "-1") != "-1"]
-    lights = {one.get("id", "") for road in inside for one in road.iter("signal") if one.get("type") == LIGHT_TYPE}
+    lights = {item.get("id", "") for road in inside for item in road.iter("signal") if item.get("type") == LIGHT_TYPE}
     return lights - set(turns)
 
 
@@ -157,7 +159,7 @@ def _signal(key: tuple[str, str], lanes: list[Any], turn: SignalPhase | None, ro
     yaw = lanes[0].transform.rotation.yaw
     across = wrap_degrees(yaw + 90.0)
     middle, half_width_m = _span(lanes, across)
-    landmark = next(one for one in roads.map.get_all_landmarks_of_type(kind) if one.id == signal_id)
+    landmark = next(item for item in roads.map.get_all_landmarks_of_type(kind) if item.id == signal_id)
     pole = landmark.transform.location
     pose = Pose(Vector(pole.x, pole.y, middle.z), Rotation(yaw=across))
     box = Box(_into_frame(middle, pose), Vector(half_width_m, BOX_HALF_DEPTH_M, BOX_HALF_HEIGHT_M))

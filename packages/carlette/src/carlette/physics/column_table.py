@@ -17,21 +17,21 @@ class Table:
     def append(self, **values: Any) -> int:
         """Adds a row (columns that are not named get zeros) and returns its index."""
         index = len(self)
-        for one in fields(self):  # type: ignore[arg-type]
-            column = getattr(self, one.name)
+        for field in fields(self):  # type: ignore[arg-type]
+            column = getattr(self, field.name)
             # Not np.concatenate: it would re-pack the overlapping fields of the snapshot's records.
             longer = np.zeros((index + 1, *column.shape[1:]), column.dtype)
             longer[:index] = column
-            if one.name in values:
-                longer[index] = values[one.name]
-            setattr(self, one.name, longer)
+            if field.name in values:
+                longer[index] = values[field.name]
+            setattr(self, field.name, longer)
         return index
 
     def delete(self, index: int) -> None:
         """Removes a row; the rows after it move up."""
-        for one in fields(self):  # type: ignore[arg-type]
-            column = getattr(self, one.name)
-            setattr(self, one.name, column[np.arange(len(column)) != index])
+        for field in fields(self):  # type: ignore[arg-type]
+            column = getattr(self, field.name)
+            setattr(self, field.name, column[np.arange(len(column)) != index])
 
     def __len__(self) -> int:
         return len(next(iter(self.__dict__.values())))

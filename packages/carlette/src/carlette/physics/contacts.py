@@ -73,7 +73,7 @@ def collide(bodies: BodyTable, doors: OpenDoors | None = None) -> list[Contact]:
         if not len(first):
             break
         found = overlaps(boxes, first, second)
-        for i, j, normal, depth in zip(*(one.tolist() for one in found), strict=True):
+        for i, j, normal, depth in zip(*(item.tolist() for item in found), strict=True):
             pair = (int(rows[i]), int(rows[j]))
             impulse = _resolve(bodies, boxes, shapes.owner, (i, j), pair, (normal[0], normal[1]), depth)
             if impulse is not None:
@@ -115,11 +115,11 @@ def _resolve(
         return None
     point = _touch_point(boxes, index)
     sides = []
-    for sign, one, row, share in zip((-1.0, 1.0), index, pair, inverse, strict=True):
+    for sign, item, row, share in zip((-1.0, 1.0), index, pair, inverse, strict=True):
         shift = sign * share / total * max(depth - SLOP_M, 0.0)
         bodies.position[row, :2] += (shift * away[0], shift * away[1])
-        x, y = boxes.center[owner[one]].tolist()
-        half_x, half_y = boxes.half[owner[one]].tolist()
+        x, y = boxes.center[owner[item]].tolist()
+        half_x, half_y = boxes.half[owner[item]].tolist()
         inertia = 3.0 * share / (half_x**2 + half_y**2)
         sides.append(ContactSide(row, share, inertia, (point[0] - x, point[1] - y)))
     return _exchange(bodies, sides[0], sides[1], away)
@@ -127,8 +127,8 @@ def _resolve(
 
 def _exchange(bodies: BodyTable, first: ContactSide, second: ContactSide, away: Planar) -> Vector | None:
     """Applies the impulse that ends the approach, with friction along the touching faces."""
-    one, other = _speed_at(bodies, first), _speed_at(bodies, second)
-    closing = (other[0] - one[0], other[1] - one[1])
+    item, other = _speed_at(bodies, first), _speed_at(bodies, second)
+    closing = (other[0] - item[0], other[1] - item[1])
     normal_speed = _dot(closing, away)
     if normal_speed >= -RESTING_MPS:
         return None
@@ -175,25 +175,25 @@ def _inverse_mass(bodies: BodyTable, row: int) -> float:
 def _touch_point(boxes: Boxes, index: tuple[int, int]) -> Planar:
     """Return the mean of those corners of each box that are within the other."""
     inside = [corner for a, b in (index, index[::-1]) for corner in _corners(boxes, a) if _within(boxes, b, corner)]
-    points = inside or [tuple(boxes.center[one].tolist()) for one in index]
-    return sum(one[0] for one in points) / len(points), sum(one[1] for one in points) / len(points)
+    points = inside or [tuple(boxes.center[item].tolist()) for item in index]
+    return sum(point[0] for point in points) / len(points), sum(point[1] for point in points) / len(points)
 
 
-def _corners(boxes: Boxes, one: int) -> list[Planar]:
-    (x, y), (ax, ay), (half_x, half_y) = _shape(boxes, one)
+def _corners(boxes: Boxes, index: int) -> list[Planar]:
+    (x, y), (ax, ay), (half_x, half_y) = _shape(boxes, index)
     ends = [(a * half_x, b * half_y) for a in (-1, 1) for b in (-1, 1)]
     return [(x + a * ax - b * ay, y + a * ay + b * ax) for a, b in ends]
 
 
-def _within(boxes: Boxes, one: int, point: Planar) -> bool:
-    (x, y), ahead, (half_x, half_y) = _shape(boxes, one)
+def _within(boxes: Boxes, index: int, point: Planar) -> bool:
+    (x, y), ahead, (half_x, half_y) = _shape(boxes, index)
     gap = (point[0] - x, point[1] - y)
     return abs(_dot(gap, ahead)) <= half_x + TOUCH_M and abs(_cross(ahead, gap)) <= half_y + TOUCH_M
 
 
-def _shape(boxes: Boxes, one: int) -> tuple[list[float], Planar, list[float]]:
-    ahead = boxes.ahead[one].tolist()
-    return boxes.center[one].tolist(), (ahead[0], ahead[1]), boxes.half[one].tolist()
+def _shape(boxes: Boxes, index: int) -> tuple[list[float], Planar, list[float]]:
+    ahead = boxes.ahead[index].tolist()
+    return boxes.center[index].tolist(), (ahead[0], ahead[1]), boxes.half[index].tolist()
 
 
 def _dot(a: Planar, b: Planar) -> float:

@@ -59,17 +59,17 @@ class OpenDoors(Table):
     def move(self, row: int, box: Box, door: int, opening: bool) -> None:
         """Opens or closes one door (0 to 3), all (6) or the stop arm (7) of the vehicle at `row`."""
         places = {STOP_ARM: ARM_PLACE} if door == STOP_ARM else SIDE_DOORS
-        for one in places if door == ALL else [door] * (door in places):
-            here = np.flatnonzero((self.row == row) & (self.door == one))
+        for item in places if door == ALL else [door] * (door in places):
+            here = np.flatnonzero((self.row == row) & (self.door == item))
             if len(here):
                 self.opening[here] = opening
             elif opening:
-                place = places[one]
+                place = places[item]
                 hinge = (
                     box.center.x + place.along * box.extent.x,
                     box.center.y + place.side * box.extent.y,
                 )
-                self.append(row=row, door=one, opening=True, hinge=hinge, side=place.side, reach=place.reach_m)
+                self.append(row=row, door=item, opening=True, hinge=hinge, side=place.side, reach=place.reach_m)
 
     def forget(self, row: int) -> None:
         """Remove the doors of a vehicle that leaves the world."""

@@ -62,9 +62,9 @@ class Surface(Table):
             return
         which = moved.nonzero()[0]
         grounds = [roads.ground(Vector(*point)) for point in position[which].tolist()]
-        self.origin[which] = [one.origin for one in grounds]
-        self.origin[which, 2] += np.array([one.kerb_m for one in grounds]) * self.on_foot[which]
-        self.slope[which] = [(one.slope_x, one.slope_y) for one in grounds]
+        self.origin[which] = [ground.origin for ground in grounds]
+        self.origin[which, 2] += np.array([ground.kerb_m for ground in grounds]) * self.on_foot[which]
+        self.slope[which] = [(ground.slope_x, ground.slope_y) for ground in grounds]
         self.looked[which] = position[which, :2]
 
     def settle(self, bodies: BodyTable, dt: float) -> None:

@@ -150,7 +150,7 @@ class Vehicles(Table):
         launch = physics.launch_n / mass
         usual_launch = usual.launch_n / model.mass_kg
         full_brake = HEAVY_BRAKE_MPS2 if model.mass_kg > HEAVY_KG else BRAKE_MPS2
-        friction = sum(one.friction for one in physics.wheels) / len(physics.wheels) / FRICTION
+        friction = sum(wheel.friction for wheel in physics.wheels) / len(physics.wheels) / FRICTION
         top_mps = model.top_speed_kmh / 3.6
         gears = len(physics.gears)
         self.power[index], self.launch[index] = power, launch
@@ -158,10 +158,10 @@ class Vehicles(Table):
         self.drag[index] = air * lighter * physics.drag / DRAG_COEFFICIENT
         idle = physics.damping_idle / DAMPING_IDLE
         self.coast[index] = COAST_MPS2 * usual_launch / LAUNCH_MOST_MPS2 * idle * lighter
-        self.brake[index] = full_brake * lighter * _share(physics, usual, lambda one: one.brake_nm)
-        self.hand_brake[index] = HAND_BRAKE_MPS2 * lighter * _share(physics, usual, lambda one: one.hand_brake_nm)
+        self.brake[index] = full_brake * lighter * _share(physics, usual, lambda physic: physic.brake_nm)
+        self.hand_brake[index] = HAND_BRAKE_MPS2 * lighter * _share(physics, usual, lambda physic: physic.hand_brake_nm)
         self.grip[index] = min(TYRE_GRIP_MPS2 * friction, MOST_GRIP_MPS2)
-        self.max_steer[index] = np.radians(max(one.max_steer_deg for one in physics.wheels))
+        self.max_steer[index] = np.radians(max(wheel.max_steer_deg for wheel in physics.wheels))
         speeds, factors = zip(*sorted(physics.steering_curve), strict=True)
         self.factors[index] = np.interp(STEER_KNOTS_KMH, speeds, factors)
         self.shift_mps[index] = np.inf
@@ -199,7 +199,7 @@ class Vehicles(Table):
         if held.any():
             ahead = np.where(held, self.constant[:, 0], ahead)
             aside = np.where(held, self.constant[:, 1], aside)
-        ahead, aside, rate = (np.where(active, one, 0.0) for one in (ahead, aside, rate))
+        ahead, aside, rate = (np.where(active, item, 0.0) for item in (ahead, aside, rate))
 
         yaw = yaw + rate * dt
         cos, sin = np.cos(yaw), np.sin(yaw)

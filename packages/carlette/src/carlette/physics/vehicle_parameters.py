@@ -73,7 +73,7 @@ class PhysicsParameters:
     @property
     def radius_m(self) -> float:
         """Mean radius of the wheels."""
-        return sum(one.radius_cm for one in self.wheels) / len(self.wheels) / 100.0
+        return sum(wheel.radius_cm for wheel in self.wheels) / len(self.wheels) / 100.0
 
     @property
     def launch_n(self) -> float:

@@ -37,24 +37,24 @@ class LogRecorder:
         """Record the tick that `world` has just completed."""
         if self._file is None:
             return
-        actors = [one for one in world.actors.values() if one.kind in RECORDED]
+        actors = [actor for actor in world.actors.values() if actor.kind in RECORDED]
         parts = []
-        for one in actors:
-            if one.id not in self._known:
-                attributes = {name: [int(kind), text] for name, (kind, text) in one.attributes.items()}
-                parts.append(encode_entry("spawn", one.id, one.type_id, attributes, one.parent_id))
-        ids = {one.id for one in actors}
-        parts += [encode_entry("gone", one) for one in sorted(self._known - ids)]
+        for actor in actors:
+            if actor.id not in self._known:
+                attributes = {name: [int(kind), text] for name, (kind, text) in actor.attributes.items()}
+                parts.append(encode_entry("spawn", actor.id, actor.type_id, attributes, actor.parent_id))
+        ids = {actor.id for actor in actors}
+        parts += [encode_entry("gone", item) for item in sorted(self._known - ids)]
         self._known = ids
         parts += self._collisions(world)
-        rows, bodies, lights = [one.row for one in actors], world.bodies, world.signals.lights
+        rows, bodies, lights = [actor.row for actor in actors], world.bodies, world.signals.lights
         motion = np.concatenate([bodies.position[rows], bodies.rotation[rows], bodies.velocity[rows]], axis=1)
         parts.append(
             encode_entry(
                 "frame",
                 world.frame,
                 world.elapsed_s - self._began_s,
-                np.array([one.id for one in actors], np.uint32).tobytes(),
+                np.array([actor.id for actor in actors], np.uint32).tobytes(),
                 motion.astype(np.float32).tobytes(),
                 bodies.record["id"][lights.row].astype(np.uint32).tobytes(),
                 lights.color.astype(np.uint8).tobytes(),

@@ -108,7 +108,7 @@ class Replay:
     def _meet(self, world: World, frame: LogFrame) -> None:
         """Spawn the actors that are new, and destroy those that are no longer in the log."""
         there = set(frame.ids.tolist())
-        for number in [one for one in self._actors if one not in there]:
+        for number in [item for item in self._actors if item not in there]:
             actor = self._actors.pop(number)
             if number in self._brought and actor.id in world.actors:
                 world.remove(actor.id)

@@ -20,8 +20,8 @@ def file_info(tape: LogFile, show_all: bool) -> str:
             known = now
             if came or left:
                 lines.append(f"Frame {frame.number} at {frame.time_s:.3f} seconds")
-                lines += [f"  Create {one}: {tape.entries[one].type_id}" for one in came]
-                lines += [f"  Destroy {one}" for one in left]
+                lines += [f"  Create {item}: {tape.entries[item].type_id}" for item in came]
+                lines += [f"  Destroy {item}" for item in left]
     return "\n".join([*lines, _foot(tape)])
 
 
@@ -29,12 +29,12 @@ def collisions(tape: LogFile, first_kind: str, second_kind: str) -> str:
     """Collisions of two kinds: h hero, v vehicle, w walker, t traffic light, o other, a any."""
     lines = [_head(tape), f"{'Time':>8}  Types  {'Id':>6} Actor 1{'':<33} {'Id':>6} Actor 2"]
     for hit in tape.hits:
-        pair = [tape.entries.get(one) for one in (hit.id, hit.other_id)]
-        for one, other in (pair, pair[::-1]):
-            if one and other and _is(one, first_kind) and _is(other, second_kind):
-                kinds = f"{_kind(one)} {_kind(other)}"
+        pair = [tape.entries.get(item) for item in (hit.id, hit.other_id)]
+        for item, other in (pair, pair[::-1]):
+            if item and other and _is(item, first_kind) and _is(other, second_kind):
+                kinds = f"{_kind(item)} {_kind(other)}"
                 lines.append(
-                    f"{hit.time_s:8.2f}  {kinds:5}  {one.id:>6} {one.type_id:<40} {other.id:>6} {other.type_id}"
+                    f"{hit.time_s:8.2f}  {kinds:5}  {item.id:>6} {item.type_id:<40} {other.id:>6} {other.type_id}"
                 )
                 break
     return "\n".join([*lines, _foot(tape)])
@@ -42,8 +42,8 @@ def collisions(tape: LogFile, first_kind: str, second_kind: str) -> str:
 
 def blocked(tape: LogFile, least_s: float, least_m: float) -> str:
     """Vehicles and walkers that moved less than `least_m` within `least_s`, the longest first."""
-    found = [one for number in tape.entries for one in _stops(tape, number, least_s, least_m)]
-    found.sort(key=lambda one: -one[2])
+    found = [stop for number in tape.entries for stop in _stops(tape, number, least_s, least_m)]
+    found.sort(key=lambda item: -item[2])
     lines = [_head(tape), f"{'Time':>8}  {'Id':>6} Actor{'':<35} {'Duration':>10}"]
     lines += [
         f"{begin:8.2f}  {number:>6} {tape.entries[number].type_id:<40} {length:10.2f}"

@@ -46,19 +46,19 @@ def timed_out_clients(clients: Iterable[C], now: float) -> Iterator[tuple[C, str
     much.
     """
     left = []
-    for one in clients:
-        if one.unfinished_since is not None and now - one.unfinished_since > UNFINISHED_S:
-            yield one, f"its request is not complete after {UNFINISHED_S:g} s"
+    for item in clients:
+        if item.unfinished_since is not None and now - item.unfinished_since > UNFINISHED_S:
+            yield item, f"its request is not complete after {UNFINISHED_S:g} s"
         else:
-            left.append(one)
-    total = sum(one.held_bytes for one in left)
-    for one in sorted(left, key=lambda client: client.held_bytes, reverse=True):
+            left.append(item)
+    total = sum(item.held_bytes for item in left)
+    for item in sorted(left, key=lambda client: client.held_bytes, reverse=True):
         if total <= MOST_HELD_BYTES:
             return
-        total -= one.held_bytes
-        yield one, f"it holds {one.held_bytes:,} bytes, and all clients together more than {MOST_HELD_BYTES:,}"
+        total -= item.held_bytes
+        yield item, f"it holds {item.held_bytes:,} bytes, and all clients together more than {MOST_HELD_BYTES:,}"
 
 
 def unnamed_listeners(listeners: Iterable[L], now: float) -> list[L]:
     """Return the listeners that have taken too long to name their stream."""
-    return [one for one in listeners if not one.stream_id and now - one.came > UNNAMED_S]
+    return [listener for listener in listeners if not listener.stream_id and now - listener.came > UNNAMED_S]

@@ -54,26 +54,26 @@ class DeferredReplies:
         `woken` becomes readable for each of them, also when the answer could not wait for it.
         """
         self._held.append(DeferredReply(connection, number, result, until, time.monotonic() + longest_s, rest_s))
-        for one in until:
-            one.add_done_callback(self._wake)
+        for item in until:
+            item.add_done_callback(self._wake)
 
     def release(self, now: float) -> None:
         """Give the answers that are due."""
-        for one in self._held:
-            if not one.is_resting and all(future.done() for future in one.until):
-                one.is_resting, one.due = True, now + one.rest_s
-        due = [one for one in self._held if now >= one.due]
-        self._held = [one for one in self._held if now < one.due]
-        for one in due:
-            one.connection.reply(one.number, one.result)
+        for item in self._held:
+            if not item.is_resting and all(future.done() for future in item.until):
+                item.is_resting, item.due = True, now + item.rest_s
+        due = [item for item in self._held if now >= item.due]
+        self._held = [item for item in self._held if now < item.due]
+        for item in due:
+            item.connection.reply(item.number, item.result)
 
     def forget(self, connection: RpcConnection) -> None:
         """Drop the answers for a client that has disconnected."""
-        self._held = [one for one in self._held if one.connection is not connection]
+        self._held = [item for item in self._held if item.connection is not connection]
 
     def wait_s(self, now: float, most_s: float) -> float:
         """Return how long nothing becomes due by time alone (s), at most `most_s`."""
-        return max(0.0, min([most_s, *(one.due - now for one in self._held)]))
+        return max(0.0, min([most_s, *(item.due - now for item in self._held)]))
 
     def drain(self) -> None:
         """Clear the wake-up signal."""

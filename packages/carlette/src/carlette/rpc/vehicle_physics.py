@@ -67,7 +67,7 @@ def wheel_places(world: World, actor: Actor) -> list[list[float]]:
     else:
         rows = [half_base, *(-half_base - 1.3 * extra for extra in range(len(physics.wheels) // 2 - 1))]
         offsets = [(along, side * half_track) for along in rows for side in (-1, 1)]
-    return [[100 * one for one in pose.apply(Vector(along, across, physics.radius_m))] for along, across in offsets]
+    return [[100 * item for item in pose.apply(Vector(along, across, physics.radius_m))] for along, across in offsets]
 
 
 def take_physics_control(world: World, actor: Actor, wire: Wire) -> None:
@@ -75,7 +75,7 @@ def take_physics_control(world: World, actor: Actor, wire: Wire) -> None:
 
     Raises `CompletionRequestError` when a number is not finite or one that must be above zero is not.
     """
-    wheels = tuple(Wheel(*map(float, one[:WHEEL_FIELDS])) for one in wire[15])
+    wheels = tuple(Wheel(*map(float, item[:WHEEL_FIELDS])) for item in wire[15])
     old = parameters_of_actor(actor)
     physics = replace(
         old,
@@ -116,10 +116,14 @@ def _check(physics: PhysicsParameters) -> None:
                 f"cm (above 0) and friction {wheel.friction} (from 0) cannot be"
             )
     numbers = [
-        one for curve in (physics.torque_curve, physics.steering_curve, physics.gears) for row in curve for one in row
+        item for curve in (physics.torque_curve, physics.steering_curve, physics.gears) for row in curve for item in row
     ]
-    numbers += [physics.drag, physics.damping_idle, *(one for wheel in physics.wheels for one in _wheel_fields(wheel))]
-    if not all(math.isfinite(one) and abs(one) < 1e7 for one in numbers) or physics.gears[0][0] == 0.0:
+    numbers += [
+        physics.drag,
+        physics.damping_idle,
+        *(field for wheel in physics.wheels for field in _wheel_fields(wheel)),
+    ]
+    if not all(math.isfinite(number) and abs(number) < 1e7 for number in numbers) or physics.gears[0][0] == 0.0:
         raise CompletionRequestError("apply_physics_control: a number is not finite or the first gear's ratio is 0")
 
 
@@ -138,15 +142,15 @@ def _wheel_fields(wheel: Wheel) -> list[float]:
 
 
 def _points(rows: Iterable[tuple[float, ...]]) -> list[list[float]]:
-    return [list(one) for one in rows]
+    return [list(row) for row in rows]
 
 
 def _pairs(wire: Wire) -> tuple[tuple[float, float], ...]:
-    return tuple((float(one[0]), float(one[1])) for one in wire)
+    return tuple((float(item[0]), float(item[1])) for item in wire)
 
 
 def _gears(wire: Wire) -> tuple[tuple[float, float, float], ...]:
-    return tuple((float(one[0]), float(one[1]), float(one[2])) for one in wire[:8])
+    return tuple((float(item[0]), float(item[1]), float(item[2])) for item in wire[:8])
 
 
 def _triple(wire: Wire) -> tuple[float, float, float]:

@@ -35,8 +35,8 @@ class GnssSensor(Sensor):
 
     def __init__(self, settings: SensorAttributes) -> None:
         super().__init__(settings)
-        self._bias = np.array([settings.number(f"noise_{one}_bias") for one in _FIELDS])
-        self._stddev = np.array([settings.number(f"noise_{one}_stddev", 0.0) for one in _FIELDS])
+        self._bias = np.array([settings.number(f"noise_{field}_bias") for field in _FIELDS])
+        self._stddev = np.array([settings.number(f"noise_{field}_stddev", 0.0) for field in _FIELDS])
         self._random = seeded(settings)
 
     def measure(self, moment: SensorTick) -> Iterator[Body]:

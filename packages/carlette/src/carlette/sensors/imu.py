@@ -43,9 +43,9 @@ class ImuSensor(Sensor):
 
     def __init__(self, settings: SensorAttributes) -> None:
         super().__init__(settings)
-        self._accelerometer_stddev = np.array([settings.number(f"noise_accel_stddev_{one}", 0.0) for one in _AXES])
-        self._gyroscope_stddev = np.array([settings.number(f"noise_gyro_stddev_{one}", 0.0) for one in _AXES])
-        self._gyroscope_bias = np.array([settings.number(f"noise_gyro_bias_{one}") for one in _AXES])
+        self._accelerometer_stddev = np.array([settings.number(f"noise_accel_stddev_{axis}", 0.0) for axis in _AXES])
+        self._gyroscope_stddev = np.array([settings.number(f"noise_gyro_stddev_{axis}", 0.0) for axis in _AXES])
+        self._gyroscope_bias = np.array([settings.number(f"noise_gyro_bias_{axis}") for axis in _AXES])
         self._random = seeded(settings)
         self._path: deque[Attitude] = deque(maxlen=3)
 

@@ -78,7 +78,7 @@ class Fan(LateSensor):
         self._points_per_s = settings.whole("points_per_second", 0, MOST_POINTS_PER_S)
         self._turns_per_s = settings.number("rotation_frequency", 0.0, 1e4)
         self._width_deg = settings.number("horizontal_fov", 0.1, 360.0)
-        upper, lower = (settings.number(one, -90.0, 90.0) for one in ("upper_fov", "lower_fov"))
+        upper, lower = (settings.number(item, -90.0, 90.0) for item in ("upper_fov", "lower_fov"))
         lasers = np.clip(np.linspace(upper, lower, self._channels), -STEEPEST_DEG, STEEPEST_DEG)
         self._tangents = np.tan(np.radians(lasers))
         self._turned_deg = 0.0
@@ -129,7 +129,7 @@ class Fan(LateSensor):
         starts = (np.cumsum(counts) - counts)[rows]
         found, sources = np.empty((counts.sum(), 4), np.float32), np.empty(counts.sum(), np.int64)
         lasers = np.arctan(self._tangents[rows])
-        ways, levels = (np.stack([np.cos(one), np.sin(one)], axis=1) for one in (azimuths, lasers))
+        ways, levels = (np.stack([np.cos(item), np.sin(item)], axis=1) for item in (azimuths, lasers))
         place_points(sweep.nearness, kept, column_of, starts, ways, levels, off_m, intensity, found, sources)
         return Points(found, sources, counts.astype(np.uint32))
 

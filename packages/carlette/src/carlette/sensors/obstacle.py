@@ -65,17 +65,17 @@ class ObstacleSensor(LateSensor):
         found = [*among, *self._in_scenery(scene, *ray)]
         if not found:
             return []
-        first = min(found, key=lambda one: one.distance_m)
+        first = min(found, key=lambda item: item.distance_m)
         return [(msgpack.packb([finder, first.other, first.distance_m], unicode_errors="surrogateescape"),)]
 
     def _among_actors(self, moment: SensorTick, origin: Floats, ahead: Floats) -> Iterator[ObstacleHit]:
         world = moment.scene.world
         kept = (moment.actor.id, moment.actor.parent_id)
-        others = [one for one in world.actors.values() if one.kind in self._kinds and one.id not in kept]
-        places = world.bodies.position[[one.row for one in others]].reshape(-1, 3)
-        sizes = np.array([np.linalg.norm(one.box.center) + np.linalg.norm(one.box.extent) for one in others])
+        others = [actor for actor in world.actors.values() if actor.kind in self._kinds and actor.id not in kept]
+        places = world.bodies.position[[other.row for other in others]].reshape(-1, 3)
+        sizes = np.array([np.linalg.norm(other.box.center) + np.linalg.norm(other.box.extent) for other in others])
         near = np.linalg.norm(places - origin, axis=1) < self._reach_m + self._radius_m + sizes
-        others = [one for one, is_near in zip(others, near.tolist(), strict=True) if is_near]
+        others = [other for other, is_near in zip(others, near.tolist(), strict=True) if is_near]
         if others:
             index, distance = _push(_Boxes(moment, others), origin, ahead, self._radius_m, self._reach_m)
             if index >= 0:
@@ -101,10 +101,10 @@ class _Boxes:
 
     def __init__(self, moment: SensorTick, actors: list[Actor]) -> None:
         world = moment.scene.world
-        poses = [world.pose(one) for one in actors]
-        self._middles = np.array([pose.apply(one.box.center) for pose, one in zip(poses, actors, strict=True)])
+        poses = [world.pose(actor) for actor in actors]
+        self._middles = np.array([pose.apply(item.box.center) for pose, item in zip(poses, actors, strict=True)])
         self._axes = np.array([axes(pose.rotation) for pose in poses])
-        self._halves = np.array([one.box.extent for one in actors])
+        self._halves = np.array([actor.box.extent for actor in actors])
 
     def distances(self, point: Floats) -> Floats:
         """How far a point is from each; 0 inside."""
@@ -137,7 +137,7 @@ class _Quads:
 def _near_quads(faces: RaySurfaces, origin: Floats, reach_m: float) -> Any:
     """The quads within reach that are not ground."""
     bodies = np.flatnonzero(np.linalg.norm(faces.centers - origin, axis=1) < reach_m + faces.radii)
-    which = np.concatenate([np.arange(*faces.spans[one]) for one in bodies] or [np.zeros(0, np.int64)])
+    which = np.concatenate([np.arange(*faces.spans[body]) for body in bodies] or [np.zeros(0, np.int64)])
     which = which[~np.isin(faces.tags[which], _GROUND)]
     middles = faces.corners[which].mean(axis=1)
     sizes = np.linalg.norm(faces.corners[which] - middles[:, None, :], axis=2).max(axis=1, initial=0.0)

@@ -29,7 +29,7 @@ class RadarSensor(LateSensor):
         self._reach_m = settings.number("range", 0.0, MOST_RANGE_M)
         self._points_per_s = settings.whole("points_per_second", 0, MOST_POINTS_PER_S)
         self._spread = [
-            math.tan(math.radians(settings.number(one, 0.0, 179.0)) / 2) for one in ("horizontal_fov", "vertical_fov")
+            math.tan(math.radians(settings.number(item, 0.0, 179.0)) / 2) for item in ("horizontal_fov", "vertical_fov")
         ]
         self._random: np.random.Generator | None = None
         self._before: tuple[float, Floats] | None = None

@@ -50,9 +50,9 @@ def faces_of(meshes: Sequence[Mesh]) -> RaySurfaces:
     flat = [_flattened(mesh.corners, mesh.tags) for mesh in meshes]
     counts = [len(corners) for corners, _ in flat]
     ends = np.cumsum([0, *counts])
-    corners = np.concatenate([one for one, _ in flat] or [np.zeros((0, 4, 3), np.float32)])
-    lows = [one.min(axis=(0, 1)) if len(one) else np.zeros(3) for one, _ in flat]
-    highs = [one.max(axis=(0, 1)) if len(one) else np.zeros(3) for one, _ in flat]
+    corners = np.concatenate([item for item, _ in flat] or [np.zeros((0, 4, 3), np.float32)])
+    lows = [item.min(axis=(0, 1)) if len(item) else np.zeros(3) for item, _ in flat]
+    highs = [item.max(axis=(0, 1)) if len(item) else np.zeros(3) for item, _ in flat]
     low, high = np.array(lows, float).reshape(-1, 3), np.array(highs, float).reshape(-1, 3)
     return RaySurfaces(
         np.ascontiguousarray(corners, np.float32),

@@ -9,7 +9,7 @@ from carlette.geometry import Floats, Rotation, Vector, rotate
 
 def axes(rotation: Rotation) -> Floats:
     """A 3x3 matrix that turns vectors of the rotated frame into the outer one; its columns are the frame's axes."""
-    columns: Floats = np.array([rotate(one, rotation) for one in (Vector(x=1.0), Vector(y=1.0), Vector(z=1.0))]).T
+    columns: Floats = np.array([rotate(item, rotation) for item in (Vector(x=1.0), Vector(y=1.0), Vector(z=1.0))]).T
     return columns
 
 

@@ -96,7 +96,7 @@ class SensorAttributes(Mapping[str, str]):
     def __init__(self, type_id: str, attributes: Attributes) -> None:
         self.type_id = type_id
         definition = load_catalogue().definitions[type_id]
-        self._values = {one.id: one.value for one in definition.attributes}
+        self._values = {attribute.id: attribute.value for attribute in definition.attributes}
         self._values.update((id, text) for id, (_, text) in attributes.items())
 
     def number(self, id: str, low: float = -math.inf, high: float = math.inf) -> float:

@@ -93,11 +93,11 @@ class SensorManager:
         every tick.
         """
         asked, self._asked = self._asked, deque()
-        for one in asked:
-            if one.mount.is_ready or len(asked) > MOST_ASKED:
-                self._send(one)
+        for item in asked:
+            if item.mount.is_ready or len(asked) > MOST_ASKED:
+                self._send(item)
             else:
-                self._asked.append(one)
+                self._asked.append(item)
 
     def _send(self, asked: PendingMeasurement) -> None:
         error = asked.bodies.exception()
@@ -124,7 +124,7 @@ class SensorManager:
             return
         self._roster = world.roster
         actors = world.actors
-        for gone in [one for one in self._mounts if one not in actors]:
+        for gone in [mount for mount in self._mounts if mount not in actors]:
             self._mounts.pop(gone).sensor.close()
         for actor in actors.values():
             if actor.kind is ActorKind.SENSOR and actor.stream_id and actor.id not in self._mounts:

@@ -53,7 +53,9 @@ class ActorSurfaces:
         """Return the bodies of the actors that are in the world now."""
         doors = _doors(world)
         far = repeaters_of(world.roads)
-        shown = [(one, mesh) for one in world.actors.values() if one.kind in SHOWN for mesh in _meshes(one, doors, far)]
+        shown = [
+            (item, mesh) for item in world.actors.values() if item.kind in SHOWN for mesh in _meshes(item, doors, far)
+        ]
         meshes = [mesh for _, mesh in shown]
         if len(meshes) != len(self._meshes) or any(a is not b for a, b in zip(meshes, self._meshes, strict=True)):
             self._meshes, self._faces = meshes, faces_of(meshes)
@@ -85,12 +87,12 @@ class SensorScene:
     @cached_property
     def places(self) -> Floats:
         """Where the bodies of `cast` are, (b, 3)."""
-        return self.world.bodies.position[[one.row for one in self.cast.actors]].reshape(-1, 3)
+        return self.world.bodies.position[[actor.row for actor in self.cast.actors]].reshape(-1, 3)
 
     @cached_property
     def turns(self) -> Floats:
         """How they are turned, (b, 3, 3): from their frames to the world's."""
-        return many_axes(self.world.bodies.rotation[[one.row for one in self.cast.actors]].reshape(-1, 3))
+        return many_axes(self.world.bodies.rotation[[actor.row for actor in self.cast.actors]].reshape(-1, 3))
 
     def sweep(self, pose: Pose, azimuths: Floats, tangents: Floats, reach_m: float) -> RaySweep:
         """Casts a ray for each azimuth (rad, ascending, -π to π) and each tangent of an elevation (ascending).
@@ -139,14 +141,14 @@ class SensorScene:
     @cached_property
     def face_tags(self) -> NDArray[np.uint32]:
         """The semantic tag of each face that `RaySweep.hit` can name (`CityObjectLabel`)."""
-        own = np.array([one.tags[0] if one.tags else 0 for one in self.cast.actors], np.uint8)[self.cast.body_of]
+        own = np.array([actor.tags[0] if actor.tags else 0 for actor in self.cast.actors], np.uint8)[self.cast.body_of]
         faces = self.cast.faces.tags
         return np.concatenate([self.static.tags, np.where(faces > 0, faces, own)]).astype(np.uint32)
 
     @cached_property
     def face_actors(self) -> NDArray[np.uint32]:
         """The id of the actor whose face it is; 0 = none."""
-        ids = np.array([one.id for one in self.cast.actors], np.uint32)
+        ids = np.array([actor.id for actor in self.cast.actors], np.uint32)
         return np.concatenate([np.zeros(len(self.static.tags), np.uint32), ids[self.cast.body_of]])
 
     def velocities(self, faces: NDArray[np.int32]) -> Floats:
@@ -158,7 +160,7 @@ class SensorScene:
 
     @cached_property
     def _speeds(self) -> Floats:
-        return self.world.bodies.velocity[[one.row for one in self.cast.actors]].reshape(-1, 3)
+        return self.world.bodies.velocity[[actor.row for actor in self.cast.actors]].reshape(-1, 3)
 
 
 def _meshes(actor: Actor, doors: dict[int, list[tuple[int, float]]], far: list[Point | None]) -> list[Mesh]:
@@ -166,7 +168,7 @@ def _meshes(actor: Actor, doors: dict[int, list[tuple[int, float]]], far: list[P
     if actor.kind is ActorKind.LIGHT:
         foot = far[actor.index]
         return [shape_of(actor), *([] if foot is None else [second_post(*foot)])]
-    opened = [door_shape(actor.type_id, actor.box, *one) for one in doors.get(actor.row, [])]
+    opened = [door_shape(actor.type_id, actor.box, *door) for door in doors.get(actor.row, [])]
     return [mesh for mesh in (shape_of(actor), *opened) if len(mesh)]
 
 

@@ -64,7 +64,7 @@ def _standing(type_id: str, half_height_m: float) -> Mesh:
 
 
 def _joints(found: list[Bone]) -> tuple[tuple[str, float, float, float], ...]:
-    return tuple((one.name.removeprefix("crl_"), *one.component.location) for one in found)
+    return tuple((item.name.removeprefix("crl_"), *item.component.location) for item in found)
 
 
 @lru_cache(maxsize=256)

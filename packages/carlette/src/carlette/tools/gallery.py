@@ -72,7 +72,10 @@ class Studio:
     ) -> Actor:
         """Spawns an actor; `attributes` such as `color`."""
         definition = load_catalogue().definitions[type_id]
-        values = {one.id: (one.type, attributes.get(one.id, one.value)) for one in definition.attributes}
+        values = {
+            attribute.id: (attribute.type, attributes.get(attribute.id, attribute.value))
+            for attribute in definition.attributes
+        }
         half_m = 0.0
         if type_id in load_catalogue().walkers:
             half_m = load_catalogue().walkers[type_id].box.extent.z
@@ -290,9 +293,9 @@ def _signs(studio: Studio) -> CameraView:
 
 def _traffic_light(color: Color) -> Callable[[Studio], CameraView]:
     def scene(studio: Studio) -> CameraView:
-        lights = [one for one in studio.world.actors.values() if one.kind is ActorKind.LIGHT]
-        for one in lights:
-            studio.world.signals.set_color(one.index, color if one is lights[0] else Color.RED)
+        lights = [actor for actor in studio.world.actors.values() if actor.kind is ActorKind.LIGHT]
+        for light in lights:
+            studio.world.signals.set_color(light.index, color if light is lights[0] else Color.RED)
         pose = studio.world.pose(lights[0])
         stop = pose.apply(lights[0].box.center)
         studio.spot = Pose(stop, Rotation(0.0, pose.rotation.yaw - 90.0, 0.0))

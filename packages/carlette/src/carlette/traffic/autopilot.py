@@ -79,7 +79,9 @@ class Traffic:
         self.routes: list[CarRoute] = []
         self.junctions = Junctions()
         wanted = (
-            [one.id for one in world.actors.values() if one.kind is ActorKind.VEHICLE] if ids is None else list(ids)
+            [actor.id for actor in world.actors.values() if actor.kind is ActorKind.VEHICLE]
+            if ids is None
+            else list(ids)
         )
         points = []
         for actor_id in wanted:
@@ -162,8 +164,8 @@ class Traffic:
         junctions.waiting = {car - (car > gone): ticks for car, ticks in junctions.waiting.items() if car != gone}
 
     def _look(self, world: World) -> TrafficView:
-        actors = [world.actors[one] for one in self.ids]
-        rows = np.array([one.row for one in actors])
+        actors = [world.actors[object_id] for object_id in self.ids]
+        rows = np.array([actor.row for actor in actors])
         bodies, graph = world.bodies, self.graph
         cars = np.arange(len(rows))[:, None]
         place = bodies.position[rows, :2]
@@ -182,7 +184,7 @@ class Traffic:
         nose = bodies.center[rows, 0] + bodies.extent[rows, 0]
         window = self.at[:, None] + np.arange(self._sight_points(float(speed.max())))
         gap = self.runs[cars, window] - (run + nose)[:, None]
-        index = np.array([one.index for one in actors])
+        index = np.array([actor.index for actor in actors])
         return TrafficView(rows, index, speed, run, nose, window, self.points[cars, window], gap)
 
     def _sight_points(self, fastest: float) -> int:
@@ -210,10 +212,10 @@ class Traffic:
         """Return the distance to the nearest body in each car's path (m), and its speed along it (m/s)."""
         who, point = blocked_points(self.graph.grid, self.graph.place, bodies)
         # If bodies share a point, at least one of the first and the last of them is not the car itself.
-        one, other = (np.full(len(self.graph.place), -1) for _ in range(2))
-        one[point], other[point[::-1]] = who, who[::-1]
+        item, other = (np.full(len(self.graph.place), -1) for _ in range(2))
+        item[point], other[point[::-1]] = who, who[::-1]
         me = view.rows[:, None]
-        first, second = one[view.points], other[view.points]
+        first, second = item[view.points], other[view.points]
         body = np.where((first >= 0) & (first != me), first, np.where(second != me, second, -1))
         found, gap = _first((body >= 0) & (view.gap > -POINT_STEP_M), view.gap)
         cars = np.arange(len(found))

@@ -25,7 +25,7 @@ class Junctions:
         self.waiting = {car: self.waiting.get(car, 0) + 1 for car in wishes}
         reserved: list[Lanes] = []
         granted = set()
-        for car in sorted(wishes, key=lambda one: (-self.waiting[one], one)):
+        for car in sorted(wishes, key=lambda wish: (-self.waiting[wish], wish)):
             lanes = wishes[car]
             others = [held for holder, held in self.held.items() if holder != car]
             if not any(_cross(graph, lanes, other) for other in (*others, *reserved)):

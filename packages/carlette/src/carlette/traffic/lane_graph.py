@@ -85,11 +85,11 @@ def _build(roads: RoadNetwork) -> TrafficLaneGraph:
     first = np.cumsum([0, *map(len, chains)])
     points = [point for chain in chains for point in chain]
     transforms = [point.transform for point in points]
-    place = np.array([(one.location.x, one.location.y, one.location.z) for one in transforms])
-    yaw = np.radians([one.rotation.yaw for one in transforms])
+    place = np.array([(transform.location.x, transform.location.y, transform.location.z) for transform in transforms])
+    yaw = np.radians([transform.rotation.yaw for transform in transforms])
     lane = np.repeat(np.arange(len(chains)), np.diff(first))
     inside = np.array([chain[0].is_junction for chain in chains])
-    after = [sorted({number[one] for one in links.get(key, ()) if one in number}) for key in keys]
+    after = [sorted({number[link] for link in links.get(key, ()) if link in number}) for key in keys]
     steps = np.hypot(*np.diff(place[:, :2], axis=0, prepend=place[:1, :2]).T)
     steps[first[:-1]] = 0.0
     run = np.cumsum(steps)
@@ -124,13 +124,13 @@ def _lanes(roads: RoadNetwork) -> dict[Key, list[Any]]:
     for waypoint in roads.map.generate_waypoints(SPACING_M):
         lanes.setdefault(_key(waypoint), []).append(waypoint)
     # Lanes right of the reference line have negative numbers and run along it.
-    return {key: _spaced(sorted(lane, key=lambda one: one.s, reverse=key[2] > 0)) for key, lane in lanes.items()}
+    return {key: _spaced(sorted(lane, key=lambda item: item.s, reverse=key[2] > 0)) for key, lane in lanes.items()}
 
 
 def _spaced(lane: list[Any]) -> list[Any]:
     """Return the lane without points that almost coincide with the one before."""
     kept = [lane[0]]
-    kept += [one for before, one in pairwise(lane) if abs(one.s - before.s) > LEAST_SPACING_M]
+    kept += [item for before, item in pairwise(lane) if abs(item.s - before.s) > LEAST_SPACING_M]
     return kept
 
 
@@ -160,20 +160,20 @@ def _crossings(chains: list[list[Any]], place: Floats, first: Ints, after: list[
             junctions.setdefault(chain[0].junction_id, []).append(number)
     before: dict[int, set[int]] = {}
     for number, following in enumerate(after):
-        for one in following:
-            before.setdefault(one, set()).add(number)
+        for item in following:
+            before.setdefault(item, set()).add(number)
     found: list[set[int]] = [set() for _ in chains]
     for members in junctions.values():
-        for one in members:
+        for member in members:
             for other in members:
-                shares_begin = bool(before.get(one, set()) & before.get(other, set()))
-                if one < other and not shares_begin:
-                    gap = place[first[one] : first[one + 1], None] - place[None, first[other] : first[other + 1]]
-                    if ((gap * gap).sum(axis=2) < CROSSING_M**2).any() and not _linked(one, other, after):
-                        found[one].add(other)
-                        found[other].add(one)
-    return [frozenset(one) for one in found]
+                shares_begin = bool(before.get(member, set()) & before.get(other, set()))
+                if member < other and not shares_begin:
+                    gap = place[first[member] : first[member + 1], None] - place[None, first[other] : first[other + 1]]
+                    if ((gap * gap).sum(axis=2) < CROSSING_M**2).any() and not _linked(member, other, after):
+                        found[member].add(other)
+                        found[other].add(member)
+    return [frozenset(item) for item in found]
 
 
-def _linked(one: int, other: int, after: list[list[int]]) -> bool:
-    return other in after[one] or one in after[other]
+def _linked(first: int, second: int, after: list[list[int]]) -> bool:
+    return second in after[first] or first in after[second]

@@ -100,7 +100,7 @@ def _inodes(port: int) -> Iterator[str]:
 
 def _holds(process: Path, sockets: set[str]) -> bool:
     try:
-        return any(os.readlink(one) in sockets for one in (process / "fd").iterdir())
+        return any(os.readlink(path) in sockets for path in (process / "fd").iterdir())
     except OSError:
         # It has ended, or belongs to another user.
         return False

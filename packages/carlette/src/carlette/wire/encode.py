@@ -45,7 +45,7 @@ def box(value: Box) -> Wire:
 
 def definition(uid: int, item: Definition, version: ClientVersion) -> Wire:
     """An `ActorDefinition`."""
-    return [uid, item.id, item.tags, [_attribute(one, version) for one in item.attributes]]
+    return [uid, item.id, item.tags, [_attribute(attribute, version) for attribute in item.attributes]]
 
 
 def _attribute(item: Attribute, version: ClientVersion) -> Wire:
@@ -73,4 +73,4 @@ def read_pose(wire: Sequence[Sequence[float]]) -> Pose:
 def read_attributes(wire: Sequence[Sequence[Any]], version: ClientVersion) -> dict[str, tuple[AttributeType, str]]:
     """The attribute values of an `ActorDescription`."""
     offset = version.attribute_type_offset
-    return {str(one[0]): (AttributeType(int(one[1]) - offset), str(one[2])) for one in wire}
+    return {str(item[0]): (AttributeType(int(item[1]) - offset), str(item[2])) for item in wire}

@@ -73,4 +73,6 @@ def _reason(text: str) -> str:
         World(roads)
     except Exception as error:  # noqa: BLE001  (whatever it is, it must not happen in the server)
         return str(error) if isinstance(error, MapError) else f"{type(error).__name__}: {error}"
-    return "" if all(one.is_finite() for one in places) else "a lane has no position: its coordinates are not numbers"
+    return (
+        "" if all(place.is_finite() for place in places) else "a lane has no position: its coordinates are not numbers"
+    )

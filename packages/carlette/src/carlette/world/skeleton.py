@@ -49,7 +49,7 @@ GESTURES: dict[str, dict[str, Vector]] = {
     "none": {},
     "stop": {"crl_foreArm__R": _FORWARD, "crl_hand__R": _FORWARD},
     "go": {"crl_foreArm__R": _SIDEWAYS, "crl_hand__R": _SIDEWAYS},
-    "slow": {f"crl_{one}__{side}": _LOW for one in ("foreArm", "hand") for side in "LR"},
+    "slow": {f"crl_{item}__{side}": _LOW for item in ("foreArm", "hand") for side in "LR"},
 }
 """A flagger's gestures: the joints' positions relative to their parents, as shares of the body's height."""
 
@@ -57,7 +57,7 @@ GESTURES: dict[str, dict[str, Vector]] = {
 def gesture(name: str, half_height_m: float) -> dict[str, Pose]:
     """Return the joints of a flagger's gesture, each in its parent's frame; none for an unknown name."""
     scale = 2.0 * half_height_m
-    return {bone: Pose(Vector(*(scale * one for one in at))) for bone, at in GESTURES.get(name, {}).items()}
+    return {bone: Pose(Vector(*(scale * item for item in at))) for bone, at in GESTURES.get(name, {}).items()}
 
 
 def bones(
@@ -83,7 +83,8 @@ def bones(
 
 def _between(usual: Pose, posed: Pose, share: float) -> Pose:
     place, turn = (
-        [a + (b - a) * share for a, b in zip(one, other, strict=True)] for one, other in zip(usual, posed, strict=True)
+        [a + (b - a) * share for a, b in zip(item, other, strict=True)]
+        for item, other in zip(usual, posed, strict=True)
     )
     return Pose(Vector(*place), Rotation(*turn))
 

@@ -91,7 +91,7 @@ class Signals:
             ordered = [members[key] for key in sorted(members)]
             red_s = RED_ALONE_S if name in alone else RED_S
             self.groups.append(LightGroup(ordered, red_s, phase=random.randrange(len(ordered))))
-            for index in (one for phase in ordered for one in phase):
+            for index in (item for phase in ordered for item in phase):
                 self.lights.group[index] = number
         self.reset(range(len(self.groups)), keep_phase=True)
 
@@ -103,7 +103,7 @@ class Signals:
             self._is_news = True
             group.phase = group.phase if keep_phase else 0
             group.stage, group.elapsed_s, group.due_s = 0, 0.0, None
-            for index in (one for phase in group.phases for one in phase):
+            for index in (item for phase in group.phases for item in phase):
                 lights.by_hand[index] = False
                 lights.times[index] = (GREEN_S, YELLOW_S, group.red_s)
                 self._paint(index, Color.GREEN if index in group.phases[group.phase] else Color.RED)
@@ -130,7 +130,7 @@ class Signals:
 
     def members(self, index: int) -> list[int]:
         """The lights of the same group."""
-        return [one for phase in self.groups[self.lights.group[index]].phases for one in phase]
+        return [item for phase in self.groups[self.lights.group[index]].phases for item in phase]
 
     def step(self, bodies: BodyTable, dt: float) -> None:
         """Advance the time of all lights."""

@@ -235,8 +235,8 @@ class World:
         for contact in contacts:
             first, second = int(ids[contact.first]), int(ids[contact.second])
             back = Vector(-contact.impulse.x, -contact.impulse.y, -contact.impulse.z)
-            for one, other, impulse in ((first, second, back), (second, first, contact.impulse)):
-                self.collisions += [Collision(sensor, one, other, impulse) for sensor in sensors.get(one, ())]
+            for item, other, impulse in ((first, second, back), (second, first, contact.impulse)):
+                self.collisions += [Collision(sensor, item, other, impulse) for sensor in sensors.get(item, ())]
 
     def _walkers_in_the_air(self) -> NDArray[np.bool_]:
         up = np.zeros(len(self.bodies), bool)
@@ -247,7 +247,7 @@ class World:
     def _bury(self) -> None:
         """Remove the walkers that have been dead long enough."""
         rows = set(self.walkers.row[self.walkers.dead_s > LIES_S].tolist())
-        for actor_id in [one.id for one in self.actors.values() if one.row in rows]:
+        for actor_id in [actor.id for actor in self.actors.values() if actor.row in rows]:
             self.remove(actor_id)
 
     def _follow_parents(self) -> None:

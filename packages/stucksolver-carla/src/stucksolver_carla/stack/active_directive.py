@@ -78,7 +78,7 @@ def rejection_reason(directive: object) -> str | None:
         return "a path needs two points at different places"
     if not isinstance(directive.ignore, tuple) or len(directive.ignore) > MOST_IDS:
         return f"ignore is not a tuple of at most {MOST_IDS} ids"
-    if not all(isinstance(one, str) and one.lstrip("-").isdecimal() for one in directive.ignore):
+    if not all(isinstance(item, str) and item.lstrip("-").isdecimal() for item in directive.ignore):
         return "the id of an object to drive over is not an actor id"
     if directive.brake_mps2 is not None and not _within(directive.brake_mps2, 1e-3, HARDEST_MPS2):
         return "how hard to brake is out of all bounds"

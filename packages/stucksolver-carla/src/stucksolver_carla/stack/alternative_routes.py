@@ -137,7 +137,7 @@ def _lines(entry: carla.Waypoint) -> Iterator[Line]:
     """Yield each way through the junction from a waypoint just before it to a little beyond, one waypoint per metre."""
     heads = [entry]
     for _ in range(int(2 * SPACING_M) + 1):
-        heads = [after for one in heads for after in ([one] if one.is_junction else one.next(1.0))]
+        heads = [after for item in heads for after in ([item] if item.is_junction else item.next(1.0))]
     for head in heads:
         line, beyond = [head], 0.0
         while beyond < BEYOND_M:
@@ -152,22 +152,22 @@ def _lines(entry: carla.Waypoint) -> Iterator[Line]:
 
 def _start(carla_map: carla.Map, line: Line, ego: EgoState) -> carla.Waypoint | None:
     """Return the first waypoint ahead of the ego that is the nearest of all lanes at its own place."""
-    for one in line[_abreast(line, ego) + 1 :]:
-        seen = carla_map.get_waypoint(one.transform.location)
-        if seen is not None and (seen.road_id, seen.lane_id) == (one.road_id, one.lane_id):
-            return one
+    for item in line[_abreast(line, ego) + 1 :]:
+        seen = carla_map.get_waypoint(item.transform.location)
+        if seen is not None and (seen.road_id, seen.lane_id) == (item.road_id, item.lane_id):
+            return item
     return None
 
 
 def _abreast(line: Line, ego: EgoState) -> int:
-    places = np.array([to_local(one.transform.location) for one in line])
+    places = np.array([to_local(item.transform.location) for item in line])
     return nearest_index(places, ego.x_m, ego.y_m)
 
 
 def _reaches(line: Line, ego: EgoState, standing: Sequence[Any], surface: Any) -> bool:
     """True if the ego can join a way by one or two bends."""
     here = _abreast(line, ego)
-    for ahead in (here + int(one) for one in JOINS_M):
+    for ahead in (here + int(join) for join in JOINS_M):
         if ahead >= len(line):
             return False
         at = line[ahead].transform
@@ -176,7 +176,7 @@ def _reaches(line: Line, ego: EgoState, standing: Sequence[Any], surface: Any) -
             continue
         bodies = [_body(a, b, c, ego.length_m, ego.width_m) for a, b, c in zip(x, y, yaw, strict=True)]
         swept = shapely.union_all(bodies)
-        if surface.covers(swept) and not any(swept.distance(one) < KEPT_M for one in standing):
+        if surface.covers(swept) and not any(swept.distance(obj) < KEPT_M for obj in standing):
             return True
     return False
 
@@ -185,8 +185,8 @@ def _surface(junction: Any, lines: Sequence[Line]) -> Any:
     """Return all lanes of a junction, the area between them, and the lanes into and out of it."""
     paths = [*lines, *(_inside(begin) for begin, _ in junction.get_waypoints(carla.LaneType.Driving))]
     strips = [
-        shapely.LineString([to_local(one.transform.location) for one in path]).buffer(
-            max(one.lane_width for one in path) / 2, cap_style="flat"
+        shapely.LineString([to_local(item.transform.location) for item in path]).buffer(
+            max(item.lane_width for item in path) / 2, cap_style="flat"
         )
         for path in paths
         if len(path) > 1
@@ -210,7 +210,7 @@ def way_over(start: tuple[float, float, float], end: tuple[float, float, float])
     u = np.linspace(0.0, 1.0, SAMPLES)
     reach = math.hypot(end[0] - start[0], end[1] - start[1])
     blend = (2 * u**3 - 3 * u**2 + 1, u**3 - 2 * u**2 + u, 3 * u**2 - 2 * u**3, u**3 - u**2)
-    tangents = [(reach * math.cos(one[2]), reach * math.sin(one[2])) for one in (start, end)]
+    tangents = [(reach * math.cos(item[2]), reach * math.sin(item[2])) for item in (start, end)]
     x, y = (
         blend[0] * start[k] + blend[1] * tangents[0][k] + blend[2] * end[k] + blend[3] * tangents[1][k] for k in (0, 1)
     )
@@ -238,7 +238,7 @@ def _stands(thing: TrackedObject) -> bool:
 def road_ahead(road: RouteRoad, after: int) -> Any:
     """Return (x, y) of the present route a little beyond a station, for example the first one after the junction."""
     part = road.stations[after + int(ROAD_FROM_M / SPACING_M) : after + int(ROAD_TO_M / SPACING_M)]
-    return shapely.MultiPoint([(one.x, one.y) for one in part])
+    return shapely.MultiPoint([(item.x, item.y) for item in part])
 
 
 def route_length_m(carla_map: carla.Map, start: Any, destination: Any, shut: Any) -> float | None:
@@ -249,13 +249,13 @@ def route_length_m(carla_map: carla.Map, start: Any, destination: Any, shut: Any
         route = trace_route(carla_map, start.transform.location, destination)
     except RouteError:
         return None
-    line = shapely.LineString([to_local(one.waypoint.transform.location) for one in route])
+    line = shapely.LineString([to_local(item.waypoint.transform.location) for item in route])
     comes_back = not shut.is_empty and line.distance(shut) < SAME_ROAD_M
     return None if comes_back else float(line.length)
 
 
 def _turn(line: Line) -> str:
-    yaws = [one.transform.rotation.yaw for one in line]
+    yaws = [item.transform.rotation.yaw for item in line]
     # CARLA's yaw grows clockwise.
     angle = math.remainder(yaws[-1] - yaws[0], 360.0)
     return "straight" if abs(angle) < 33.0 else ("right" if angle > 0.0 else "left")

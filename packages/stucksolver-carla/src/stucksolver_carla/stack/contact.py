@@ -62,7 +62,7 @@ class PushDetector:
         apart = np.hypot(seen.vx - ego.vx, seen.vy - ego.vy)
         pushes = math.hypot(ego.vx, ego.vy) > PUSHES_MPS
         touched = (gap < TOUCH_M) & (apart < AS_ONE_MPS) & pushes
-        self.now = frozenset(i for i, one in zip(seen.actor_id, touched.tolist(), strict=True) if one)
+        self.now = frozenset(i for i, item in zip(seen.actor_id, touched.tolist(), strict=True) if item)
         speed = dict(zip(seen.actor_id, np.hypot(seen.vx, seen.vy).tolist(), strict=True))
         rolls_on = {i for i, last in self._rolling.items() if STANDS_MPS < speed.get(i, 0.0) < last + SPEEDS_UP_MPS}
         self._rolling = {i: speed[i] for i in rolls_on | self.now}

@@ -120,7 +120,7 @@ class ActorPool:
         """Return the ids of the vehicle blueprints with these attributes, sorted."""
         return tuple(
             definition.id
-            for definition in sorted(self._library.filter("vehicle.*"), key=lambda one: str(one.id))
+            for definition in sorted(self._library.filter("vehicle.*"), key=lambda item: str(item.id))
             if all(_attribute(definition, name) == value for name, value in attributes.items())
         )
 
@@ -128,7 +128,7 @@ class ActorPool:
     def car_kinds(self) -> tuple[str, ...]:
         """Blueprint ids of ordinary cars with lights, which traffic consists of."""
         emergency = set(self.kinds(special_type="emergency"))
-        return tuple(one for one in self.kinds(base_type="car", has_lights="true") if one not in emergency)
+        return tuple(kind for kind in self.kinds(base_type="car", has_lights="true") if kind not in emergency)
 
     def some_car(self, chance: Random) -> str:
         """Return a random one of `car_kinds`."""

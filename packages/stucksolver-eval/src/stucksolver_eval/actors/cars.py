@@ -219,8 +219,8 @@ class SimulatedCars:
         """Find the vehicle ahead of each of these cars, and set their `leader`."""
         if cars:
             others = [self._cast.hero_member, *self._cast.members.values()]
-            heeded = [one for one in others if not one.is_staged and 2.0 * one.half_height_m > _LOW_M]
-            bodies = [(one, self._cast.state(one)) for one in heeded]
+            heeded = [other for other in others if not other.is_staged and 2.0 * other.half_height_m > _LOW_M]
+            bodies = [(item, self._cast.state(item)) for item in heeded]
             find_leaders(cars, bodies)
 
     def _press_on(self, car: Car) -> None:

@@ -41,10 +41,10 @@ def find_leaders(cars: Sequence[Car], bodies: Sequence[tuple[ScenarioActor, Acto
         car.leader = _leader(car, bodies, circles, owner)
 
 
-def boxes_touch(one: ScenarioActor, at: ActorState, other: ScenarioActor, there: ActorState, margin_m: float) -> bool:
+def boxes_touch(actor: ScenarioActor, at: ActorState, other: ScenarioActor, there: ActorState, margin_m: float) -> bool:
     """Return True if two oriented boxes are at most `margin_m` apart."""
-    first, second = ((*_middle(a, s), s.yaw_rad) for a, s in ((one, at), (other, there)))
-    halves = ((a.half_length_m, a.half_width_m) for a in (one, other))
+    first, second = ((*_middle(a, s), s.yaw_rad) for a, s in ((actor, at), (other, there)))
+    halves = ((a.half_length_m, a.half_width_m) for a in (actor, other))
     return bool(separation(first, next(halves), second, next(halves)) <= margin_m)
 
 

@@ -66,10 +66,10 @@ def _way(car: Car, crossing: JunctionSpan) -> Way:
     return np.array([(path.x[i], path.y[i]) for i in inside], dtype=np.float64).reshape(-1, 2)
 
 
-def _meet(one: Way, other: Way) -> bool:
-    if not len(one) or not len(other):
+def _meet(first: Way, second: Way) -> bool:
+    if not len(first) or not len(second):
         return False
-    if float(np.hypot(*(one[0] - other[0]))) < _SAME_ENTRY_M:
+    if float(np.hypot(*(first[0] - second[0]))) < _SAME_ENTRY_M:
         return False  # one behind the other
-    apart = one[:, None, :] - other[None, :, :]
+    apart = first[:, None, :] - second[None, :, :]
     return bool((apart[..., 0] ** 2 + apart[..., 1] ** 2).min() < _APART_M**2)

@@ -152,7 +152,7 @@ class Background:
         seen.index, seen.s_m = setting.route.index_at(hero_s_m), hero_s_m
         seen.speed_mps = setting.cast.hero.speed_mps
         seen.limit_mps = max(setting.hero.get_speed_limit(), 10.0) / 3.6
-        seen.junction = next((one for one in self._junctions if one.last >= seen.index), None)
+        seen.junction = next((junction for junction in self._junctions if junction.last >= seen.index), None)
         seen.junction_in_m = math.inf
         if seen.junction is not None:
             seen.junction_in_m = max(float(setting.route.s_m[seen.junction.first]) - hero_s_m, 0.0)

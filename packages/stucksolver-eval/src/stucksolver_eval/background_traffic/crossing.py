@@ -142,7 +142,7 @@ class CrossingTraffic:
         return car.done or far_m > reach_m or (left and far_m > 30.0)
 
     def _inside(self, car: Car) -> bool:
-        return any(one.enter_s <= car.s <= one.leave_s for one in car.path.crossings)
+        return any(crossing.enter_s <= car.s <= crossing.leave_s for crossing in car.path.crossings)
 
     @staticmethod
     def _is_on(car: Car, roads: set[int]) -> bool:

@@ -42,9 +42,9 @@ def is_driving(waypoint: carla.Waypoint | None) -> TypeGuard[carla.Waypoint]:
     return waypoint is not None and waypoint.lane_type == carla.LaneType.Driving and waypoint.lane_width >= NARROWEST_M
 
 
-def same_way(one: carla.Waypoint, other: carla.Waypoint) -> bool:
+def same_way(first: carla.Waypoint, second: carla.Waypoint) -> bool:
     """Return True if two lanes of the same road have the same direction."""
-    return bool(one.lane_id * other.lane_id > 0)
+    return bool(first.lane_id * second.lane_id > 0)
 
 
 def beside(waypoint: carla.Waypoint, slot: int) -> carla.Waypoint | None:

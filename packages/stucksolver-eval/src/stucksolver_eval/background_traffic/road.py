@@ -49,12 +49,12 @@ class RoadTraffic:
     @property
     def cars(self) -> list[Car]:
         """All cars of this traffic."""
-        return [one.car for one in self._cars]
+        return [car.car for car in self._cars]
 
     @property
     def ahead(self) -> list[Car]:
         """The cars ahead of the hero."""
-        return [one.car for one in self._cars if one.ahead_m > 0.0]
+        return [car.car for car in self._cars if car.ahead_m > 0.0]
 
     def populate(self) -> None:
         """Spawn the first cars."""
@@ -80,9 +80,9 @@ class RoadTraffic:
         self._retire()
         if self.sources:
             self._source()
-        for one in self._cars:
-            one.car.wish_mps = self._wish(one)
-            one.car.brakes_hard = self.front_stopped and one.ahead_m > 0.0
+        for car in self._cars:
+            car.car.wish_mps = self._wish(car)
+            car.car.brakes_hard = self.front_stopped and car.ahead_m > 0.0
 
     def adopt(self, car: Car) -> None:
         """Take over a car that has turned onto the hero's road."""
@@ -91,29 +91,29 @@ class RoadTraffic:
     def leave_space(self, space_m: float) -> None:
         """Move the cars ahead forward until the nearest is `space_m` away; remove those that do not fit on the road."""
         self._place()
-        ahead = [one for one in self._cars if one.ahead_m > 0.0]
-        lacking = space_m - min((one.ahead_m for one in ahead), default=space_m)
+        ahead = [car for car in self._cars if car.ahead_m > 0.0]
+        lacking = space_m - min((obj.ahead_m for obj in ahead), default=space_m)
         if lacking <= 0.0:
             return
         cast, cars, route = self._seen.setting.cast, self._seen.setting.cars, self._seen.setting.route
         # Start with the farthest, so that no car is placed onto another.
-        for one in sorted(ahead, key=lambda other: -other.ahead_m):
-            s = self._seen.s_m + one.ahead_m + lacking
-            there = beside(route.at(s), one.slot) if s < route.length_m else None
-            if there is None or there.is_junction or self._crosses_junction(one.ahead_m, lacking):
-                self._remove([one])
+        for obj in sorted(ahead, key=lambda other: -other.ahead_m):
+            s = self._seen.s_m + obj.ahead_m + lacking
+            there = beside(route.at(s), obj.slot) if s < route.length_m else None
+            if there is None or there.is_junction or self._crosses_junction(obj.ahead_m, lacking):
+                self._remove([obj])
                 continue
             transform = there.transform
             transform.location.z += 0.2
-            cast.place(one.car.member, transform)
-            cars.redirect(one.car, there, onward=self._route_chooser())
+            cast.place(obj.car.member, transform)
+            cars.redirect(obj.car, there, onward=self._route_chooser())
 
     def close_lane(self, waypoint: carla.Waypoint) -> None:
         """Remove the cars of a lane, and keep it empty."""
         slot = self._slot_of(waypoint)
         self._closed_slots.add(slot)
         self._place()
-        self._remove([one for one in self._cars if one.slot == slot])
+        self._remove([car for car in self._cars if car.slot == slot])
 
     def open_lane(self, waypoint: carla.Waypoint) -> None:
         """Reopen a closed lane."""
@@ -122,23 +122,23 @@ class RoadTraffic:
     def remove_ahead(self) -> None:
         """Remove the cars ahead."""
         self._place()
-        self._remove([one for one in self._cars if one.ahead_m > 0.0])
+        self._remove([car for car in self._cars if car.ahead_m > 0.0])
 
     def remove_behind(self) -> None:
         """Remove the cars behind in the hero's lane."""
         self._place()
-        self._remove([one for one in self._cars if one.ahead_m <= 0.0 and one.slot == 0])
+        self._remove([car for car in self._cars if car.ahead_m <= 0.0 and car.slot == 0])
 
-    def _wish(self, one: _RoadCar) -> float:
+    def _wish(self, car: _RoadCar) -> float:
         """Return a car's target speed (m/s): ahead it waits for the hero, except in junctions; behind it catches up."""
         seen = self._seen
         near_m = 2.0 * self.SPACING_M + 1.7 * seen.speed_mps + self.extra_space_m
-        share = (abs(one.ahead_m) - near_m) / self.SPACING_M
+        share = (abs(car.ahead_m) - near_m) / self.SPACING_M
         share = min(max(share, 0.0), 1.0)
-        if one.ahead_m > 0.0:
+        if car.ahead_m > 0.0:
             if self.front_stopped:
                 return 0.0
-            factor = 1.0 if one.car.in_junction else 1.0 - share
+            factor = 1.0 if car.car.in_junction else 1.0 - share
         else:
             if self.back_stopped:
                 return 0.0
@@ -147,24 +147,24 @@ class RoadTraffic:
 
     def _place(self) -> None:
         width_m = max(self._seen.waypoint.lane_width, 2.5)
-        for one in self._cars:
-            one.ahead_m, right_m = self._seen.along(one.car)
-            one.slot = round(right_m / width_m)
+        for car in self._cars:
+            car.ahead_m, right_m = self._seen.along(car.car)
+            car.slot = round(right_m / width_m)
 
     def _retire(self) -> None:
         seen = self._seen
         hero = seen.setting.cast.hero
         gone = [
-            one
-            for one in self._cars
-            if one.car.done
-            or one.car.state.distance_m(hero.x, hero.y) > self.LOST_M
-            or (abs(one.slot) > 5 and one.car.state.distance_m(hero.x, hero.y) > 40.0)
+            car
+            for car in self._cars
+            if car.car.done
+            or car.car.state.distance_m(hero.x, hero.y) > self.LOST_M
+            or (abs(car.slot) > 5 and car.car.state.distance_m(hero.x, hero.y) > 40.0)
         ]
         self._remove(gone)
-        for slot in {one.slot for one in self._cars}:
-            lane = sorted((one for one in self._cars if one.slot == slot), key=lambda one: one.ahead_m)
-            ahead = [one for one in lane if one.ahead_m > 0.0]
+        for slot in {car.slot for car in self._cars}:
+            lane = sorted((car for car in self._cars if car.slot == slot), key=lambda car: car.ahead_m)
+            ahead = [item for item in lane if item.ahead_m > 0.0]
             if len(ahead) > self.AHEAD and len(lane) >= self.MOST and ahead[-1].ahead_m > 40.0:
                 self._remove([ahead[-1]])
 
@@ -176,8 +176,8 @@ class RoadTraffic:
         for slot in slots(here):
             if slot in self._closed_slots:
                 continue
-            lane = [one for one in self._cars if one.slot == slot]
-            last_m = min((one.ahead_m for one in lane), default=0.0)
+            lane = [car for car in self._cars if car.slot == slot]
+            last_m = min((item.ahead_m for item in lane), default=0.0)
             if len(lane) >= self.MOST or last_m < -self.SOURCE_M:
                 continue
             source_m = max(self.SOURCE_M, self.spacing_m - last_m)
@@ -194,8 +194,8 @@ class RoadTraffic:
             self._cars.append(_RoadCar(car, slot=slot))
 
     def _remove(self, some: Sequence[_RoadCar]) -> None:
-        self._seen.setting.cars.remove([one.car for one in some])
-        self._cars = [one for one in self._cars if one not in some]
+        self._seen.setting.cars.remove([item.car for item in some])
+        self._cars = [car for car in self._cars if car not in some]
 
     def _slot_of(self, waypoint: carla.Waypoint) -> int:
         place = waypoint.transform.location
@@ -217,7 +217,7 @@ class RoadTraffic:
         lanes = self._seen.route_lanes
 
         def choose(options: Sequence[Any]) -> Any:
-            on_route = [one for one in options if (one.road_id, one.lane_id) in lanes]
+            on_route = [option for option in options if (option.road_id, option.lane_id) in lanes]
             return on_route[0] if on_route else straightest(options)
 
         return choose

@@ -45,7 +45,7 @@ class Case:
 
 def _before_a_light(world: carla.World, carla_map: carla.Map) -> CaseLocation:
     """Find a traffic light with `APPROACH_M` of the same road before its stop line."""
-    for light in sorted(world.get_actors().filter("traffic.traffic_light"), key=lambda one: one.id):
+    for light in sorted(world.get_actors().filter("traffic.traffic_light"), key=lambda item: item.id):
         for stop in light.get_stop_waypoints():
             before = stop.previous(float(APPROACH_M))
             if len(before) == 1 and not before[0].is_junction and before[0].road_id == stop.road_id:

@@ -128,7 +128,7 @@ def run_cases(
     write_text(out / LADDER_FILE, ladder)
     arm = SystemSpec(recovery="rules", reasoner=reasoner, clock=clock, ladder=out / LADDER_FILE, camera=pictures)
     places = with_map(
-        SimulatorTarget(map_name, maps, SEED), lambda world, town: [one.find(world, town) for one in cases]
+        SimulatorTarget(map_name, maps, SEED), lambda world, town: [case.find(world, town) for case in cases]
     )
     results = []
     for case, place in zip(cases, places, strict=True):
@@ -166,7 +166,7 @@ def _driven(case: Case, job: RouteJob, folder: Path) -> CaseResult:
         decided,
         events,
         _progress_m(outcome, 0.0 if decided is None else decided.time_s),
-        sum(one.kind.startswith("collisions") for one in outcome.infractions),
+        sum(infraction.kind.startswith("collisions") for infraction in outcome.infractions),
         _moments(store.run_log(job.route, job.seed)),
     )
 

@@ -47,12 +47,12 @@ class Wording:
 
 def worded(wordings: Sequence[Wording]) -> tuple[Case, ...]:
     """Return the cyclists' case once with each sentence."""
-    case = next(one for one in CASES if one.words is not None)
+    case = next(item for item in CASES if item.words is not None)
     assert case.words is not None
     at_s = case.words[0]
     return tuple(
-        replace(case, name=f"wording-{k}", title=one.text, words=(at_s, one.text), drive_s=DRIVE_S)
-        for k, one in enumerate(wordings, 1)
+        replace(case, name=f"wording-{k}", title=wording.text, words=(at_s, wording.text), drive_s=DRIVE_S)
+        for k, wording in enumerate(wordings, 1)
     )
 
 
@@ -132,7 +132,7 @@ def _chart(draw: ImageDraw.ImageDraw, left: int, top: int, result: CaseResult) -
     way = [at(m.time_s, m.ego_m - first) for m, first in zip(result.moments, firsts, strict=True)]
     draw.line(way, PASSED if passed_s(result) is not None else STAYED, 2)
     said_s = (result.case.words or (0.0,))[0]
-    x, y = min(way, key=lambda one: abs(one[0] - at(said_s, 0.0)[0]))
+    x, y = min(way, key=lambda item: abs(item[0] - at(said_s, 0.0)[0]))
     draw.ellipse((x - 4, y - 4, x + 4, y + 4), INK)
 
 

@@ -149,10 +149,10 @@ def run_compare(options: argparse.Namespace) -> int:
     try:
         # Only the driver alone shows where waiting would have been enough: A may be another reasoner.
         alone = _pair([options.first, *options.others], None)
-        first, *others = [_summarized(one, alone) for one in (options.first, *options.others)]
-        compared = [comparison(first, one) for one in others]
+        first, *others = [_summarized(other, alone) for other in (options.first, *options.others)]
+        compared = [comparison(first, other) for other in others]
         if options.json:
-            print_json([_figures(one) for one in compared])
+            print_json([_figures(item) for item in compared])
         else:
             print("\n\n".join(comparison_text(first, *pair) for pair in zip(others, compared, strict=True)))
         if options.page is not None:
@@ -160,7 +160,7 @@ def run_compare(options: argparse.Namespace) -> int:
             print(f"\npage: {options.page}", file=sys.stderr if options.json else sys.stdout)
     except (StoreError, RouteFileError, ComparisonError, OutputError, ReportError) as error:
         raise UsageError(str(error)) from error
-    warned = [text for one in (first, *others) for text in banners(one)]
+    warned = [text for other in (first, *others) for text in banners(other)]
     if warned:
         print("\n" + "\n".join(map(filled, warned)), file=sys.stderr if options.json else sys.stdout)
     return int(bool(warned))

@@ -26,23 +26,25 @@ def drawn(name: str, seed: int = SEED) -> Script:
     left = {route.id: route for route in suite(name).routes}
     random = Random(f"{name}:{seed}")
     found: dict[str, tuple[ScriptLine, ...]] = {}
-    for one in HELPS:
-        wanted = one.routes.get(name, 0)
-        fitting = [id for id, route in sorted(left.items()) if route.scenarios and route.scenarios[0].type in one.types]
+    for help in HELPS:
+        wanted = help.routes.get(name, 0)
+        fitting = [
+            id for id, route in sorted(left.items()) if route.scenarios and route.scenarios[0].type in help.types
+        ]
         if len(fitting) < wanted:
-            raise ValueError(f"{name} has {len(fitting)} routes left for {one.name!r}; {wanted} are needed")
+            raise ValueError(f"{name} has {len(fitting)} routes left for {help.name!r}; {wanted} are needed")
         for route_id in random.sample(fitting, wanted):
-            found[route_id] = _lines(one, left.pop(route_id))
+            found[route_id] = _lines(help, left.pop(route_id))
     return Script(routes=dict(sorted(found.items())))
 
 
-def _lines(one: GuidanceKind, route: Route) -> tuple[ScriptLine, ...]:
+def _lines(kind: GuidanceKind, route: Route) -> tuple[ScriptLine, ...]:
     """Return the lines for a route; with `at_trigger`, positions count from the scenario's trigger."""
-    if not one.at_trigger:
-        return one.lines
+    if not kind.at_trigger:
+        return kind.lines
     begin_m = _trigger_m(route)
-    moved = [line.when.model_copy(update={"place_m": begin_m + (line.when.place_m or 0.0)}) for line in one.lines]
-    return tuple(line.model_copy(update={"when": when}) for line, when in zip(one.lines, moved, strict=True))
+    moved = [line.when.model_copy(update={"place_m": begin_m + (line.when.place_m or 0.0)}) for line in kind.lines]
+    return tuple(line.model_copy(update={"when": when}) for line, when in zip(kind.lines, moved, strict=True))
 
 
 def _trigger_m(route: Route) -> float:

@@ -33,7 +33,7 @@ class ScriptPlayer:
             self._question = (question.id, time_s)
         stopped_s = time_s - self._moved_s
         said = [(line, text) for line, text in self._left if self._is_due(line, time_s, place_m, stopped_s, question)]
-        self._left = [one for one in self._left if one not in said]
+        self._left = [item for item in self._left if item not in said]
         return said
 
     def _is_due(

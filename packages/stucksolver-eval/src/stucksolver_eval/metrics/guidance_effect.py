@@ -74,4 +74,4 @@ def _figures(kind: str, name: str, pairs: list[Pair]) -> GuidanceEffect:
 def _harm(outcome: RouteOutcome | None) -> int:
     if outcome is None:
         return 0
-    return len(outcome.near_misses) + sum(one.kind not in NOT_HARM for one in outcome.infractions)
+    return len(outcome.near_misses) + sum(infraction.kind not in NOT_HARM for infraction in outcome.infractions)

@@ -156,10 +156,10 @@ def _add_queries(f: RecoveryMetrics, o: RouteOutcome) -> None:
     f.queries += len(o.queries)
     f.dropped += sum(q.outcome is None for q in o.queries)
     f.failed += sum(q.outcome is QueryOutcome.FAILED for q in o.queries)
-    for one in o.reliability:
-        f.asked[one.reasoner] += one.asked
-        f.unanswered[one.reasoner] += one.unanswered
-        f.whys[one.why] += bool(one.why)
+    for item in o.reliability:
+        f.asked[item.reasoner] += item.asked
+        f.unanswered[item.reasoner] += item.unanswered
+        f.whys[item.why] += bool(item.why)
     f.refused += sum(q.outcome is QueryOutcome.REFUSED for q in o.queries)
     f.tokens += sum(q.tokens for q in o.queries)
     f.usd += sum(q.usd or 0.0 for q in o.queries)

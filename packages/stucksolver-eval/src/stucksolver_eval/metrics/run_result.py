@@ -33,4 +33,4 @@ def run_result(record: RouteRecord, outcome: RouteOutcome | None, decisions: int
 
 def immobilizations(outcome: RouteOutcome) -> list[ImmobilizationEpisode]:
     """Return the immobilizations of a drive that count: not the start, and no short stop without a plan."""
-    return [one for one in outcome.spells if is_immobilization(one, outcome)]
+    return [spell for spell in outcome.spells if is_immobilization(spell, outcome)]

@@ -30,8 +30,8 @@ def write_comparison(folders: Sequence[Path], summaries: Sequence[Summary], path
     arms = dict(zip(column_names(summaries, folders), summaries, strict=True))
     near = path.resolve().parent
     links, pages = {}, {}
-    for (name, one), folder in zip(arms.items(), folders, strict=True):
-        replays = replay_pages(ResultStore(folder), one)
+    for (name, arm), folder in zip(arms.items(), folders, strict=True):
+        replays = replay_pages(ResultStore(folder), arm)
         links[name] = {key: os.path.relpath(folder.resolve() / page, near) for key, page in replays.items()}
         if (folder / "report.html").is_file():
             pages[name] = os.path.relpath(folder.resolve() / "report.html", near)
@@ -40,7 +40,7 @@ def write_comparison(folders: Sequence[Path], summaries: Sequence[Summary], path
 
 def column_names(summaries: Sequence[Summary], folders: Sequence[Path]) -> list[str]:
     """Return a name for each run; the folder's name is added to names that would be equal."""
-    names = [run_name(one) for one in summaries]
+    names = [run_name(summary) for summary in summaries]
     alike = {name for name in names if names.count(name) > 1}
     named = [f"{name} ({folder.name})" if name in alike else name for name, folder in zip(names, folders, strict=True)]
     return named if len(set(named)) == len(named) else [f"{name} {k}" for k, name in enumerate(names, 1)]
@@ -52,7 +52,7 @@ def comparison_page(arms: Arms, pages: Mapping[str, str], links: Mapping[str, Li
     m = arms[first].manifest
     about = f"Suite {m.suite} (digest {m.suite_digest[:12]}), {m.routes} routes."
     reports = " · ".join(markup.link(page, f"{name}: report") for name, page in pages.items())
-    warned = [f"{name}: {one}" for name, summary in arms.items() for one in banners(summary)]
+    warned = [f"{name}: {banner}" for name, summary in arms.items() for banner in banners(summary)]
     head = [*map(markup.warning, warned), markup.note(about), f"<p>{reports}</p>" if reports else ""]
     sections = [
         markup.section("Scores", scores_table(arms), published_table()),
@@ -80,12 +80,12 @@ def _differences(arms: Arms, first: str, others: Sequence[str]) -> str:
     return markup.raw_table("Differences", ("Figure", "Difference [95 %]", "p"), rows)
 
 
-def _between(one: Interval) -> str:
-    return f"{number(one.mean)} [{number(one.low)}, {number(one.high)}]"
+def _between(interval: Interval) -> str:
+    return f"{number(interval.mean)} [{number(interval.low)}, {number(interval.high)}]"
 
 
 def _scenarios(arms: Arms) -> str:
-    groups = {name: per_scenario(one) for name, one in arms.items()}
+    groups = {name: per_scenario(arm) for name, arm in arms.items()}
     rows = []
     for kind in sorted(set().union(*groups.values())):
         values = (found[kind]["driving_score"] if kind in found else None for found in groups.values())
@@ -94,14 +94,14 @@ def _scenarios(arms: Arms) -> str:
 
 
 def _drives(arms: Arms, links: Mapping[str, Links]) -> str:
-    drives = {name: {(row.route.id, row.seed): row for row in one.rows} for name, one in arms.items()}
+    drives = {name: {(row.route.id, row.seed): row for row in arm.rows} for name, arm in arms.items()}
     rows = []
     for key, row in next(iter(drives.values())).items():
         found = {name: rows_of.get(key) for name, rows_of in drives.items()}
-        if len({one.success for one in found.values() if one is not None}) < 2:
+        if len({item.success for item in found.values() if item is not None}) < 2:
             continue
         label = f"{row.route.id} {row.scenario}, seed {row.seed}"
-        rows.append([markup.text(label), *(_drive(one, links[name].get(key)) for name, one in found.items())])
+        rows.append([markup.text(label), *(_drive(item, links[name].get(key)) for name, item in found.items())])
     if not rows:
         return "<p>None: every drive succeeded with all runs, or failed with all of them.</p>"
     return markup.raw_table("Drives that ended differently", ("Drive", *arms), rows)

@@ -40,16 +40,16 @@ def write_decisions(
 def moments_of(folder: Path) -> Iterator[DecisionMoment]:
     """Yield the decisions of all records in a folder, with the camera's images. Raises `RecordError`."""
     for path in sorted(folder.glob("intervention-*.jsonl")):
-        for one in read_decisions(path):
-            outcome, verdict = came_to(one.event.verdict)
+        for decision in read_decisions(path):
+            outcome, verdict = came_to(decision.event.verdict)
             yield DecisionMoment(
-                time_s=round(one.event.time_s, 2),
-                trigger="guidance" if one.event.trigger == "guidance" else "detector",
-                decision=one.decision.model_dump(mode="json"),
+                time_s=round(decision.event.time_s, 2),
+                trigger="guidance" if decision.event.trigger == "guidance" else "detector",
+                decision=decision.decision.model_dump(mode="json"),
                 outcome=outcome,
-                codes=() if one.event.verdict is None else one.event.verdict.codes,
+                codes=() if decision.event.verdict is None else decision.event.verdict.codes,
                 verdict=verdict,
-                picture=None if one.image is None else thumbnail(one.image),
+                picture=None if decision.image is None else thumbnail(decision.image),
             )
 
 

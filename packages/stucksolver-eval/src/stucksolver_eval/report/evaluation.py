@@ -112,11 +112,11 @@ def _scenarios(summary: Summary) -> str:
     rows = [
         [
             markup.text(name),
-            markup.cell(f"{one['routes']:.0f}"),
-            bar_cell(one["driving_score"]),
-            bar_cell(one["success_rate"]),
+            markup.cell(f"{item['routes']:.0f}"),
+            bar_cell(item["driving_score"]),
+            bar_cell(item["success_rate"]),
         ]
-        for name, one in per_scenario(summary).items()
+        for name, item in per_scenario(summary).items()
     ]
     return markup.raw_table("Scenarios", ("Scenario", "Drives", "Driving score", "Success rate, %"), rows)
 
@@ -158,7 +158,7 @@ def _with_figures(log: RunLog, row: RouteRow) -> RunLog:
     """Return a replay with the figures that the summary has: an older one stores others."""
     if row.record is None or row.outcome is None:
         return log
-    spans = tuple((one.onset_s, one.ended_s) for one in immobilizations(row.outcome))
+    spans = tuple((immobilization.onset_s, immobilization.ended_s) for immobilization in immobilizations(row.outcome))
     result = run_result(row.record, row.outcome, len(log.decisions))
     return log.model_copy(update={"result": result, "stuck": spans})
 

@@ -67,7 +67,7 @@ def scores_table(runs: Mapping[str, Summary]) -> str:
 
 def recovery_table(runs: Mapping[str, Summary]) -> str:
     """Return the table of recovery figures with definitions; figures that no run has are left out."""
-    columns = [recovery_row(one) for one in runs.values()]
+    columns = [recovery_row(run) for run in runs.values()]
     rows = [
         [markup.text(name), *(markup.cell(column[k]) for column in columns), _meaning(RECOVERY_MEANINGS[name])]
         for k, name in enumerate(RECOVERY_HEAD)
@@ -79,7 +79,7 @@ def recovery_table(runs: Mapping[str, Summary]) -> str:
 def published_table() -> str:
     """Return published figures in a section of their own, because they come from another simulator."""
     head = ("Published", "DS", "SR %", "Efficiency", "Comfort")
-    rows = [(_whole_name(k), *(number(value) for value in one.scores)) for k, one in enumerate(PUBLISHED)]
+    rows = [(_whole_name(k), *(number(value) for value in item.scores)) for k, item in enumerate(PUBLISHED)]
     about = markup.note(f"Source: {SOURCE}.")
     scores = markup.table("Published scores", head, rows)
     abilities = markup.table("Published success rates by ability", ABILITY_HEAD, published_ability_rows())
@@ -91,7 +91,7 @@ def _whole_name(k: int) -> str:
     name = PUBLISHED[k].name
     if not name.startswith(PART):
         return name
-    leads = next(one.name for one in reversed(PUBLISHED[:k]) if not one.name.startswith(PART))
+    leads = next(item.name for item in reversed(PUBLISHED[:k]) if not item.name.startswith(PART))
     return f"{leads.partition(' (')[0]} {name.strip()}"
 
 

@@ -53,7 +53,7 @@ def _plans(arm: Path) -> dict[str, int]:
     for path in sorted(arm.glob("seed-*/outcomes/*.json")):
         outcome = json.loads(path.read_text(encoding="utf-8"))
         moves, waits = (
-            [one for one in outcome["interventions"] if one["moves"] is is_move] for is_move in (True, False)
+            [item for item in outcome["interventions"] if item["moves"] is is_move] for is_move in (True, False)
         )
         found["moved"] += len(moves)
         for what, time_s in _events(outcome):
@@ -68,15 +68,15 @@ def _plans(arm: Path) -> dict[str, int]:
 
 
 def _events(outcome: dict[str, Any]) -> Iterator[tuple[str, float]]:
-    for one in outcome["near_misses"]:
-        yield "near", one["time_s"]
-    for one in outcome["infractions"]:
-        if one["kind"] not in NOT_HARM:
-            yield "collisions" if one["kind"].startswith("collision") else "others", one["time_s"]
+    for item in outcome["near_misses"]:
+        yield "near", item["time_s"]
+    for item in outcome["infractions"]:
+        if item["kind"] not in NOT_HARM:
+            yield "collisions" if item["kind"].startswith("collision") else "others", item["time_s"]
 
 
 def _is_within(time_s: float, plans: list[dict[str, Any]]) -> bool:
-    return any(one["start_s"] <= time_s <= one["end_s"] + AFTER_S for one in plans)
+    return any(plan["start_s"] <= time_s <= plan["end_s"] + AFTER_S for plan in plans)
 
 
 def _routes(path: Path) -> str:

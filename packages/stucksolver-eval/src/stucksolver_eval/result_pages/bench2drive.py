@@ -129,10 +129,10 @@ def page(tables: list[StoredRuns]) -> str:
     """Return the page with all stored runs side by side: grouped by arm, with one column per stored file."""
     columns: Columns = {}
     for arm in ARMS:
-        for one in tables:
-            runs = by_arm(one.runs).get(arm)
+        for item in tables:
+            runs = by_arm(item.runs).get(arm)
             if runs:
-                columns[f"{arm}, {one.name}"] = runs
+                columns[f"{arm}, {item.name}"] = runs
     about = "".join(f"| {t.name} | {t.commit} | {t.agents} | {t.note} |\n" for t in tables)
     head = (KEPT / "head.md").read_text(encoding="utf-8")
     earlier = (KEPT / "earlier.md").read_text(encoding="utf-8")

@@ -40,11 +40,11 @@ class GuidedPageError(ValueError):
 def pairs_of(arguments: list[str]) -> dict[str, tuple[Path, Path]]:
     """Parse the pairs of folders, by suite name. Raises `GuidedPageError`."""
     found = {}
-    for one in arguments:
-        name, _, folders = one.partition("=")
+    for argument in arguments:
+        name, _, folders = argument.partition("=")
         both = folders.split(",")
         if not name or len(both) != 2 or not all(both):
-            raise GuidedPageError(f"{one!r} is not a pair; write SUITE=UNGUIDED,GUIDED")
+            raise GuidedPageError(f"{argument!r} is not a pair; write SUITE=UNGUIDED,GUIDED")
         found[name] = (Path(both[0]), Path(both[1]))
     if not found:
         raise GuidedPageError("give at least one pair: SUITE=UNGUIDED,GUIDED")
@@ -57,23 +57,23 @@ def page(pairs: dict[str, tuple[Path, Path]]) -> str:
     for name, folders in pairs.items():
         unguided, guided = (summarize(ResultStore(folder)) for folder in folders)
         parts += ["", f"## {name}", "", _whole(unguided, guided), "", HEAD]
-        parts += [_row(one) for one in help_figures(unguided, guided)]
+        parts += [_row(figure) for figure in help_figures(unguided, guided)]
     return "\n".join(parts) + "\n"
 
 
 def _whole(unguided: Summary, guided: Summary) -> str:
     seeds = ", ".join(map(str, guided.manifest.seeds))
-    scores = [f"{one.driving_score:.1f} / {one.success_rate:.1f}" for one in (unguided, guided)]
+    scores = [f"{item.driving_score:.1f} / {item.success_rate:.1f}" for item in (unguided, guided)]
     return (
         f"{len(guided.rows)} drives, seeds {seeds}. Driving score / success rate over all drives: "
         f"{scores[0]} unguided, {scores[1]} guided."
     )
 
 
-def _row(one: GuidanceEffect) -> str:
-    mark = "" if one.help else "**"
-    cells = [one.kind, one.help or "all", str(one.drives), _told(one.score), _told(one.success)]
-    return "| " + " | ".join(f"{mark}{cell}{mark}" for cell in [*cells, one.won, one.lost, one.harm]) + " |"
+def _row(effect: GuidanceEffect) -> str:
+    mark = "" if effect.help else "**"
+    cells = [effect.kind, effect.help or "all", str(effect.drives), _told(effect.score), _told(effect.success)]
+    return "| " + " | ".join(f"{mark}{cell}{mark}" for cell in [*cells, effect.won, effect.lost, effect.harm]) + " |"
 
 
 def _told(paired: Difference) -> str:

@@ -141,13 +141,13 @@ def _drive(folder: Path, route: Route, seed: int, memory: Path | None, words: st
 
 def _asked(events: tuple[Event, ...], for_help: bool) -> int:
     questions = [e.question for e in events if e.kind is EventKind.ASKED and e.question is not None]
-    return sum((one.kind is QuestionKind.ASSISTANCE) == for_help for one in questions)
+    return sum((question.kind is QuestionKind.ASSISTANCE) == for_help for question in questions)
 
 
 def _row(name: str, drives: Sequence[MemoryRunResult]) -> str:
-    score = sum(one.score for one in drives) / len(drives)
-    arrived, asked = sum(one.arrived for one in drives), sum(one.questions for one in drives)
-    calls = sum(one.calls for one in drives)
+    score = sum(run.score for run in drives) / len(drives)
+    arrived, asked = sum(run.arrived for run in drives), sum(run.questions for run in drives)
+    calls = sum(run.calls for run in drives)
     return f"| {name} | {arrived} of {len(drives)} | {asked} | {calls} | {score:.1f} |"
 
 

@@ -83,9 +83,9 @@ def load(file: Path) -> Routes:
     kept = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
     return {
         key: RealRoute(
-            one["town"], one["scenario"], {name: PublishedRun(*facts) for name, facts in one["drives"].items()}
+            item["town"], item["scenario"], {name: PublishedRun(*facts) for name, facts in item["drives"].items()}
         )
-        for key, one in kept.items()
+        for key, item in kept.items()
     }
 
 
@@ -100,28 +100,28 @@ def keep(file: Path, sources: Iterable[tuple[str, Path]]) -> None:
                 scenario = record["scenario_name"].rpartition("_")[0]
                 route = routes.setdefault(number, RealRoute(record["town_name"], scenario, {}))
                 route.drives[name] = drive_of(record)
-    lines = [f"{json.dumps(key)}: {json.dumps(one._asdict())}" for key, one in sorted(routes.items())]
+    lines = [f"{json.dumps(key)}: {json.dumps(item._asdict())}" for key, item in sorted(routes.items())]
     file.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
 
 
 def table(routes: Routes) -> str:
     """Return Markdown tables: how well all others agree with the first, by half and in total; then each route."""
-    names = list(dict.fromkeys(name for one in routes.values() for name in one.drives))
+    names = list(dict.fromkeys(name for route in routes.values() for name in route.drives))
     real, others = names[0], names[1:]
     head = f"| | routes | success as {real} | score within 3 | time within 5 % or 1 s | within 15 % | median ratio |"
     lines = [head, "|---" * 7 + "|"]
     for name in others:
         for part in (*HALVES, "all"):
             pairs = [
-                (one.drives[real], one.drives[name])
-                for key, one in routes.items()
-                if part in ("all", half(key)) and {real, name} <= set(one.drives)
+                (route.drives[real], route.drives[name])
+                for key, route in routes.items()
+                if part in ("all", half(key)) and {real, name} <= set(route.drives)
             ]
             lines.append(f"| {name}, {part} | " + " | ".join(_agreement(pairs)) + " |")
     lines += ["", "| route | town | scenario | half | " + " | ".join(names) + " |", "|---" * (len(names) + 4) + "|"]
-    for key, one in routes.items():
-        cells = [_cell(one.drives.get(name), one.drives.get(real), name == real) for name in names]
-        lines.append(f"| {key} | {one.town} | {one.scenario} | {half(key)} | " + " | ".join(cells) + " |")
+    for key, route in routes.items():
+        cells = [_cell(route.drives.get(name), route.drives.get(real), name == real) for name in names]
+        lines.append(f"| {key} | {route.town} | {route.scenario} | {half(key)} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
@@ -148,10 +148,10 @@ def _cell(drive: PublishedRun | None, real: PublishedRun | None, is_real: bool) 
 
 def main(arguments: list[str]) -> None:
     """Run one of the commands in the module's docstring."""
-    if len(arguments) >= 3 and arguments[0] == "keep" and all("=" in one for one in arguments[2:]):
+    if len(arguments) >= 3 and arguments[0] == "keep" and all("=" in argument for argument in arguments[2:]):
         keep(
             Path(arguments[1]),
-            [(name, Path(folder)) for name, _, folder in (one.partition("=") for one in arguments[2:])],
+            [(name, Path(folder)) for name, _, folder in (argument.partition("=") for argument in arguments[2:])],
         )
     elif len(arguments) == 2 and arguments[0] == "table":
         print(table(load(Path(arguments[1]))))

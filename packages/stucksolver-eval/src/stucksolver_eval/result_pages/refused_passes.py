@@ -53,10 +53,10 @@ def nearest_of(folder: Path) -> tuple[RefusedPass, ...]:
         raise FileNotFoundError(f"{folder} has no record of an intervention: drive with evaluate --record")
     found: dict[str, RefusedPass] = {}
     for file in files:
-        for one in _refusals(file):
-            known = found.get(one.route)
-            if known is None or one.needed_m - one.seen_m < known.needed_m - known.seen_m:
-                found[one.route] = one
+        for refusal in _refusals(file):
+            known = found.get(refusal.route)
+            if known is None or refusal.needed_m - refusal.seen_m < known.needed_m - known.seen_m:
+                found[refusal.route] = refusal
     return tuple(found[route] for route in sorted(found))
 
 

@@ -31,8 +31,8 @@ def scores(arms: dict[str, Summary]) -> list[list[str]]:
     head = _cells("arm | DS | SR % | route % | infractions | efficiency | (corrected) | comfort | (corrected)")
     keys = "driving_score success_rate route_completion infraction_score efficiency efficiency_corrected comfort"
     rows = []
-    for name, one in arms.items():
-        values = [one[key] for key in (*keys.split(), "comfort_corrected")]
+    for name, arm in arms.items():
+        values = [arm[key] for key in (*keys.split(), "comfort_corrected")]
         digits = [3 if key == "infraction_score" else 1 for key in keys.split()] + [1]
         rows.append([name, *(_figure(value, digit) for value, digit in zip(values, digits, strict=True))])
     return [head, *rows]
@@ -43,7 +43,7 @@ def abilities(arms: dict[str, Summary]) -> list[list[str]]:
     names = list(next(iter(arms.values()))["abilities"])
     return [
         ["arm", *(name.replace("_", " ") for name in names)],
-        *([arm, *(_figure(one["abilities"][name], 1) for name in names)] for arm, one in arms.items()),
+        *([arm, *(_figure(item["abilities"][name], 1) for name in names)] for arm, item in arms.items()),
     ]
 
 
@@ -54,8 +54,8 @@ def recovery(arms: dict[str, Summary]) -> list[list[str]]:
         " | false | missed | harm | right | queries | lost s"
     )
     rows = []
-    for name, one in arms.items():
-        it = one["recovery"]
+    for name, arm in arms.items():
+        it = arm["recovery"]
         rungs = ", ".join(f"{rung} {count}" for rung, count in sorted(it["by_rung"].items()))
         right = f"{it['right']}/{it['judged']}" if it["judged"] else "–"
         counts = [str(it[key]) for key in ("met", "left")]
@@ -76,12 +76,12 @@ def differences(folder: Path, arms: dict[str, Summary]) -> list[list[str]]:
         alone = _by_route(folder / baseline / "routes.csv")
         own = _by_route(folder / name / "routes.csv")
         for column, factor in (("driving_score", 1.0), ("success", 100.0)):
-            values = {route: {k: factor * float(row[column]) for k, row in one.items()} for route, one in own.items()}
-            cells.append(_between(bootstrap([list(one.values()) for one in values.values()])))
+            values = {route: {k: factor * float(row[column]) for k, row in item.items()} for route, item in own.items()}
+            cells.append(_between(bootstrap([list(value.values()) for value in values.values()])))
             if name == baseline:
                 cells += ["–", "–"]
                 continue
-            less = [[v - factor * float(alone[r][k][column]) for k, v in one.items()] for r, one in values.items()]
+            less = [[v - factor * float(alone[r][k][column]) for k, v in value.items()] for r, value in values.items()]
             paired = compare_pairs(less)
             cells += [_between(paired.difference), f"{paired.p:.4f}"]
         rows.append(cells)
@@ -136,9 +136,9 @@ def moved(before: Path, after: Path) -> list[list[str]]:
         both = sorted(old.keys() & new.keys())
         cells = [arm, str(len(both))]
         for column, factor in (("driving_score", 1.0), ("success", 100.0)):
-            means = (factor * sum(float(one[key][column]) for key in both) / len(both) for one in (old, new))
+            means = (factor * sum(float(item[key][column]) for key in both) / len(both) for item in (old, new))
             cells.append(" → ".join(f"{value:.1f}" for value in means))
-        cells.append(" → ".join(str(sum(int(one[key]["interventions"]) for key in both)) for one in (old, new)))
+        cells.append(" → ".join(str(sum(int(item[key]["interventions"]) for key in both)) for item in (old, new)))
         for first, second in ((old, new), (new, old)):
             ahead = [key for key in both if first[key]["success"] > second[key]["success"]]
             names = [f"{key[0]} {old[key]['scenario']}" for key in ahead]
@@ -155,10 +155,10 @@ def harm(arms: dict[str, Summary]) -> list[list[str]]:
     """Return the table of events during plans that move; in brackets, on the whole route."""
     head = _cells("arm | DS | SR % | plans that move | collisions | other infractions | near misses | false | missed")
     rows = []
-    for name, one in arms.items():
-        plans, it = one["plans"], one["recovery"]
+    for name, arm in arms.items():
+        plans, it = arm["plans"], arm["recovery"]
         cells = [f"{plans[what]} ({plans[what + '_route']})" for what in ("collisions", "others", "near")]
-        scored = [_figure(one["driving_score"], 1), _figure(one["success_rate"], 1), str(plans["moved"])]
+        scored = [_figure(arm["driving_score"], 1), _figure(arm["success_rate"], 1), str(plans["moved"])]
         rows.append([name, *scored, *cells, str(it["false"]), str(it["missed"])])
     return [head, *rows]
 
@@ -195,11 +195,11 @@ def tables_of(name: str, later: str | None = None) -> list[str]:
     if name.startswith("wrong"):
         return [
             f"## `{suite}`\n\n"
-            + _printed(harm({arm.split("-", 1)[1]: one for arm, one in arms.items() if arm.startswith(suite)}))
+            + _printed(harm({arm.split("-", 1)[1]: item for arm, item in arms.items() if arm.startswith(suite)}))
             for suite in dict.fromkeys(arm.split("-")[0] for arm in arms)
         ]
     tables = [scores(arms), recovery(arms)]
-    if any(value is not None for one in arms.values() for value in one["abilities"].values()):
+    if any(value is not None for item in arms.values() for value in item["abilities"].values()):
         tables.append(abilities(arms))
     if "alone" in arms:
         tables.append(differences(RESULTS / name, arms))

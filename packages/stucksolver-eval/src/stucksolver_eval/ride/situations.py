@@ -34,7 +34,7 @@ def _street(length_m: int, obstacle: bool) -> Callable[[Any, Any, int], CaseLoca
 
 
 def _of_case(name: str) -> Callable[[Any, Any, int], CaseLocation]:
-    case = next(one for one in CASES if one.name == name)
+    case = next(item for item in CASES if item.name == name)
     return lambda world, carla_map, seed: case.find(world, carla_map)
 
 

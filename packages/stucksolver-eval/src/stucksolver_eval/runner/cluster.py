@@ -56,7 +56,7 @@ def run_elsewhere(task: RouteTask) -> tuple[RouteOutcome, dict[str, bytes]]:
 
 def _keep(folder: Path, files: dict[str, bytes]) -> None:
     """Write the files that a worker sent; outcomes last, because they mark a route as done."""
-    for name, data in sorted(files.items(), key=lambda one: "/outcomes/" in f"/{one[0]}"):
+    for name, data in sorted(files.items(), key=lambda item: "/outcomes/" in f"/{item[0]}"):
         path = (folder / name).resolve()
         if not path.is_relative_to(folder.resolve()):
             raise ClusterError(f"a worker sent a file outside of the results: {name}")

@@ -48,10 +48,10 @@ class ReplayKeeper:
         for said in outcome.guidance if job.arm.recovery in ("none", "timers") else ():
             logger.event(said.time_s, "guidance", f"{said.text} (nobody is listening)")
         met = immobilizations(outcome)
-        for one in met:
-            if one.recovered_after_s is not None:
-                text = f"recovered: 15 m of new progress, {one.recovered_after_s:.1f} s after the onset"
-                logger.event(one.ended_s, "outcome", text)
+        for item in met:
+            if item.recovered_after_s is not None:
+                text = f"recovered: 15 m of new progress, {item.recovered_after_s:.1f} s after the onset"
+                logger.event(item.ended_s, "outcome", text)
         logger.event(outcome.ticks * self._setting.dt_s, "run", status_text(record.status))
         places = [(w.transform.location.x, -w.transform.location.y) for w in self._setting.route.waypoints]
         return RunLog(
@@ -66,7 +66,7 @@ class ReplayKeeper:
             route=tuple((round(x, 2), round(y, 2)) for x, y in places[::2]),
             actors=tuple(logger.actors),
             frames=tuple(logger.frames),
-            stuck=tuple((one.onset_s, one.ended_s) for one in met),
+            stuck=tuple((item.onset_s, item.ended_s) for item in met),
             decisions=tuple(logger.decisions),
             events=tuple(sorted(logger.events, key=lambda e: e.time_s)),
             result=run_result(record, outcome, len(logger.decisions)),

@@ -50,4 +50,4 @@ def run_sweep(spec: EvaluationSpec, sweep: Sweep) -> dict[str, Summary]:
     """Run all evaluations. Returns their figures by label. Raises `SweepError` and what `evaluate` raises."""
     if spec.arm.recovery in ("none", "timers"):
         raise SweepError(f"--recovery {spec.arm.recovery} has no detector to sweep; use rules or another reasoner")
-    return {label: summarize(evaluate(one)) for label, one in sweep_specs(spec, sweep).items()}
+    return {label: summarize(evaluate(item)) for label, item in sweep_specs(spec, sweep).items()}

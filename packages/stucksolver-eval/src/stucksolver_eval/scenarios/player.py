@@ -176,7 +176,7 @@ def _built(spec: ScenarioSpec, setting: ScenarioContext, background: Background 
             f"{spec.name}: the trigger point ({trigger.x_m:.1f}, {trigger.y_m:.1f}) is {off_m:.0f} m off the route; "
             "move it onto the route"
         )
-    missing = [one for one in scenario.blueprints if not setting.cast.knows(one)]
+    missing = [blueprint for blueprint in scenario.blueprints if not setting.cast.knows(blueprint)]
     reason = f"the blueprint library has no {', '.join(missing)}" if missing else scenario.needs(setting)
     if reason is not None:
         raise UnsupportedScenarioError(f"{spec.name} ({spec.type}) is unsupported here: {reason}")

@@ -88,7 +88,7 @@ def _ours() -> Iterator[str]:
         cls = SCENARIOS[name]
         if cls.expected is not None:
             needs = ", ".join(part for part in (cls.needs_map, _blueprints(cls)) if part) or "–"
-            off = ", ".join(f"`{one}`" for one in sorted(cls.suspends)) or "–"
+            off = ", ".join(f"`{suspend}`" for suspend in sorted(cls.suspends)) or "–"
             seen = cls.driver_alone or "–"
             cells = (f"`{name}`", _text(cls), cls.expected, cls.starts, needs, off, cls.simplified or "–", seen)
             yield "| " + " | ".join(" ".join(cell.split()) for cell in cells) + " |"

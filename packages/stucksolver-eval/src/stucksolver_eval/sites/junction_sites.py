@@ -61,7 +61,7 @@ class JunctionSites:
     extra: Extra = field(default=_nothing)
 
     def __call__(self, town: Town, ways: Ways) -> Iterator[Site]:
-        with_turns = {one.junction_id for one in ways if one.turn != "straight"}
+        with_turns = {way.junction_id for way in ways if way.turn != "straight"}
         for mine in ways:
             if mine.turn not in self.turns or mine.control not in self.controls or mine.junction_id not in with_turns:
                 continue
@@ -81,9 +81,9 @@ def site_at(mine: JunctionMovement, trigger_m: int = _TRIGGER_BEFORE_M, end_m: i
     before = approach(mine.entry, max(_START_BEFORE_M, trigger_m + _START_BEFORE_M - _TRIGGER_BEFORE_M))
     trigger = before[-trigger_m]
     inside = follow(mine.inside, 80, through=(mine.inside.road_id,))
-    inside = tuple(one for one in inside if one.road_id == mine.inside.road_id)
+    inside = tuple(item for item in inside if item.road_id == mine.inside.road_id)
     after = follow(mine.exit, end_m)
-    after = tuple(one for one in after if one.road_id == mine.exit.road_id)
+    after = tuple(item for item in after if item.road_id == mine.exit.road_id)
     marks = (before[0], before[-_NEAR_M], after[_NEAR_M], after[-1])
     group = f"junction {mine.junction_id}"
     return Site(mine.town, group, mine.key, (*before, *inside, *after), marks, trigger)
@@ -92,7 +92,9 @@ def site_at(mine: JunctionMovement, trigger_m: int = _TRIGGER_BEFORE_M, end_m: i
 def _to_exit_lane(mine: JunctionMovement, of: Ways) -> Ways:
     """Return the movements straight on into the lane that the ego turns into, or its neighbour."""
     return [
-        one for one in straight(of) if one.exit.road_id == mine.exit.road_id and one.exit.lane_id == mine.exit.lane_id
+        item
+        for item in straight(of)
+        if item.exit.road_id == mine.exit.road_id and item.exit.lane_id == mine.exit.lane_id
     ]
 
 
@@ -134,14 +136,14 @@ def bicycles(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mappi
 def _beyond_junction(bicycle_lane: Any) -> Path:
     """Return the lane's continuation after the junction; empty if it ends there."""
     path = follow(bicycle_lane, 120)
-    inside = [index for index, one in enumerate(path) if one.is_junction]
+    inside = [index for index, item in enumerate(path) if item.is_junction]
     return path[inside[-1] + 1 :] if inside else ()
 
 
 def joined(mine: JunctionMovement, ways: Ways) -> Iterator[tuple[Places, Mapping[str, Parameter]]]:
     """Yield a site if oncoming cars can turn right into the same lane that the ego turns left into."""
     leave = (mine.exit.road_id, mine.exit.lane_id)
-    if any((one.exit.road_id, one.exit.lane_id) == leave for one in arm(mine, "opposite", ways)):
+    if any((item.exit.road_id, item.exit.lane_id) == leave for item in arm(mine, "opposite", ways)):
         yield {}, {}
 
 

@@ -28,7 +28,7 @@ class Town:
     def limits_kmh(self) -> dict[tuple[int, int], float]:
         """Signed speed limits by (road id, sign of the lane ids: 1 for left lanes, -1 for right lanes)."""
         signs = self.map.get_all_landmarks_of_type("274")
-        return {(one.road_id, _sign(one.get_lane_validities()[0][0])): one.value for one in signs}
+        return {(sign.road_id, _sign(sign.get_lane_validities()[0][0])): sign.value for sign in signs}
 
     def limit_kmh(self, waypoint: carla.Waypoint) -> float:
         """Return the limit on a lane outside junctions; 0 without a sign."""
@@ -53,8 +53,8 @@ def follow(waypoint: carla.Waypoint, length_m: int, through: Collection[int] = (
         options = path[-1].next(1.0)
         if not options:
             break
-        wanted = [one for one in options if one.road_id in through]
-        path.append((wanted or sorted(options, key=lambda one: _bend(path[-1], one)))[0])
+        wanted = [option for option in options if option.road_id in through]
+        path.append((wanted or sorted(options, key=lambda option: _bend(path[-1], option)))[0])
     return tuple(path)
 
 
@@ -65,18 +65,18 @@ def approach(waypoint: carla.Waypoint, length_m: int) -> Path:
         options = path[-1].previous(1.0)
         if not options:
             break
-        path.append(min(options, key=lambda one: abs(turn_deg(one, path[-1]))))
+        path.append(min(options, key=lambda option: abs(turn_deg(option, path[-1]))))
     return tuple(reversed(path))
 
 
-def turn_deg(one: Any, other: Any) -> float:
+def turn_deg(first: Any, second: Any) -> float:
     """Return the change of heading (degrees), positive to the right as in CARLA."""
-    return float(math.remainder(other.transform.rotation.yaw - one.transform.rotation.yaw, 360.0))
+    return float(math.remainder(second.transform.rotation.yaw - first.transform.rotation.yaw, 360.0))
 
 
 def bend_deg(path: Sequence[Any]) -> float:
     """Return the largest change of heading from the first waypoint (degrees)."""
-    return max(abs(turn_deg(path[0], one)) for one in path[::3])
+    return max(abs(turn_deg(path[0], item)) for item in path[::3])
 
 
 def beside(waypoint: carla.Waypoint, kind: carla.LaneType) -> carla.Waypoint | None:

@@ -48,8 +48,8 @@ def exits(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
         if _lanes(ramp.exit) != _FEW_LANES or _lanes(ramp.entry) < _MANY_LANES or not main:
             continue
         lane = approach(ramp.entry, _EXIT_START_M)
-        second = [one for one in (same_way(one, carla.LaneChange.Left) for one in lane) if one is not None]
-        if len({one.road_id for one in lane}) > 1 or len(second) < len(lane):
+        second = [item for item in (same_way(item, carla.LaneChange.Left) for item in lane) if item is not None]
+        if len({item.road_id for item in lane}) > 1 or len(second) < len(lane):
             continue
         changed = len(lane) - _EXIT_CHANGE_M
         last = site_at(ramp, _CHANGES_TRIGGER_M, _EXIT_END_M)
@@ -87,12 +87,12 @@ def _staircase(town: Town, lane: Path, side: Any, start: int) -> Iterator[Site]:
     for first, end in pairwise(_CHANGES_AFTER_M):
         shifted = lane[first:end]
         for _ in pieces:
-            beside = tuple(one for one in (same_way(one, side) for one in shifted) if one is not None)
+            beside = tuple(item for item in (same_way(item, side) for item in shifted) if item is not None)
             if len(beside) < len(shifted):
                 return
             shifted = beside
         pieces.append(shifted)
-    path = tuple(one for piece in pieces for one in piece)
+    path = tuple(item for piece in pieces for item in piece)
     marks = (path[0], *(piece[-1] for piece in pieces))
     name = f"{lane[0].road_id}/{lane[0].lane_id}"
     yield Site(town, name, f"{name}@{start}", path, marks, path[_CHANGES_TRIGGER_M])
@@ -102,8 +102,8 @@ def _beside_ramp(ramp: JunctionMovement, ways: list[JunctionMovement]) -> list[J
     """Return the movements in the motorway's rightmost lane where `ramp` joins it."""
     if _lanes(ramp.entry) != _FEW_LANES or _lanes(ramp.exit) < _MANY_LANES:
         return []
-    main = [one for one in ways if one.junction_id == ramp.junction_id and _lanes(one.entry) >= _MANY_LANES]
-    return [one for one in main if not same_way(one.entry, carla.LaneChange.Right)]
+    main = [way for way in ways if way.junction_id == ramp.junction_id and _lanes(way.entry) >= _MANY_LANES]
+    return [item for item in main if not same_way(item.entry, carla.LaneChange.Right)]
 
 
 def _lanes(waypoint: carla.Waypoint) -> int:
@@ -116,5 +116,5 @@ def _lanes(waypoint: carla.Waypoint) -> int:
     return count
 
 
-def _same_lane(one: Any, other: Any) -> bool:
-    return bool((one.road_id, one.lane_id) == (other.road_id, other.lane_id))
+def _same_lane(first: Any, second: Any) -> bool:
+    return bool((first.road_id, first.lane_id) == (second.road_id, second.lane_id))

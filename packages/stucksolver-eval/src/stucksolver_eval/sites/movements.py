@@ -56,23 +56,23 @@ def movements(town: Town) -> list[JunctionMovement]:
     """Return all movements of cars through junctions with wide and long enough arms, ordered by id."""
     found = []
     for ways in _by_junction(town):
-        wide = [one for one in ways if min(one.entry.lane_width, one.exit.lane_width) >= _WIDE_M]
-        if not any(_is_short(town, one.entry) or _is_short(town, one.exit) for one in wide):
+        wide = [way for way in ways if min(way.entry.lane_width, way.exit.lane_width) >= _WIDE_M]
+        if not any(_is_short(town, item.entry) or _is_short(town, item.exit) for item in wide):
             found.extend(wide)
     return found
 
 
 def roundabouts(town: Town) -> Iterator[list[JunctionMovement]]:
     """Yield paths through roundabouts as movements at the nodes of the ring: in, around, and out elsewhere."""
-    ways = [one for junction in _by_junction(town) for one in junction]
+    ways = [item for junction in _by_junction(town) for item in junction]
     for enter in ways:
         if _is_short(town, enter.entry) or not _is_short(town, enter.exit):
             continue
         chain = [enter]
         while True:
-            ahead = [one for one in ways if one.entry.road_id == chain[-1].exit.road_id]
+            ahead = [way for way in ways if way.entry.road_id == chain[-1].exit.road_id]
             yield from ([*chain, out] for out in ahead if not _is_short(town, out.exit))
-            onward = [one for one in ahead if _is_short(town, one.exit)]
+            onward = [obj for obj in ahead if _is_short(town, obj.exit)]
             if onward[0].junction_id == enter.junction_id:
                 break
             chain.append(onward[0])
@@ -91,15 +91,15 @@ def arm(mine: JunctionMovement, side: Side, others: list[JunctionMovement]) -> l
 
 def straight(of: list[JunctionMovement]) -> list[JunctionMovement]:
     """Return the movements that go straight on."""
-    return [one for one in of if one.turn == "straight"]
+    return [item for item in of if item.turn == "straight"]
 
 
 def _ways(junction: Any, number: int, town: Town) -> Iterator[JunctionMovement]:
     pairs = junction.get_waypoints(carla.LaneType.Driving)
     ends = [(begin, begin.previous(1.0), end.next(1.0)) for begin, end in pairs]
     known = [(begin, before[0], after[0]) for begin, before, after in ends if before and after]
-    arms = len({one.road_id for _, before, after in known for one in (before, after)})
-    for begin, before, after in sorted(known, key=lambda one: (one[0].road_id, one[0].lane_id)):
+    arms = len({item.road_id for _, before, after in known for item in (before, after)})
+    for begin, before, after in sorted(known, key=lambda item: (item[0].road_id, item[0].lane_id)):
         yield JunctionMovement(number, before, begin, after, _turn(before, after), _control(before), arms, town)
 
 
@@ -117,7 +117,7 @@ def _control(entry: carla.Waypoint) -> Control:
     if not back:
         return "none"
     for kind, name in (("206", "stop"), ("205", "yield")):
-        if any(one.road_id == entry.road_id for one in back[0].get_landmarks_of_type(_SIGN_WITHIN_M, kind)):
+        if any(landmark.road_id == entry.road_id for landmark in back[0].get_landmarks_of_type(_SIGN_WITHIN_M, kind)):
             return "stop" if name == "stop" else "yield"
     return "none"
 

@@ -56,8 +56,8 @@ def crosswalks(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
 
 def all_way_stops(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
     """Yield four-way junctions where everybody must stop, without right turns, which meet nobody from the right."""
-    others = {one.junction_id for one in ways if one.control != "stop" or one.arms != 4}
-    yield from (site_at(one) for one in ways if one.junction_id not in others and one.turn != "right")
+    others = {way.junction_id for way in ways if way.control != "stop" or way.arms != 4}
+    yield from (site_at(way) for way in ways if way.junction_id not in others and way.turn != "right")
 
 
 def dark_lights(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
@@ -68,16 +68,16 @@ def dark_lights(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
 def round_and_round(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
     """Yield routes into a roundabout at one arm, around several times, and out at another arm."""
     chains = list(roundabouts(town))
-    ring = {one.inside.road_id for chain in chains for one in chain[1:-1]}
+    ring = {item.inside.road_id for chain in chains for item in chain[1:-1]}
     for chain in chains:
         enter, leave = chain[0], chain[-1]
         before = approach(enter.entry, _RUN_UP_M)
         into = _until(follow(enter.inside, 80, through={enter.inside.road_id}), enter.exit.road_id)
         lap = _lap(follow(enter.exit, 200, through=ring))
-        last = follow(enter.exit, 200, through={one.inside.road_id for one in chain})
+        last = follow(enter.exit, 200, through={item.inside.road_id for item in chain})
         inside = (*into, *lap * _LAPS, *_until(last, leave.exit.road_id))
         after = follow(leave.exit, _BEYOND_CLOSED_M)
-        on_ring = (one for one in inside[_RING_MARK_M:-_NEAR_M] if not one.is_junction)
+        on_ring = (item for item in inside[_RING_MARK_M:-_NEAR_M] if not item.is_junction)
         marks = (before[0], before[-_NEAR_M], *_apart(on_ring), after[_NEAR_M], after[-1])
         group, place = f"roundabout arm {enter.entry.road_id}", f"{enter.key}>{leave.exit.road_id}"
         yield Site(town, group, place, (*before, *inside, *after), marks, before[-_TRIGGER_M])
@@ -86,13 +86,13 @@ def round_and_round(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
 def _lap(path: Path) -> Path:
     """Return the path until it returns to its start."""
     start = path[0].transform.location
-    far = next(index for index, one in enumerate(path) if one.transform.location.distance(start) > _RING_MARK_M)
+    far = next(index for index, item in enumerate(path) if item.transform.location.distance(start) > _RING_MARK_M)
     return path[: next(k for k in range(far, len(path)) if path[k].transform.location.distance(start) < 1.0)]
 
 
 def _apart(path: Iterable[carla.Waypoint]) -> Iterator[carla.Waypoint]:
     """Yield one waypoint in the middle of each piece of road, in driving order."""
-    for _, piece in groupby(path, lambda one: one.road_id):
+    for _, piece in groupby(path, lambda item: item.road_id):
         some = list(piece)
         yield some[len(some) // 2]
 
@@ -124,7 +124,7 @@ def closed_streets(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
         # Start farther back than usual, so that the ego arrives at a red light and continues at green, not at yellow.
         site = site_at(mine, _CLOSED_TRIGGER_M)
         beyond = follow(mine.exit, _LONGEST_BLOCK_M)
-        crossed = [index for index, one in enumerate(beyond) if one.is_junction]
+        crossed = [index for index, item in enumerate(beyond) if item.is_junction]
         is_straight = abs(turn_deg(mine.exit, beyond[-1])) < _SAME_HEADING_DEG
         if not crossed or not is_straight or crossed[-1] + _BEYOND_CLOSED_M >= len(beyond):
             continue
@@ -138,9 +138,9 @@ def closed_streets(town: Town, ways: list[JunctionMovement]) -> Iterator[Site]:
 def _goes_straight_too(mine: JunctionMovement, ways: list[JunctionMovement]) -> bool:
     """Return True if the same lane also goes straight on."""
     lane = (mine.entry.road_id, mine.entry.lane_id)
-    return any((one.entry.road_id, one.entry.lane_id) == lane for one in straight(ways))
+    return any((item.entry.road_id, item.entry.lane_id) == lane for item in straight(ways))
 
 
 def _until(path: Path, road_id: int) -> Path:
     """Return the path up to a road."""
-    return path[: next(index for index, one in enumerate(path) if one.road_id == road_id)]
+    return path[: next(index for index, item in enumerate(path) if item.road_id == road_id)]

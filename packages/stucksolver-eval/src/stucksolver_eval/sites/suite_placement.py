@@ -30,4 +30,4 @@ class SuitePlacement:
 
     def draw(self, random: Random, free_m: int) -> dict[str, Parameter]:
         """Draw the parameters of one route. The lane is free for `free_m` after the trigger."""
-        return {name: one.draw(random, free_m) for name, one in self.values.items()}
+        return {name: value.draw(random, free_m) for name, value in self.values.items()}

@@ -221,9 +221,9 @@ def _apart(ranked: Iterable[_Candidate]) -> list[_Candidate]:
     return [candidate for candidate, _ in kept]
 
 
-def _same_place(one: carla.Transform, other: carla.Transform) -> bool:
-    near = one.location.distance(other.location) < _APART_M
-    return near and turn_deg((one.rotation.yaw, other.rotation.yaw)) < 90.0
+def _same_place(first: carla.Transform, second: carla.Transform) -> bool:
+    near = first.location.distance(second.location) < _APART_M
+    return near and turn_deg((first.rotation.yaw, second.rotation.yaw)) < 90.0
 
 
 def _street(candidate: _Candidate) -> Street:

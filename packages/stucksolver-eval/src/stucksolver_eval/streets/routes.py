@@ -54,7 +54,7 @@ def street_route(
     trigger = RoutePose(_position(waypoints[0]), math.remainder(waypoints[0].transform.rotation.yaw, 360.0))
     values = {name: {"value": f"{value:g}"} for name, value in parameters.items()}
     spec = ScenarioSpec(f"{kind}_1", kind, trigger, values)
-    return Route(route_id, town, tuple(_position(one) for one in marks), scenarios=(spec,))
+    return Route(route_id, town, tuple(_position(mark) for mark in marks), scenarios=(spec,))
 
 
 def _position(waypoint: carla.Waypoint) -> Position:

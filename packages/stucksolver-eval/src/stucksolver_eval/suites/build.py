@@ -68,7 +68,7 @@ def placed_in(suite: str) -> dict[str, SuitePlacement]:
     # An inherited `placed` belongs to another type.
     own = {name: vars(cls).get("placed") for name, cls in SCENARIOS.items()}
     found = {name: placed for name, placed in own.items() if placed is not None and placed.suite == suite}
-    return dict(sorted(found.items(), key=lambda one: one[1].first_id))
+    return dict(sorted(found.items(), key=lambda item: item[1].first_id))
 
 
 def routes_of(suite: str, towns: Sequence[Town]) -> list[Route]:
@@ -98,17 +98,17 @@ def _spread(kind: str, sites: list[Site]) -> list[Site]:
     while len(chosen) < ROUTES_EACH:
         if not sites:
             raise ValueError(f"{kind}: {len(chosen)} sites, {ROUTES_EACH} are needed; add roads that fit to a map")
-        chosen.append(min(sites, key=lambda one: _likeness(one, chosen)))
-        sites = [one for one in sites if (one.town, one.place) != (chosen[-1].town, chosen[-1].place)]
+        chosen.append(min(sites, key=lambda site: _likeness(site, chosen)))
+        sites = [site for site in sites if (site.town, site.place) != (chosen[-1].town, chosen[-1].place)]
     return chosen
 
 
 def _likeness(site: Site, chosen: list[Site]) -> tuple[int, int, int]:
     """Return how many of the chosen sites start on the same lane, and are at the same junction or road or map."""
-    here = [one for one in chosen if one.town is site.town]
+    here = [item for item in chosen if item.town is site.town]
     lane = (site.trigger.road_id, site.trigger.lane_id)
-    same_lane = sum((one.trigger.road_id, one.trigger.lane_id) == lane for one in here)
-    return same_lane, sum(one.group == site.group for one in here), len(here)
+    same_lane = sum((item.trigger.road_id, item.trigger.lane_id) == lane for item in here)
+    return same_lane, sum(item.group == site.group for item in here), len(here)
 
 
 def _route(kind: str, placed: SuitePlacement, site: Site, number: int, route_id: int) -> Route:
@@ -118,7 +118,7 @@ def _route(kind: str, placed: SuitePlacement, site: Site, number: int, route_id:
     yaw_deg = math.remainder(site.trigger.transform.rotation.yaw, 360.0)
     trigger = RoutePose(_position(site.trigger), round(yaw_deg, _DECIMALS) + 0.0)
     spec = ScenarioSpec(f"{kind}_{number % ROUTES_EACH + 1}", kind, trigger, parameters)
-    marks = tuple(_position(one) for one in site.marks)
+    marks = tuple(_position(mark) for mark in site.marks)
     return Route(str(route_id), site.town.name, marks, weather(number), (spec,))
 
 

@@ -107,11 +107,11 @@ def preflight_arm(spec: SystemSpec) -> tuple[str, ...]:
     Raises:
         ArmError: A reasoner does not respond.
     """
-    words = [one for one in (spec.recovery, spec.reasoner) if one not in ("", NONE, TIMERS)]
+    words = [item for item in (spec.recovery, spec.reasoner) if item not in ("", NONE, TIMERS)]
     unread = unavailable_reason() if spec.perception == SENSORS else None
     notes = () if unread is None else (f"{UNREAD}: {unread}",)
     try:
-        return (*notes, *(note for one in words for note in preflight(_reasoner(one, 0), one)))
+        return (*notes, *(note for word in words for note in preflight(_reasoner(word, 0), word)))
     except ReasonerNameError as error:
         raise SystemSpecError(str(error)) from error
 

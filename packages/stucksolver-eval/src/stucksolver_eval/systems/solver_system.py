@@ -36,7 +36,7 @@ class SolverSystem:
     ) -> None:
         self._stack = stack
         self._camera = camera
-        self._reasoners = {one.name: one for one in reasoners}
+        self._reasoners = {reasoner.name: reasoner for reasoner in reasoners}
         self._recorder = recorder
         self._memory = memory
         self._start_s: float | None = None
@@ -107,8 +107,8 @@ class SolverSystem:
                 raise self._recorder.error
         if self._running is not None:
             self._end(time_s, False, "the route ended")
-        told = [one.reliability for one in self._reasoners.values()]
-        self.log.reliability = [one for one in told if one is not None]
+        told = [reasoner.reliability for reasoner in self._reasoners.values()]
+        self.log.reliability = [item for item in told if item is not None]
 
     def _hear(self, event: Event) -> None:
         now = self._now

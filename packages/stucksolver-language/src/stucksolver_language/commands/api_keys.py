@@ -41,7 +41,7 @@ def send_key(options: argparse.Namespace) -> None:
     if not key:
         raise UsageError(f"--send-key: there is no key; set {KEY_VARIABLE}")
     urls = []
-    for text in (one for one in vars(options).values() if isinstance(one, str)):
+    for text in (var for var in vars(options).values() if isinstance(var, str)):
         for word in (part.strip() for part in text.split(",")):
             if word.startswith(PREFIX):
                 named = word.partition("#")[0].partition("@")[2]

@@ -47,7 +47,7 @@ def read_fields(logits: Numbers, doubt: ConfidenceThresholds, reader: str) -> In
     best = int(intents.argmax())
     likely, confidence = INTENTS[best], float(intents[best])
     side = SIDES[int(logits[SIDE].argmax())]
-    held = float(sum(p for one, p in zip(INTENTS, intents, strict=True) if one in STAYS))
+    held = float(sum(p for intent, p in zip(INTENTS, intents, strict=True) if intent in STAYS))
     least = doubt.reroute if likely is GuidanceIntent.REROUTE else doubt.move
     sure = confidence >= least and held <= doubt.against if likely in MOVES else confidence >= doubt.stay
     return Interpretation(

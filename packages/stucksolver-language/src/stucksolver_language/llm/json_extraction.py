@@ -44,7 +44,7 @@ def extract_call(text: str) -> tuple[str | None, dict[str, Any]]:
         NoJsonError: There is no object, or more than one.
     """
     found = [_unwrapped(value) for value in _objects(THINKING.sub("", text)) if isinstance(value, dict)]
-    answers = [one for one in found if one[1].keys() & OF_AN_ANSWER] or found
+    answers = [item for item in found if item[1].keys() & OF_AN_ANSWER] or found
     if not answers:
         raise NoJsonError("the answer holds no JSON object")
     if len(answers) > 1:
@@ -58,7 +58,7 @@ def _unwrapped(value: dict[str, Any], depth: int = 0) -> tuple[str | None, dict[
         return None, value
     inner = value.get("function", value.get("arguments", value.get("parameters")))
     if isinstance(inner, str):
-        inner = next((one for one in _objects(inner) if isinstance(one, dict)), None)
+        inner = next((obj for obj in _objects(inner) if isinstance(obj, dict)), None)
     if isinstance(inner, dict):
         name, found = _unwrapped(inner, depth + 1)
         told = value.get("name")

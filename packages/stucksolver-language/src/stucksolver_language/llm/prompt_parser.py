@@ -86,7 +86,7 @@ def _line(found: dict[str, Any], part: str, line: str) -> str:
         found["behaviors"] = describe(tuple(name for name in names if name in REGISTRY))
         return ""
     if line.startswith("route starts ("):
-        found["waypoints"] = [one for group in line.partition("): ")[2].split("; ") for one in _starts(group)]
+        found["waypoints"] = [start for group in line.partition("): ")[2].split("; ") for start in _starts(group)]
         return ""
     for name in ("lanes", "objects"):
         if line.startswith((f"{name} (", f"{name}: none")):

@@ -71,7 +71,7 @@ def _clean_value(value: Any, secrets: tuple[str, ...]) -> Any:
     if isinstance(value, str):
         return clean(value, secrets)
     if isinstance(value, list):
-        return [_clean_value(one, secrets) for one in value]
+        return [_clean_value(item, secrets) for item in value]
     if isinstance(value, dict):
-        return {clean(str(key), secrets): _clean_value(one, secrets) for key, one in value.items()}
+        return {clean(str(key), secrets): _clean_value(item, secrets) for key, item in value.items()}
     return value

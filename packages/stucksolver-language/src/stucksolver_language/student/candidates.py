@@ -43,11 +43,11 @@ def candidates(scene: Scene) -> tuple[RecoveryPlan, ...]:
     Args:
         scene: The scene, with the behaviours that the stack offers.
     """
-    fitting = {one.name for one in available(scene)}
-    moving = [one for one in offered(scene, STEPS) if one.name in fitting and not one.stands_still]
-    single = [(one,) for one in moving if _gets_on(one)]
-    short = [one for one in offered(scene, PAIR_STEPS) if one.name in fitting and not one.stands_still]
-    pairs = [(one, two) for one in short if one.prepares for two in short if _gets_on(two)]
+    fitting = {item.name for item in available(scene)}
+    moving = [item for item in offered(scene, STEPS) if item.name in fitting and not item.stands_still]
+    single = [(obj,) for obj in moving if _gets_on(obj)]
+    short = [item for item in offered(scene, PAIR_STEPS) if item.name in fitting and not item.stands_still]
+    pairs = [(item, two) for item in short if item.prepares for two in short if _gets_on(two)]
     # A way back need not fit before the ego has left its lane.
     returning = [(out, back) for out, back in there_and_back() if out.name in fitting and scene.offers(back.name)]
     return tuple(RecoveryPlan.model_validate({"behaviors": plan}) for plan in (*single, *pairs, *returning))
@@ -88,10 +88,10 @@ def offered(scene: Scene, steps: int) -> tuple[Behavior, ...]:
         steps: How many values of each number to try, spread evenly on a logarithmic scale between its bounds.
     """
     found: list[Behavior] = []
-    for one in scene.behaviors:
-        if one.name in CALLS:
+    for item in scene.behaviors:
+        if item.name in CALLS:
             continue
-        properties: Any = one.parameters["properties"]
+        properties: Any = item.parameters["properties"]
         axes = {name: _values(name, schema, scene, steps) for name, schema in properties.items()}
         for point in itertools.product(*axes.values()):
             behavior = _parsed(dict(zip(axes, point, strict=True)))

@@ -83,8 +83,8 @@ def read_chain(text: str) -> ReasoningChain:
     if not tokens or tokens[0] != f"{HEAD}{VERSION}":
         raise ChainError(f"the answer begins with {text[:20]!r}, not with {HEAD}{VERSION}")
     try:
-        one, two, three = (tokens.index(step) for step in ("S1", "S2", "S3"))
-        seen, thought, done = tokens[one + 1 : two], tokens[two + 1 : three], tokens[three + 1 :]
+        item, two, three = (tokens.index(step) for step in ("S1", "S2", "S3"))
+        seen, thought, done = tokens[item + 1 : two], tokens[two + 1 : three], tokens[three + 1 :]
         told = dict(token.split(":", 1) for token in thought[1:])
         soon, late = told["ends"].split(":")
         return ReasoningChain(

@@ -122,7 +122,7 @@ def _ego(scene: Scene) -> list[float]:
         ego.width_m / 2.0,
         *_long(scene.speed_limit_mps),
         len(scene.attempts) / 3.0,
-        *(float(one in scene.claims) for one in Claim),
+        *(float(item in scene.claims) for item in Claim),
         *_words(reading),
     ]
 
@@ -191,7 +191,7 @@ def _attempt(attempt: FailedAttempt, now_s: float) -> list[float]:
 
 
 def _one_of(value: Enum | None, kind: type[Enum]) -> list[float]:
-    return [float(value is one) for one in kind]
+    return [float(value is item) for item in kind]
 
 
 def _long(value: float | None) -> list[float]:

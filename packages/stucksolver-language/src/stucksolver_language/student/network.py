@@ -89,8 +89,8 @@ def read_card(folder: Path) -> Card:
     return card
 
 
-def _said(one: Versions) -> str:
-    return ", ".join(f"{name} {number}" for name, number in one.model_dump().items())
+def _said(item: Versions) -> str:
+    return ", ".join(f"{name} {number}" for name, number in item.model_dump().items())
 
 
 class StudentNetwork:
@@ -127,7 +127,7 @@ class StudentNetwork:
         fed |= {"mask": scene.mask[None], "plans": rows[None], "named": named[None]}
         with self._lock:
             found = self._session.run(list(OUTPUTS), fed)
-        by_name = dict(zip(OUTPUTS, (one[0] for one in found), strict=True))
+        by_name = dict(zip(OUTPUTS, (item[0] for item in found), strict=True))
         by_name["hazard"] = by_name["hazard"] / np.float32(self.card.temperature)
         return StudentOutput(**by_name)
 

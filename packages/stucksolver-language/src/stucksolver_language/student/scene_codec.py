@@ -118,8 +118,8 @@ def write_scene(scene: Scene) -> str:
     for letter, (name, _) in ROWS.items():
         value = getattr(scene, name)
         rows = () if value is None else (value,) if name in SINGLE else value
-        lines += [_row(letter, one) for one in rows]
-    lines.append(json.dumps(["b", *(one.name for one in scene.behaviors)], separators=(",", ":")))
+        lines += [_row(letter, row) for row in rows]
+    lines.append(json.dumps(["b", *(behavior.name for behavior in scene.behaviors)], separators=(",", ":")))
     return "\n".join(lines) + "\n"
 
 
@@ -165,16 +165,16 @@ def _add(found: dict[str, Any], line: str) -> None:
         found.update(row)
         return
     name, kind = ROWS[letter]
-    one = kind.model_validate(row)
+    item = kind.model_validate(row)
     if name in SINGLE:
-        found[name] = one
+        found[name] = item
     else:
-        found[name].append(one)
+        found[name].append(item)
 
 
-def _row(letter: str, one: FrozenModel) -> str:
+def _row(letter: str, model: FrozenModel) -> str:
     fields = FIELDS[letter]
-    data = one.model_dump(mode="json", include=set(fields))
+    data = model.model_dump(mode="json", include=set(fields))
     return json.dumps([letter, *(_short(data[name]) for name in fields)], separators=(",", ":"), allow_nan=False)
 
 
@@ -184,5 +184,5 @@ def _short(value: Any) -> Any:
         short = round(value, 3) or float(f"{value:.2g}")
         return int(short) if short == int(short) else short
     if isinstance(value, dict):
-        return {key: _short(one) for key, one in value.items()}
+        return {key: _short(item) for key, item in value.items()}
     return value

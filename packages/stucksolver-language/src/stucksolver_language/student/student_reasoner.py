@@ -149,9 +149,9 @@ class DistilledReasoner:
         if soon < choice.soon or scene.ego.stopped_for_s > choice.longest_s:
             return None
         reasons = [
-            (logit, one)
-            for logit, one in zip(numbers.hold, HOLDS, strict=True)
-            if one not in (None, WaitReason.AT_DESTINATION, WaitReason.NO_SAFE_WAY)
+            (logit, item)
+            for logit, item in zip(numbers.hold, HOLDS, strict=True)
+            if item not in (None, WaitReason.AT_DESTINATION, WaitReason.NO_SAFE_WAY)
         ]
         return max(reasons, key=lambda pair: pair[0])[1]
 
@@ -232,7 +232,7 @@ def _cause(scene: Scene, numbers: StudentOutput, said: CauseCode | None) -> Caus
         return CauseCode.LOOP
     if said not in (None, CauseCode.UNKNOWN):
         return said
-    standing = [(logit, one) for logit, one in zip(numbers.cause, CAUSES, strict=True) if one is not CauseCode.LOOP]
+    standing = [(logit, item) for logit, item in zip(numbers.cause, CAUSES, strict=True) if item is not CauseCode.LOOP]
     return max(standing, key=lambda pair: pair[0])[1]
 
 

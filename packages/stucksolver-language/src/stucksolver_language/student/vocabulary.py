@@ -37,9 +37,11 @@ class Vocabulary(FrozenModel):
             raise KeyError(behavior.name)
         given = behavior.model_dump()
         values = [given.get(name) for name in self.numbers]
-        name = [float(behavior.name == one) for one in self.behaviors]
+        name = [float(behavior.name == item) for item in self.behaviors]
         numbers = [part for v in values for part in ((0.0, 0.0) if v is None else (_scaled(float(v)), 1.0))]
-        choices = [float(given.get(key) == value) for key, _, value in (one.partition("=") for one in self.choices)]
+        choices = [
+            float(given.get(key) == value) for key, _, value in (choice.partition("=") for choice in self.choices)
+        ]
         return [*name, *numbers, *choices]
 
 

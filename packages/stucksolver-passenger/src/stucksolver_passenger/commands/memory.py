@@ -61,24 +61,24 @@ def _with_file(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
 
 def _list(options: argparse.Namespace) -> int:
     kept = SolutionStore(options.file, create=False).episodes()
-    for one in kept:
-        print(json.dumps(_data(one), ensure_ascii=False) if options.json else _line(one))
+    for item in kept:
+        print(json.dumps(_data(item), ensure_ascii=False) if options.json else _line(item))
     if not kept and not options.json:
         print("nothing is remembered")
     return 0
 
 
 def _show(options: argparse.Namespace) -> int:
-    one = SolutionStore(options.file, create=False).episode(options.number)
-    if one is None:
+    item = SolutionStore(options.file, create=False).episode(options.number)
+    if item is None:
         raise UsageError(f"{options.file} has no entry {options.number}; `stucksolver memory list` shows them")
-    print(json.dumps(_data(one), indent=2, ensure_ascii=False))
+    print(json.dumps(_data(item), indent=2, ensure_ascii=False))
     return 0
 
 
 def _export(options: argparse.Namespace) -> int:
-    for one in SolutionStore(options.file, create=False).episodes():
-        print(one.episode.model_dump_json(exclude_none=True))
+    for episode in SolutionStore(options.file, create=False).episodes():
+        print(episode.episode.model_dump_json(exclude_none=True))
     return 0
 
 
@@ -122,16 +122,16 @@ def _forget(options: argparse.Namespace) -> int:
     return 0
 
 
-def _data(one: StoredSolution) -> dict[str, object]:
-    return {"number": one.number, **one.episode.model_dump(mode="json", exclude_none=True)}
+def _data(solution: StoredSolution) -> dict[str, object]:
+    return {"number": solution.number, **solution.episode.model_dump(mode="json", exclude_none=True)}
 
 
-def _line(one: StoredSolution) -> str:
+def _line(solution: StoredSolution) -> str:
     """Return number, time, vehicle, obstacle, words, solution and ending of an entry as one line."""
-    episode = one.episode
+    episode = solution.episode
     when = datetime.datetime.fromtimestamp(episode.at_s).strftime("%Y-%m-%d %H:%M")
     said = "".join(c if c.isprintable() else " " for c in episode.text)
     said = f'"{said[:WORDS_SHOWN]}{"…" if len(said) > WORDS_SHOWN else ""}"' if said else "(by itself)"
     done = "nothing" if episode.solution is None else episode.solution.name
     what = f"{episode.scene.obstacle}, {episode.scene.motion.value}"
-    return f"{one.number:>5}  {when}  {episode.vehicle}  {what}: {said} → {done}: {episode.ending.value}"
+    return f"{solution.number:>5}  {when}  {episode.vehicle}  {what}: {said} → {done}: {episode.ending.value}"

@@ -92,17 +92,17 @@ def features_of(scene: Scene) -> SceneFeatures:
     )
 
 
-def similarity(one: SceneFeatures, other: SceneFeatures) -> float:
+def similarity(first: SceneFeatures, second: SceneFeatures) -> float:
     """Return the similarity from 0 (nothing in common, or another obstacle) to 1 (all features agree)."""
-    if any(getattr(one, name) != getattr(other, name) for name in HARD):
+    if any(getattr(first, name) != getattr(second, name) for name in HARD):
         return 0.0
-    agreeing = [name for name in SOFT if getattr(one, name) == getattr(other, name)]
+    agreeing = [name for name in SOFT if getattr(first, name) == getattr(second, name)]
     return len(agreeing) / len(SOFT)
 
 
-def alike(one: SceneFeatures, other: SceneFeatures) -> bool:
+def alike(first: SceneFeatures, second: SceneFeatures) -> bool:
     """True if what was learned in one scene counts in the other."""
-    return similarity(one, other) >= ALIKE_SHARE
+    return similarity(first, second) >= ALIKE_SHARE
 
 
 def _motion(lead: SceneObject | None) -> ObstacleMotion:
@@ -125,7 +125,7 @@ def _light(scene: Scene) -> str:
 
 
 def _lane(scene: Scene, where: LaneRelation) -> LaneState:
-    lane = next((one for one in scene.lanes if one.relation is where), None)
+    lane = next((item for item in scene.lanes if item.relation is where), None)
     if lane is None:
         return LaneState.NONE
     there = [o for o in scene.objects if o.lane_id == lane.id and _beside(o)]

@@ -71,28 +71,28 @@ class MemoryReasoner:
             return None  # waiting is right, or there is nothing to do
         reading = None if scene.guidance is None else scene.guidance.reading
         found = recall(self._episodes(features), features, reading)
-        for one in found:
-            if not one.trusted:
+        for item in found:
+            if not item.trusted:
                 return None
-            if base.plan is not None and solution_of(base.plan) == one.solution:
+            if base.plan is not None and solution_of(base.plan) == item.solution:
                 return None  # the rules find it themselves
-            plan = self._plan_for(scene, one)
+            plan = self._plan_for(scene, item)
             if plan is not None and not _was_tried(scene, plan):
-                return _answer(base, one, plan)
+                return _answer(base, item, plan)
         return None
 
-    def _plan_for(self, scene: Scene, one: RecalledSolution) -> RecoveryPlan | None:
+    def _plan_for(self, scene: Scene, solution: RecalledSolution) -> RecoveryPlan | None:
         """Return the rules' plan for a solution in this scene; None if it cannot be done here."""
         asked = Interpretation(
-            intent=one.solution.intent,
-            side=one.solution.side,
-            confidence=one.rate.mean,
-            likely=one.solution.intent,
+            intent=solution.solution.intent,
+            side=solution.solution.side,
+            confidence=solution.rate.mean,
+            likely=solution.solution.intent,
             reader=NAME,
         )
         guidance = Guidance(text="", time_s=scene.time_s, reading=asked)
         plan = self._rules.decide(ReasonerRequest(scene.model_copy(update={"guidance": guidance}))).decision.plan
-        return plan if plan is not None and solution_of(plan) == one.solution else None
+        return plan if plan is not None and solution_of(plan) == solution.solution else None
 
 
 def _is_wait(reason: WaitReason | None, features: SceneFeatures) -> bool:
@@ -107,8 +107,9 @@ def _was_tried(scene: Scene, plan: RecoveryPlan) -> bool:
     return any(attempt.behaviors == names for attempt in scene.attempts)
 
 
-def _answer(base: Decision, one: RecalledSolution, plan: RecoveryPlan) -> ReasonerAnswer:
-    why = f"memory: {one.solution.name} worked {one.rate.worked} of {one.rate.tries} times in scenes like this one"
+def _answer(base: Decision, solution: RecalledSolution, plan: RecoveryPlan) -> ReasonerAnswer:
+    rate = solution.rate
+    why = f"memory: {solution.solution.name} worked {rate.worked} of {rate.tries} times in scenes like this one"
     analysis = base.analysis.model_copy(update={"wait": None})
     decision = base.model_copy(update={"analysis": analysis, "plan": plan, "rationale": why})
     # With the decision itself as its trace, a record of it can be replayed without the memory.

@@ -45,7 +45,7 @@ def recall(
             continue
         rates[solution] = rates.get(solution, SuccessRate()).with_one(episode.ending is SolutionOutcome.WORKED)
     found = [RecalledSolution(solution, rate) for solution, rate in rates.items()]
-    return tuple(sorted(found, key=lambda one: (-one.rate.lower, -one.rate.mean, one.solution.name)))
+    return tuple(sorted(found, key=lambda item: (-item.rate.lower, -item.rate.mean, item.solution.name)))
 
 
 def means(reading: Interpretation, solution: Solution) -> bool:

@@ -55,7 +55,7 @@ def nouns(kinds: Sequence[ObjectKind]) -> str:
 def noun_of(object_id: str | None, scene: Scene | None, otherwise: str = SOMEBODY) -> str:
     """Return the word for an object of a scene; `otherwise` if it is not in the scene."""
     found = () if scene is None or object_id is None else scene.objects
-    return next((noun(one.kind) for one in found if one.id == object_id), otherwise)
+    return next((noun(item.kind) for item in found if item.id == object_id), otherwise)
 
 
 def capitalize(text: str) -> str:

@@ -44,7 +44,7 @@ BEHAVIORS: dict[str, PlanPhrase] = {
 
 def future_phrase(plan: RecoveryPlan) -> str:
     """Return what the plan does, to complete "I will": its parts in order."""
-    parts = list(dict.fromkeys(_side(BEHAVIORS[one.name].future, one) for one in plan.behaviors))
+    parts = list(dict.fromkeys(_side(BEHAVIORS[behavior.name].future, behavior) for behavior in plan.behaviors))
     return parts[0] if len(parts) == 1 else ", then ".join([", ".join(parts[:-1]), parts[-1]])
 
 

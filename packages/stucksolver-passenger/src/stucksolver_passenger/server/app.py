@@ -89,9 +89,9 @@ def _add_reading(app: FastAPI, access: Access) -> None:
     async def me(request: Request) -> TokenInfo:
         """Who I am, and which vehicles I may see."""
         holder = access.holder(request)
-        mine = [one for one in board.vehicles if holder.may_use(one.id)]
+        mine = [item for item in board.vehicles if holder.may_use(item.id)]
         vehicle = holder.vehicle or (mine[0].id if mine else None)
-        return TokenInfo(role=holder.role, vehicle=vehicle, vehicles={one.id: one.name for one in mine})
+        return TokenInfo(role=holder.role, vehicle=vehicle, vehicles={item.id: item.name for item in mine})
 
     @app.get("/api/vehicles/{vehicle_id}")
     async def now(request: Request, vehicle_id: str) -> VehicleReport:
@@ -163,7 +163,7 @@ def _add_operating(app: FastAPI, access: Access) -> None:
     async def vehicles(request: Request) -> dict[str, str]:
         """All vehicles: id and name."""
         access.operator(request)
-        return {one.id: one.name for one in board.vehicles}
+        return {item.id: item.name for item in board.vehicles}
 
     @app.get("/api/queue")
     async def queue(request: Request) -> list[OperatorCall]:

@@ -83,7 +83,7 @@ class Board:
     def _join(self, frame: SocketMessage, write: Callable[[bytes], None]) -> None:
         self._vehicles.pop(frame.vehicle, None)
         self._vehicles[frame.vehicle] = Vehicle(frame.vehicle, frame.payload.decode("utf-8", "replace")[:80], write)
-        gone = [one.id for one in self._vehicles.values() if one.write is None]
+        gone = [vehicle.id for vehicle in self._vehicles.values() if vehicle.write is None]
         for name in gone[: max(len(self._vehicles) - VEHICLES, 0)]:
             del self._vehicles[name]
 
@@ -156,18 +156,18 @@ class Board:
             )
             for key, (who, text, since_s) in self._help.items()
         ]
-        for one in self._vehicles.values():
-            now = one.now if one.asked is not None and one.write is not None else None
-            if now is None or now.question is None or one.asked is None:
+        for vehicle in self._vehicles.values():
+            now = vehicle.now if vehicle.asked is not None and vehicle.write is not None else None
+            if now is None or now.question is None or vehicle.asked is None:
                 continue
             calls.append(
                 OperatorCall(
-                    id=f"{one.id}:{now.question.id}",
-                    vehicle=one.id,
-                    name=one.name,
+                    id=f"{vehicle.id}:{now.question.id}",
+                    vehicle=vehicle.id,
+                    name=vehicle.name,
                     kind="question",
                     text=f"{now.thought} {now.question.text}",
-                    waiting_s=round(now_s - one.asked[1], 1),
+                    waiting_s=round(now_s - vehicle.asked[1], 1),
                     question_id=now.question.id,
                 )
             )

@@ -146,10 +146,10 @@ async def _queue(server: uvicorn.Server, listening: Sequence[socket.socket]) -> 
     """Make the system's queue long again, which asyncio sets to what it accepts at once."""
     while not server.started:
         await asyncio.sleep(0.02)
-    for one in listening:
+    for item in listening:
         with contextlib.suppress(OSError):
-            one.listen(ACCEPT_QUEUE)
-            one.setsockopt(socket.IPPROTO_TCP, socket.TCP_DEFER_ACCEPT, SILENT_S)
+            item.listen(ACCEPT_QUEUE)
+            item.setsockopt(socket.IPPROTO_TCP, socket.TCP_DEFER_ACCEPT, SILENT_S)
 
 
 def limits_here(limits: PlaceLimits | None = None) -> PlaceLimits:

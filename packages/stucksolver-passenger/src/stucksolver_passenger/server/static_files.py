@@ -31,7 +31,7 @@ def add_pages(app: FastAPI, drawing: Path | None) -> None:
 
 def _own() -> dict[str, bytes]:
     folder = resources.files("stucksolver_passenger") / "web"
-    return {one.name: one.read_bytes() for one in folder.iterdir() if Path(one.name).suffix in TYPES}
+    return {path.name: path.read_bytes() for path in folder.iterdir() if Path(path.name).suffix in TYPES}
 
 
 def _drawing(folder: Path) -> dict[str, bytes]:

@@ -77,22 +77,22 @@ class AttributeFilter:
         kind, sure, shares = _kind(known)
         recent = list(known.looks)
         last = recent[-1][1] if recent else Attributes()
-        brake = [one.brake_lights for at, one in recent if time_s - at <= BRAKE_S and one.brake_lights is not None]
+        brake = [item.brake_lights for at, item in recent if time_s - at <= BRAKE_S and item.brake_lights is not None]
         return Attributes(
             kind,
             sure,
             shares,
             last.hidden,
             brake[-1] if brake else None,
-            _blinks([(at, one.left_blinker) for at, one in recent]),
-            _blinks([(at, one.right_blinker) for at, one in recent]),
+            _blinks([(at, item.left_blinker) for at, item in recent]),
+            _blinks([(at, item.right_blinker) for at, item in recent]),
             *(_agreed(known.slow.get(name, ())) if recent else None for name in SLOW),
         )
 
     def keep(self, track_ids: Iterable[int]) -> None:
         """Forget all tracks but these."""
         wanted = set(track_ids)
-        self._known = {name: one for name, one in self._known.items() if name in wanted}
+        self._known = {name: item for name, item in self._known.items() if name in wanted}
 
 
 def _kind(known: _AttributeHistory) -> tuple[ObjectKind | None, float, Floats | None]:

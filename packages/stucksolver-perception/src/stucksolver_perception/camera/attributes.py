@@ -59,8 +59,8 @@ class AttributeReader:
         if len(keep):
             crops = cut_crops(frame.rgb, windows.center[keep], windows.side[keep])
             told = self.network.run(crops, features_of(rig, boxes, windows)[keep])
-            for i, one in zip(keep.tolist(), attributes_of(told, self.network), strict=True):
-                answers[i] = one
+            for i, item in zip(keep.tolist(), attributes_of(told, self.network), strict=True):
+                answers[i] = item
         return tuple(answers)
 
 
@@ -74,7 +74,7 @@ def attributes_of(answers: CropAnswers, network: CropNetwork) -> list[Attributes
     found = []
     for i in range(len(best)):
         kind = ObjectKind(KINDS[best[i]]) if says[i] and not hidden[i] else None
-        brake, left, right, special, door = (None if np.isnan(one) else bool(one) for one in lamps[i].tolist())
+        brake, left, right, special, door = (None if np.isnan(lamp) else bool(lamp) for lamp in lamps[i].tolist())
         gone = bool(hidden[i]) if says[i] else None
         gesture = _gesture(answers.gesture[i], network.least_gesture) if kind is ObjectKind.FLAGGER else None
         shares = answers.kind[i]

@@ -75,7 +75,7 @@ class CameraAlignment:
         """
         if abs(pose.speed_mps) < MOVES_MPS:
             return
-        fresh = [one for one in sweeps if abs(one[1].time_s - pose.time_s) <= RECENT_S]
+        fresh = [item for item in sweeps if abs(item[1].time_s - pose.time_s) <= RECENT_S]
         ends = [_seen_from(ends_of(sweep.points, self._rig.lidar), then, pose) for sweep, then in fresh]
         if not ends:
             return

@@ -74,9 +74,9 @@ class SightModel:
         """Read the model from a network's card, for one label of `far_strip.LABELS`."""
         edges, part = card["look_edges"], card.get("part")
         return SightModel(
-            tuple(float(one) for one in card["bins_m"]),
-            tuple(float(one) for one in edges["brightness"]),
-            tuple(float(one) for one in edges["contrast"]),
+            tuple(float(item) for item in card["bins_m"]),
+            tuple(float(edge) for edge in edges["brightness"]),
+            tuple(float(edge) for edge in edges["contrast"]),
             _missed(card["recall"][label]),
             _again(card["repeated_miss"]),
             None if part is None else _missed(part["recall"]),
@@ -166,18 +166,18 @@ class CameraSight:
         missed = self._model.miss_at(away, now.look, part)
         again, of_part = self._model.again, max(self._model.again, self._model.again_part)
         further, last_s = np.zeros(len(along)), now.time_s
-        for one in sorted(earlier, key=lambda look: -look.time_s):
+        for item in sorted(earlier, key=lambda look: -look.time_s):
             # A worse view than in the present look is handled by not counting it.
-            if last_s - one.time_s >= LOOK_APART_S and self._as_sharp(one, now):
-                counts = (one.visible_m >= along) & (further < MOST_LOOKS - 1)
-                missed = missed * np.where(counts, np.where(part | (along >= one.whole_m), of_part, again), 1.0)
+            if last_s - item.time_s >= LOOK_APART_S and self._as_sharp(item, now):
+                counts = (item.visible_m >= along) & (further < MOST_LOOKS - 1)
+                missed = missed * np.where(counts, np.where(part | (along >= item.whole_m), of_part, again), 1.0)
                 further += counts
-                last_s = one.time_s
+                last_s = item.time_s
         fails = (missed > 1.0 - REQUIRED) | (along > now.visible_m)
         return float(along[fails][0]) if fails.any() else float(along[-1]) if len(along) else 0.0
 
-    def _as_sharp(self, one: LaneCoverage, now: LaneCoverage) -> bool:
-        return self._model.reach_m(one.look) >= self._model.reach_m(now.look)
+    def _as_sharp(self, coverage: LaneCoverage, now: LaneCoverage) -> bool:
+        return self._model.reach_m(coverage.look) >= self._model.reach_m(now.look)
 
     def _in_picture(self, points: Floats) -> NDArray[np.bool_]:
         column, row, ahead = self._rig.project(points)
@@ -190,7 +190,7 @@ class CameraSight:
         covered = np.zeros((len(heights_m), len(points)), bool)
         if not len(blockers):
             return covered
-        column, row, ahead = (one.reshape(-1, 8) for one in self._rig.project(corners_of(blockers).reshape(-1, 3)))
+        column, row, ahead = (item.reshape(-1, 8) for item in self._rig.project(corners_of(blockers).reshape(-1, 3)))
         before = ahead.max(axis=1) > BEHIND_M
         # Corners beside the lens are moved to the image's edge on their side.
         edge = np.where(np.sign(corners_of(blockers)[..., 1]) > 0, -1e6, 1e6)

@@ -23,7 +23,7 @@ LAMPS = PARTS
 LAMP_ANSWERS = ("off", "on", "unseen")
 LIGHTS = ("red", "yellow", "green", "off", "unseen")
 UNSEEN_GESTURE = "unseen"
-GESTURES = (*(one.value for one in Gesture), UNSEEN_GESTURE)
+GESTURES = (*(item.value for item in Gesture), UNSEEN_GESTURE)
 HEADS = {"kind": len(KINDS), "lamps": len(LAMPS) * len(LAMP_ANSWERS), "light": len(LIGHTS), "gesture": len(GESTURES)}
 """The network's outputs in this order, and the number of logits of each."""
 NEVER = 2.0
@@ -64,7 +64,9 @@ class CropNetwork:
             self._temperature = {head: float(self.card["temperatures"][head]) for head in HEADS}
             least: dict[str, Any] = self.card["least"]
             self.least_kind = np.array([float(least["kind"][name]) for name in KINDS])
-            self.least_lamp = np.array([[float(least["lamps"][name][one]) for one in LAMP_ANSWERS] for name in LAMPS])
+            self.least_lamp = np.array(
+                [[float(least["lamps"][name][answer]) for answer in LAMP_ANSWERS] for name in LAMPS]
+            )
             self.least_light = np.array([float(least["light"][name]) for name in LIGHTS])
             self.least_gesture = np.array([float(least["gesture"][name]) for name in GESTURES])
         except (KeyError, TypeError, ValueError) as error:
@@ -80,7 +82,7 @@ class CropNetwork:
 
     def _probabilities(self, logits: list[Singles]) -> list[Floats]:
         kind, lamps, light, gesture = (
-            one.astype(np.float64) / self._temperature[head] for head, one in zip(HEADS, logits, strict=True)
+            item.astype(np.float64) / self._temperature[head] for head, item in zip(HEADS, logits, strict=True)
         )
         lamps = lamps.reshape(-1, len(LAMPS), len(LAMP_ANSWERS))
         return [softmax(kind), softmax(lamps), softmax(light), softmax(gesture)]

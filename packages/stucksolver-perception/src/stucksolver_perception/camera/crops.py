@@ -66,7 +66,7 @@ def windows_of(rig: CameraRig, boxes: Floats) -> CropWindows:
     """Return where boxes (n, 7; see `corners_of`, vehicle frame) are in the camera's image."""
     if not len(boxes):
         return CropWindows(np.zeros((0, 4)), np.zeros(0), np.zeros(0, bool))
-    column, row, ahead = (one.reshape(-1, 8) for one in rig.project(corners_of(boxes).reshape(-1, 3)))
+    column, row, ahead = (item.reshape(-1, 8) for item in rig.project(corners_of(boxes).reshape(-1, 3)))
     whole = np.stack([column.min(1), row.min(1), column.max(1), row.max(1)], axis=1)
     limit = np.array([rig.width_px, rig.height_px, rig.width_px, rig.height_px], float)
     cut = np.clip(whole, 0.0, limit)

@@ -49,7 +49,7 @@ def on_lane(found: FarDetections, rig: CameraRig, model: RangeModel, line: Float
     nothing = np.full(len(found), np.nan)
     if not front.any():
         return LanePlaces(nothing, nothing, np.stack([nothing, nothing], 1), np.full(len(found), np.inf))
-    course, along, column, row, ahead = (one[front] for one in (course, along, column, row, ahead))
+    course, along, column, row, ahead = (item[front] for item in (course, along, column, row, ahead))
     near_m = np.array(model.half_length_m)[found.label]
     # A vehicle's lower edge is that of its near end, half a length before its centre.
     edge = np.interp(along[None] - near_m[:, None], along, row)

@@ -51,8 +51,8 @@ class RangeModel:
             float(told["row_sigma_px"]),
             float(told["row_noise_px"]),
             tuple((float(a), float(b), float(c)) for a, b, c in told["size"]),
-            tuple(float(one) for one in told["size_sigma"]),
-            tuple(float(one) for one in told["half_length_m"]),
+            tuple(float(item) for item in told["size_sigma"]),
+            tuple(float(item) for item in told["half_length_m"]),
             float(told["inflation"]),
         )
 

@@ -71,13 +71,13 @@ class SignFilter:
         if not targets:
             return None
         self._turn += 1
-        due = [one for one in targets if self._is_due(one, time_s)] if self._turn % 2 == 0 else []
-        return min(due or targets, key=lambda one: self._read_s(one))
+        due = [target for target in targets if self._is_due(target, time_s)] if self._turn % 2 == 0 else []
+        return min(due or targets, key=lambda item: self._read_s(item))
 
     def signs(self, time_s: float) -> tuple[ObservedSign, ...]:
         """Return the words that count, each once in one direction, with its object if one carries it."""
-        told = [one for looks in self._looks.values() for one in _counted(looks, time_s)]
-        told.sort(key=lambda one: (one[1].object_id is None, one[1].distance_m is None, one[0]))
+        told = [item for looks in self._looks.values() for item in _counted(looks, time_s)]
+        told.sort(key=lambda item: (item[1].object_id is None, item[1].distance_m is None, item[0]))
         kept: list[tuple[float, ObservedSign]] = []
         for bearing, sign in told:
             if all(sign.word != other.word or abs(bearing - near) > SAME_RAD for near, other in kept):

@@ -104,7 +104,7 @@ def targets(
         tracks: At the time of the pose.
         posts: Places (m, local frame) of the signs that the map knows, by number.
     """
-    slow = [one for one in tracks if not one.hidden and math.hypot(one.vx_mps, one.vy_mps) <= SLOW_MPS]
+    slow = [track for track in tracks if not track.hidden and math.hypot(track.vx_mps, track.vy_mps) <= SLOW_MPS]
     boxes = boxes_of(slow, pose)
     near = sorted((_away(box), i) for i, box in enumerate(boxes) if box[0] > 0.0 and _away(box) <= REACH_M)
     others = [i for _, i in near if slow[i].label not in _VEHICLES and _has_height(slow[i])]
@@ -112,7 +112,7 @@ def targets(
     found = [_of_track(rig, slow[i], boxes[i]) for i in others[:MOST_OBJECTS]]
     found += [*swaths(rig), *_of_posts(rig, pose, posts)]
     found += [_of_track(rig, slow[i], boxes[i]) for i in vehicles[:MOST_VEHICLES]]
-    return tuple(one for one in found if one is not None)
+    return tuple(item for item in found if item is not None)
 
 
 def carrier_of(
@@ -129,8 +129,8 @@ def carrier_of(
     """
     if here.distance_m is not None and here.track_id is None:
         return None  # a post of the map
-    able = [one for one in (here, *among) if one.carries(word, column, row)]
-    return min(able, key=lambda one: one.distance_m or 0.0, default=None)
+    able = [item for item in (here, *among) if item.carries(word, column, row)]
+    return min(able, key=lambda item: item.distance_m or 0.0, default=None)
 
 
 def swaths(rig: CameraRig) -> list[SignTarget | None]:
@@ -184,7 +184,7 @@ def _of_box(
     column, row, ahead = rig.project(corners_of(box[None])[0])
     if ahead.min() <= NEAREST_M:
         return None
-    left, top, right, bottom = (float(one) for one in (column.min(), row.min(), column.max(), row.max()))
+    left, top, right, bottom = (float(item) for item in (column.min(), row.min(), column.max(), row.max()))
     return _cut(rig, key, left, top, right, bottom, track_id=track_id, is_vehicle=is_vehicle, distance_m=_away(box))
 
 

@@ -83,14 +83,14 @@ def word_of(text: str) -> SignWord | None:
     """Return the word of the list whose plate has this text, but for the allowed errors; None if there is none."""
     read = _folded(_plain(text))
     close = [(_edits(read, shape, most), word) for shape, word, most in _SHAPES if abs(len(read) - len(shape)) <= most]
-    best = min(((edits, word) for edits, word in close if edits is not None), default=None, key=lambda one: one[0])
+    best = min(((edits, word) for edits, word in close if edits is not None), default=None, key=lambda item: item[0])
     return None if best is None else best[1]
 
 
 def plates_of(lines: Sequence[TextLine]) -> list[list[TextLine]]:
     """Return the lines in groups, one per plate, each in the order of reading."""
     groups: list[list[TextLine]] = []
-    for line in sorted(lines, key=lambda one: one.top):
+    for line in sorted(lines, key=lambda line: line.top):
         beside = [group for group in groups if any(_belong(line, other) for other in group)]
         joined = [line, *(other for group in beside for other in group)]
         groups = [group for group in groups if group not in beside] + [joined]
@@ -100,22 +100,22 @@ def plates_of(lines: Sequence[TextLine]) -> list[list[TextLine]]:
 def _in_order(group: list[TextLine]) -> list[TextLine]:
     """Return the lines of a plate from top to bottom, and those side by side from left to right."""
     rows: list[list[TextLine]] = []
-    for line in sorted(group, key=lambda one: one.top + one.bottom):
+    for line in sorted(group, key=lambda item: item.top + item.bottom):
         middle = (line.top + line.bottom) / 2.0
         if rows and rows[-1][0].top < middle < rows[-1][0].bottom:
             rows[-1].append(line)
         else:
             rows.append([line])
-    return [line for row in rows for line in sorted(row, key=lambda one: one.left)]
+    return [line for row in rows for line in sorted(row, key=lambda item: item.left)]
 
 
-def _belong(one: TextLine, other: TextLine) -> bool:
-    heights = sorted((one.bottom - one.top, other.bottom - other.top))
+def _belong(first: TextLine, second: TextLine) -> bool:
+    heights = sorted((first.bottom - first.top, second.bottom - second.top))
     if heights[1] > SIZE_RATIO * heights[0]:
         return False
-    across = min(one.right, other.right) - max(one.left, other.left)
-    along = min(one.bottom, other.bottom) - max(one.top, other.top)
-    if across >= LINE_OVERLAP * min(one.right - one.left, other.right - other.left):
+    across = min(first.right, second.right) - max(first.left, second.left)
+    along = min(first.bottom, second.bottom) - max(first.top, second.top)
+    if across >= LINE_OVERLAP * min(first.right - first.left, second.right - second.left):
         return -along <= LINE_GAP * heights[0]
     return along >= LINE_OVERLAP * heights[0] and -across <= SPACE_GAP * heights[0]
 

@@ -54,8 +54,8 @@ class LightReader:
         Returns:
             One answer for each light, in order; unknown if none of its heads can be read with certainty.
         """
-        counts = [len(one) for one in heads]
-        joined = np.concatenate([np.zeros((0, 7)), *(one.reshape(-1, 7) for one in heads)])
+        counts = [len(head) for head in heads]
+        joined = np.concatenate([np.zeros((0, 7)), *(head.reshape(-1, 7) for head in heads)])
         windows = windows_of(rig, boxes_of_heads(joined))
         keep = np.flatnonzero(windows.usable & (facing(rig, joined) > LEAST_FACING) & ~behind_dirt(windows, frame))
         crops = cut_crops(frame.rgb, windows.center[keep], windows.side[keep])
@@ -90,7 +90,7 @@ class LightFilter:
     def look(self, light_id: int, time_s: float) -> LightLook:
         """Return the same with the confidence of the less certain look."""
         kept = self._looks.get(light_id, [])
-        if len(kept) < LOOKS or len({one[0] for _, one in kept}) != 1 or time_s - kept[-1][0] > FORGET_S:
+        if len(kept) < LOOKS or len({item[0] for _, item in kept}) != 1 or time_s - kept[-1][0] > FORGET_S:
             return LightState.UNKNOWN, 0.0
         return kept[-1][1][0], min(sure for _, (_, sure) in kept)
 

@@ -31,8 +31,8 @@ def rig_of(declared: Sequence[Mapping[str, Any]], rig: Rig) -> Rig:
         SensorError: A sensor is missing or does not fit.
     """
     named: dict[str, list[Mapping[str, Any]]] = {}
-    for one in declared:
-        named.setdefault(name_of(one) or "", []).append(one)
+    for item in declared:
+        named.setdefault(name_of(item) or "", []).append(item)
     for key, (type_id, name) in NEEDED.items():
         count = len(named.get(key, ()))
         if count != 1:

@@ -65,7 +65,7 @@ class FarVehicleReports:
             found = () if percept is None else percept.far_tracks
             limit = 0.0 if self._vehicle is None else FASTEST_SHARE * self._vehicle.get_speed_limit() / 3.6
             height_m = percept.pose.z_m if percept else 0.0
-            tracks = (to_reported_track(one, self._map, height_m, limit or FASTEST_MPS) for one in found)
+            tracks = (to_reported_track(item, self._map, height_m, limit or FASTEST_MPS) for item in found)
             self._last = (percept, tuple(track for track in tracks if track is not None))
         return self._last[1]
 

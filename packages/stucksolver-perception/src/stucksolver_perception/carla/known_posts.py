@@ -34,8 +34,8 @@ _PERSON, _BARRIER = LABELS.index("pedestrian"), LABELS.index("barrier")
 
 def sign_places(carla_map: carla.Map) -> dict[int, tuple[float, float]]:
     """Return the places (m, local frame) of the signs on a map, numbered."""
-    signs = (one for one in carla_map.get_all_landmarks() if one.type != LIGHT_TYPE)
-    return dict(enumerate(dict.fromkeys(to_local(one.transform.location) for one in signs)))
+    signs = (landmark for landmark in carla_map.get_all_landmarks() if landmark.type != LIGHT_TYPE)
+    return dict(enumerate(dict.fromkeys(to_local(sign.transform.location) for sign in signs)))
 
 
 class KnownPosts:

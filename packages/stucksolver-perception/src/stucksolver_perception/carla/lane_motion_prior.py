@@ -49,7 +49,10 @@ class OnLanes:
         """Return a percept's tracks with the courses of their lanes."""
         if percept is not self._last[0]:
             tracks = () if percept is None else percept.tracks
-            self._last = (percept, tuple(on_lane(one, self._map, percept.pose) for one in tracks) if percept else ())
+            self._last = (
+                percept,
+                tuple(on_lane(track, self._map, percept.pose) for track in tracks) if percept else (),
+            )
         return self._last[1]
 
 

@@ -86,9 +86,9 @@ class SensorLaneSight:
         known.append(now)
         while known[0].time_s < now.time_s - REMEMBERED_S:
             known.popleft()
-        came_m = [fastest_mps * (now.time_s - one.time_s) for one in known]
-        ahead = max(one.end_s - gone for one, gone in zip(known, came_m, strict=True))
-        behind = min(one.start_s + gone for one, gone in zip(known, came_m, strict=True))
+        came_m = [fastest_mps * (now.time_s - item.time_s) for item in known]
+        ahead = max(item.end_s - gone for item, gone in zip(known, came_m, strict=True))
+        behind = min(item.start_s + gone for item, gone in zip(known, came_m, strict=True))
         return ahead, behind
 
     def _line(self, lane: Lane, stations: Floats) -> Floats:
@@ -99,7 +99,7 @@ class SensorLaneSight:
 
 def _moving(percept: PerceptionResult) -> Floats:
     """(n, 5): moving vehicles as `FreeSpace.seen_along` takes them: the guard looks at each of them by itself."""
-    moving = (one for one in percept.tracks if one.standing_since_s is None and not one.hidden)
+    moving = (track for track in percept.tracks if track.standing_since_s is None and not track.hidden)
     return footprints(boxes_of(moving, percept.pose))
 
 

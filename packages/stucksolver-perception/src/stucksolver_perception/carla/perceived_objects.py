@@ -62,7 +62,7 @@ class PerceivedBoxes:
         self._eyes, self._range_m = eyes, range_m
         carla_map = eyes.vehicle.get_world().get_map()
         self._near, self._far = OnLanes(carla_map), FarVehicleReports(carla_map, eyes.vehicle)
-        self._posts = KnownPosts([to_local(one.transform.location) for one in carla_map.get_all_landmarks()])
+        self._posts = KnownPosts([to_local(landmark.transform.location) for landmark in carla_map.get_all_landmarks()])
 
     def read(self, ego_x: float, ego_y: float) -> NearbyObjects:
         """Return all tracks within range of a point of CARLA's world, predicted to this tick.
@@ -105,7 +105,7 @@ class PerceivedTracker:
             return ()
         told = percept.attributes
         tracks = (*self._near.told(percept), *self._far.reported_tracks(percept))
-        return tuple(_object(one, told.get(one.id), now_s, one.id in self._pushed) for one in tracks)
+        return tuple(_object(track, told.get(track.id), now_s, track.id in self._pushed) for track in tracks)
 
     def read_lights(self, now_s: float) -> None:
         """Do nothing: lamps come with each image."""
@@ -122,23 +122,23 @@ def bodies(tracks: Sequence[Track], now_s: float) -> NearbyObjects:
     moved = [track.predict_to(now_s) for track in tracks]
     rows = [
         (
-            one.x_m,
-            -one.y_m,
-            -one.yaw_rad,
-            one.length_m / 2.0,
-            one.width_m / 2.0,
-            one.z_m - one.height_m / 2.0,
-            one.z_m + one.height_m / 2.0,
-            one.vx_mps,
-            -one.vy_mps,
+            item.x_m,
+            -item.y_m,
+            -item.yaw_rad,
+            item.length_m / 2.0,
+            item.width_m / 2.0,
+            item.z_m - item.height_m / 2.0,
+            item.z_m + item.height_m / 2.0,
+            item.vx_mps,
+            -item.vy_mps,
         )
-        for one in moved
+        for item in moved
     ]
     columns = np.array(rows, dtype=np.float64).reshape(len(rows), 9).T
     x, y, yaw, half_length, half_width, bottom, top, vx, vy = columns
     return NearbyObjects(
-        actor_id=tuple(one.id for one in moved),
-        is_walker=np.array([KIND_OF_LABEL[one.label] in ON_FOOT for one in moved], dtype=np.bool_),
+        actor_id=tuple(item.id for item in moved),
+        is_walker=np.array([KIND_OF_LABEL[item.label] in ON_FOOT for item in moved], dtype=np.bool_),
         x=x,
         y=y,
         yaw=yaw,

@@ -99,7 +99,7 @@ class SharedMeasurements:
             return None
         shape = told["shape"]
         if len(shape) != 3 or tuple(shape[:2]) != (camera.height_px, camera.width_px) or shape[2] != 4:
-            size = " x ".join(str(one) for one in (*shape[1::-1], *shape[2:])) or str(told["format"])
+            size = " x ".join(str(item) for item in (*shape[1::-1], *shape[2:])) or str(told["format"])
             raise SensorError(
                 f"the {name}'s picture is {size}, the rig says {camera.width_px} x {camera.height_px} x 4 bytes: "
                 f"give the rig file of this {name}"

@@ -200,7 +200,7 @@ class _Ego:
         self.id = int(opening["id"])
         self.bounding_box = _box(opening["box"])
         wheels = [
-            SimpleNamespace(position=carla.Vector3D(*one[:3]), max_steer_angle=one[3]) for one in opening["wheels"]
+            SimpleNamespace(position=carla.Vector3D(*item[:3]), max_steer_angle=item[3]) for item in opening["wheels"]
         ]
         self._physics = SimpleNamespace(wheels=wheels)
 

@@ -109,28 +109,28 @@ class SignWorker:
     def _read(self, picture: CameraFrame, target: SignTarget, places: Sequence[SignTarget]) -> Found:
         assert self._reader is not None
         found: Found = {}
-        for one in self._reader.read(target.crop(picture.rgb), target.single):
-            column, row = target.left + one.column, target.top + one.row
-            carrier = carrier_of(one.word, column, row, places, target)
-            found[one.word] = WordLocation(
+        for item in self._reader.read(target.crop(picture.rgb), target.single):
+            column, row = target.left + item.column, target.top + item.row
+            carrier = carrier_of(item.word, column, row, places, target)
+            found[item.word] = WordLocation(
                 bearing_rad(self._rig, column), None if carrier is None else carrier.track_id
             )
         return found
 
     def _take_up(self, now_s: float) -> None:
-        one = self._under_way
-        if one is None or not (now_s - one.time_s >= DELAY_S - TICK_S if self._paced else one.future.done()):
+        item = self._under_way
+        if item is None or not (now_s - item.time_s >= DELAY_S - TICK_S if self._paced else item.future.done()):
             return
         self._under_way = None
         try:
-            found = one.future.result()
+            found = item.future.result()
         except SignReaderError as error:
             log_unavailable(str(error))
             self.close()
             self._worker, self.signs = None, ()
             return
-        if self._stands_since_s is not None and one.time_s >= self._stands_since_s:
-            self._memory.add(SignReadout(one.time_s, one.target, found))
+        if self._stands_since_s is not None and item.time_s >= self._stands_since_s:
+            self._memory.add(SignReadout(item.time_s, item.target, found))
             self.signs = self._memory.signs(now_s)
 
 

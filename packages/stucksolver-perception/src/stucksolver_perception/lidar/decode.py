@@ -104,7 +104,7 @@ def decode(
         grid: Grid of this network.
     """
     slope, shift, least = (
-        np.array(one)[label] for one in (calibration.slope, calibration.shift, calibration.least_score)
+        np.array(item)[label] for item in (calibration.slope, calibration.shift, calibration.least_score)
     )
     score = 1.0 / (1.0 + np.exp(-(slope * logit + shift)))
     strong = np.flatnonzero(score >= least)

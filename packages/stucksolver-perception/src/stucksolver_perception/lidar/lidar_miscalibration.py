@@ -238,7 +238,7 @@ def upright_cells(points: Floats, moving: Floats) -> Floats:
     np.minimum.at(low, cell, z)
     np.maximum.at(high, cell, z)
     upright = (count >= FEWEST_RETURNS) & (high - low >= SPAN_M)
-    middles = [np.bincount(cell, one, side * side)[upright] / count[upright] for one in (x, y)]
+    middles = [np.bincount(cell, item, side * side)[upright] / count[upright] for item in (x, y)]
     stands = ~within(moving, middles[0], middles[1], MARGIN_M, MARGIN_M)
     return np.stack(middles, axis=1)[stands]
 

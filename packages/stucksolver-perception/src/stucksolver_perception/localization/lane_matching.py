@@ -56,7 +56,7 @@ def match(pose: PoseEstimate, lines: Sequence[Floats], half_width_m: float) -> l
         found.append((index, lateral, math.exp(-0.5 * (lateral**2 / variance + turned**2 / turn_variance))))
     total = sum(weight for _, _, weight in found) + math.exp(-0.5 * ELSEWHERE_SIGMAS**2)
     matches = [LaneMatch(index, weight / total, lateral) for index, lateral, weight in found]
-    return sorted(matches, key=lambda one: -one.probability)
+    return sorted(matches, key=lambda item: -item.probability)
 
 
 def _nearest(line: Floats, x: float, y: float) -> tuple[float, float] | None:

@@ -100,10 +100,10 @@ def judge(samples: Floats, now_s: float) -> Evidence:
     start_variance = variance[rows, best] * ONSETS_S[best] ** 2
 
     # It drives at a steady speed: over the whole window, and over its last second.
-    one = np.ones_like(time)
-    slow, slow_variance = _steady(time, one, place, velocity, by_place, by_speed)
+    item = np.ones_like(time)
+    slow, slow_variance = _steady(time, item, place, velocity, by_place, by_speed)
     late = time > -REST_S - 1e-6
-    last, last_variance = _steady(time, one, place, velocity, by_place * late, by_speed * late)
+    last, last_variance = _steady(time, item, place, velocity, by_place * late, by_speed * late)
     drives = _drives(slow, slow_variance + drift[:, 0])
     hurries = _drives(last, last_variance + drift[:, 0])
     most = np.maximum(started, np.maximum(drives, hurries))
@@ -133,9 +133,9 @@ def _rests(velocity: Floats, variance: Floats, drift_mps: Floats) -> NDArray[np.
 
 
 def _steady(
-    time: Floats, one: Floats, place: Floats, velocity: Floats, by_place: Floats, by_speed: Floats
+    time: Floats, box: Floats, place: Floats, velocity: Floats, by_place: Floats, by_speed: Floats
 ) -> tuple[Floats, Floats]:
-    speed, variance = _fit(time[:, None], one[:, None], place, velocity, by_place, by_speed)
+    speed, variance = _fit(time[:, None], box[:, None], place, velocity, by_place, by_speed)
     return speed[:, 0], variance[:, 0]
 
 

@@ -65,7 +65,7 @@ def all_settings() -> list[CliSetting]:
 
 def _show(options: argparse.Namespace) -> int:
     known = all_settings()
-    sections = {one.section.split(".")[0] for one in known}
+    sections = {item.section.split(".")[0] for item in known}
     if options.command is not None and options.command not in sections:
         raise UsageError(f"'{options.command}' has no settings; choose from {', '.join(sorted(sections))}")
     file = find_file(options.config)
@@ -73,18 +73,18 @@ def _show(options: argparse.Namespace) -> int:
     if file:
         check_file(file, content, known)
     rows = []
-    for one in known:
-        if options.command not in (None, one.section.split(".")[0]):
+    for item in known:
+        if options.command not in (None, item.section.split(".")[0]):
             continue
-        value = lookup(one, content, file)
+        value = lookup(item, content, file)
         if value or options.defaults:
             rows.append(
                 {
-                    "section": one.section,
-                    "key": one.key,
-                    "value": value.value if value else one.action.default,
+                    "section": item.section,
+                    "key": item.key,
+                    "value": value.value if value else item.action.default,
                     "source": value.source if value else "default",
-                    "variable": one.variable(),
+                    "variable": item.variable(),
                 }
             )
     if options.json:
@@ -114,28 +114,28 @@ def template() -> str:
     """Return a file that explains every setting, all commented out. It is valid TOML with and without the `# `."""
     lines = [HEAD]
     section = ""
-    for one in all_settings():
-        if one.section != section:
-            section = one.section
+    for setting in all_settings():
+        if setting.section != section:
+            section = setting.section
             lines.append(f"\n[{section}]")
-        lines += _explained(one)
+        lines += _explained(setting)
     return "\n".join(lines) + "\n"
 
 
-def _explained(one: CliSetting) -> Iterator[str]:
-    told = (one.action.help or "").replace("%%", "%")
-    if one.action.choices is not None:
-        told += f" ({', '.join(map(str, one.action.choices))})"
+def _explained(setting: CliSetting) -> Iterator[str]:
+    told = (setting.action.help or "").replace("%%", "%")
+    if setting.action.choices is not None:
+        told += f" ({', '.join(map(str, setting.action.choices))})"
     yield from textwrap.wrap(told, LINE, initial_indent="## ", subsequent_indent="## ")
-    yield f"# {one.key} = {_example(one)}"
+    yield f"# {setting.key} = {_example(setting)}"
 
 
-def _example(one: CliSetting) -> str:
+def _example(setting: CliSetting) -> str:
     """Return the default as TOML, or an empty value of the expected type if there is none."""
-    if one.switch:
+    if setting.switch:
         return "false"
-    default = one.action.default
-    if one.several:
+    default = setting.action.default
+    if setting.several:
         return _toml(list(default) if default else [])
     return _toml("" if default is None else default)
 

@@ -49,15 +49,15 @@ def run(options: argparse.Namespace) -> int:
     """Print all findings. Returns 1 if something that the demonstration needs is missing or broken, else 0."""
     found = list(findings())
     if options.json:
-        print_json([asdict(one) for one in found])
+        print_json([asdict(item) for item in found])
     else:
-        print("\n".join(_line(one) for one in found))
-    return int(any(one.needed and one.state != "ok" for one in found))
+        print("\n".join(_line(item) for item in found))
+    return int(any(item.needed and item.state != "ok" for item in found))
 
 
-def _line(one: Finding) -> str:
-    text = f"{one.state:8}{one.name}: {one.detail}"
-    return filled(f"{text}; {one.remedy}" if one.state != "ok" and one.remedy else text)
+def _line(finding: Finding) -> str:
+    text = f"{finding.state:8}{finding.name}: {finding.detail}"
+    return filled(f"{text}; {finding.remedy}" if finding.state != "ok" and finding.remedy else text)
 
 
 def findings() -> Iterator[Finding]:
@@ -108,10 +108,10 @@ def package(name: str, use: str, extra: str, *, needed: bool = False) -> Check:
 def _ports() -> Iterator[Finding]:
     """Check that ports can be opened: carlette and the passenger's page use ports that the system assigns."""
     try:
-        with socket.socket() as one, socket.socket() as two:
-            one.bind(("127.0.0.1", 0))
+        with socket.socket() as item, socket.socket() as two:
+            item.bind(("127.0.0.1", 0))
             two.bind(("127.0.0.1", 0))
-            one.listen()
+            item.listen()
     except OSError as error:
         remedy = "allow programs to listen on the loopback address; in a container bring `lo` up"
         yield Finding("ports", "broken", f"no port on 127.0.0.1 can be opened: {error}", remedy, needed=True)

@@ -80,9 +80,9 @@ def _parse(parser: argparse.ArgumentParser, told: Sequence[str], command: str, k
     content = settings.read_file(file) if file else {}
     if file:
         settings.check_file(file, content, list(settings.settings_of("", full_parser(table={**commands(), **known}))))
-    mine = [one for one in settings.settings_of("", parser) if one.section.split(".")[0] == command]
-    values = [(one, settings.lookup(one, content, file)) for one in mine]
-    settings.put_in(parser, [(one, value) for one, value in values if value])
+    mine = [setting for setting in settings.settings_of("", parser) if setting.section.split(".")[0] == command]
+    values = [(item, settings.lookup(item, content, file)) for item in mine]
+    settings.put_in(parser, [(item, value) for item, value in values if value])
     options = parser.parse_args(told)
     used = settings.taken_out(parser, options)
     if used:

@@ -161,11 +161,11 @@ def read_file(file: Path) -> dict[str, Any]:
 def check_file(file: Path, content: Mapping[str, Any], known: Sequence[CliSetting]) -> None:
     """Check that every section, key and value is valid for some command. Raises `UsageError`."""
     keys: dict[str, dict[str, CliSetting]] = {ALL: {}}
-    for one in known:
-        keys.setdefault(one.section, {})[one.key] = one
-        keys[ALL].setdefault(one.key, one)
-        for k in range(one.section.count(".")):
-            keys.setdefault(one.section.rsplit(".", k + 1)[0], {})
+    for item in known:
+        keys.setdefault(item.section, {})[item.key] = item
+        keys[ALL].setdefault(item.key, item)
+        for k in range(item.section.count(".")):
+            keys.setdefault(item.section.rsplit(".", k + 1)[0], {})
     for section, key, value in _entries(content):
         if not section:
             raise UsageError(f"{file}: '{key}' is outside any section; put it under [{ALL}] or a command's section")
@@ -202,11 +202,11 @@ def put_in(parser: argparse.ArgumentParser, values: Sequence[tuple[CliSetting, S
     for setting, value in values:
         setting.action.default = replace(value, default=_converted(setting.action))
         setting.action.required = False
-    for one in _all_parsers(parser):
-        for group in one._mutually_exclusive_groups:
+    for item in _all_parsers(parser):
+        for group in item._mutually_exclusive_groups:
             if any(isinstance(action.default, SettingValue) for action in group._group_actions):
                 group.required = False
-        for rivals in _rivals(one):
+        for rivals in _rivals(item):
             if any(isinstance(action.default, SettingValue) for action in rivals):
                 for action in rivals:
                     if not isinstance(action.default, SettingValue):
@@ -220,8 +220,8 @@ def taken_out(parser: argparse.ArgumentParser, options: argparse.Namespace) -> l
     A flag overrides the settings it excludes.
     """
     beaten = set[str]()
-    for one in _all_parsers(parser):
-        for rivals in _rivals(one):
+    for item in _all_parsers(parser):
+        for rivals in _rivals(item):
             told = [
                 hasattr(options, action.dest) and getattr(options, action.dest) is not action.default
                 for action in rivals

@@ -90,19 +90,19 @@ def _straight_on(case: CheckContext, lane: Lane, zone: Zone) -> PhantomVehicle |
     if turns > policy.prediction.turns_rad:
         return None
     beyond = [
-        one
-        for one in view.frame.lanes
-        if one.strip.direction is LaneDirection.OPPOSITE
-        and one.strip.kind is LaneKind.DRIVING
-        and one.start_m <= zone.end_m + policy.sight.sampled_m
-        and one.end_m > zone.end_m + policy.sight.sampled_m
+        item
+        for item in view.frame.lanes
+        if item.strip.direction is LaneDirection.OPPOSITE
+        and item.strip.kind is LaneKind.DRIVING
+        and item.start_m <= zone.end_m + policy.sight.sampled_m
+        and item.end_m > zone.end_m + policy.sight.sampled_m
     ]
     if not beyond:
         return None
-    sights = [view.sight_ahead_m(one) for one in beyond]
+    sights = [view.sight_ahead_m(item) for item in beyond]
     if view.ego_s + min(sights) <= zone.end_m:
         return None
-    limit = max(one.strip.speed_limit_mps or policy.oncoming.unknown_limit_mps for one in (lane, *beyond))
+    limit = max(item.strip.speed_limit_mps or policy.oncoming.unknown_limit_mps for item in (lane, *beyond))
     return PhantomVehicle(min(sights), limit, limit)
 
 

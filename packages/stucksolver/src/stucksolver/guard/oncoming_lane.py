@@ -118,8 +118,10 @@ def sight_proof(case: CheckContext, borrowed: LaneBorrow) -> SightDistanceProof:
     """Return the sight needed and the sight available, for the unseen vehicle that leaves the smallest margin."""
     own = float(case.path.s[borrowed.last]) - case.view.ego_s + margin_m(case)
     proofs = [
-        SightDistanceProof(needed_m=own + one.way_m(borrowed.unseen_s), seen_m=one.at_m, unseen_s=borrowed.unseen_s)
-        for one in phantom_vehicles(case, borrowed.lane)
+        SightDistanceProof(
+            needed_m=own + vehicle.way_m(borrowed.unseen_s), seen_m=vehicle.at_m, unseen_s=borrowed.unseen_s
+        )
+        for vehicle in phantom_vehicles(case, borrowed.lane)
     ]
     return min(proofs, key=lambda proof: proof.seen_m - proof.needed_m)
 

@@ -43,8 +43,8 @@ def _paths(text: str) -> list[tuple[int, tuple[int | str, ...]]]:
 def _agreeing(path: tuple[int | str, ...], where: Sequence[int | str]) -> int:
     """Return how many leading parts the two paths share."""
     shared = 0
-    for one, other in zip(path, where, strict=False):
-        if one != other:
+    for item, other in zip(path, where, strict=False):
+        if item != other:
             break
         shared += 1
     return shared

@@ -57,7 +57,7 @@ class FallbackReasoner:
         """Give the reasoner an equal share of the time left among the cancellable reasoners from it on."""
         if ends_at is None:
             return request
-        slow = [one for one in self.reasoners[number:] if isinstance(one, Cancellable)]
+        slow = [reasoner for reasoner in self.reasoners[number:] if isinstance(reasoner, Cancellable)]
         return replace(request, deadline_s=max(ends_at - time.monotonic(), 0.0) / max(len(slow), 1))
 
     def preflight(self) -> tuple[str, ...]:
@@ -66,8 +66,8 @@ class FallbackReasoner:
         Raises:
             ReasonerError: One of them would fail.
         """
-        checked = [one for one in self.reasoners if isinstance(one, SupportsPreflight)]
-        return tuple(note for one in checked for note in one.preflight())
+        checked = [reasoner for reasoner in self.reasoners if isinstance(reasoner, SupportsPreflight)]
+        return tuple(note for item in checked for note in item.preflight())
 
     def cancel(self) -> None:
         """Cancel the running query; may be called from any thread."""

@@ -47,7 +47,7 @@ def _decided(line: dict[str, Any]) -> list[tuple[Event, Decision]]:
     """Return the decisions of a line, each with its event."""
     # Do not repeat a decision that arrived with this line.
     answer = (line.get("in") or {}).get("answer") or {}
-    told = [one["event"] for one in line.get("told", ()) if "event" in one]
+    told = [item["event"] for item in line.get("told", ()) if "event" in item]
     events = [Event.model_validate({"decision": answer.get("decision"), **event}) for event in told]
     return [(e, e.decision) for e in events if e.kind is EventKind.DECIDED and e.decision is not None]
 

@@ -110,7 +110,7 @@ def _checked(path: Path) -> Iterator[tuple[dict[str, Any], str]]:
             raise RecordError(f"{where}: the end of this line was changed after writing")
         body, digest = line[:-_TAIL] + b"}", line[-_TAIL + len(_MARK) : -2].decode("ascii", "replace")
         if not _hash_stands_in(line) or _digest(before, body) != digest:
-            if number == 1 and not any(_hash_stands_in(one.removesuffix(b"\n")) for one in _lines(path)):
+            if number == 1 and not any(_hash_stands_in(item.removesuffix(b"\n")) for item in _lines(path)):
                 raise _no_record(path)
             raise RecordError(f"{where}: changed after writing (this line, or one missing before it)")
         before = digest

@@ -136,7 +136,7 @@ class RecordFile:
         if step.snapshot is not None:
             data["asked"] = self._snapshot(step, step.snapshot)
         if step.told:
-            data["told"] = [step_output_data(one, step) for one in step.told]
+            data["told"] = [step_output_data(item, step) for item in step.told]
         if not line.repeats:
             data["directive"] = step.directive.model_dump(mode="json")
         return data

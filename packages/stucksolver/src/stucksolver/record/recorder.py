@@ -57,7 +57,7 @@ class Recorder:
             self._put(step)
         elif not self._waits(step):
             self._open()
-        closed = [one for one in step.told if isinstance(one, Event) and one.kind is EventKind.CLOSED]
+        closed = [item for item in step.told if isinstance(item, Event) and item.kind is EventKind.CLOSED]
         if closed:
             self._finish(closed[-1].text)
 
@@ -92,7 +92,7 @@ class Recorder:
     def _waits(self, step: TransitionStep) -> bool:
         """Hold a step if it is not yet clear that this is an intervention. Each question starts afresh."""
         before = step.before
-        asks = any(isinstance(one, Event) and one.kind is EventKind.TRIGGERED for one in step.told)
+        asks = any(isinstance(item, Event) and item.kind is EventKind.TRIGGERED for item in step.told)
         if asks and before.intervention is None and isinstance(before.activity, Monitoring):
             self._before.clear()
         self._before.append(step)

@@ -143,46 +143,46 @@ class _Again:
         seen = self._unpacker.unpack(data["seen"]) if "seen" in data else None
         self._directive = data.get("directive", self._directive)
         recorded: list[dict[str, Any]] = data.get("told", [])
-        for one in recorded:
-            self.report.plans += "judged" in one
-            self.report.ticks += "tick" in one
+        for item in recorded:
+            self.report.plans += "judged" in item
+            self.report.ticks += "tick" in item
         if self._lost:
             return
         before = self._state
         inputs = inputs_of(data["in"], sight_of(data.get("sight"), seen), self._snapshot(data), before.question)
         self._state, directive, told = transition(before, inputs, self._setup)
         step = TransitionStep(before, inputs, None, None, self._state, directive, told)
-        derived = [step_output_data(one, step) for one in told]
+        derived = [step_output_data(item, step) for item in told]
         self._decision(number, step)
-        if [_kind(one) for one in recorded] != [_kind(one) for one in derived]:
+        if [_kind(item) for item in recorded] != [_kind(item) for item in derived]:
             self._first_difference(number, recorded, derived)
             self._differs(number, "what happened", _kinds(recorded), f"{_kinds(derived)}; nothing after it is derived")
             self._lost = True
             return
-        for one, other in zip(recorded, derived, strict=True):
-            self._compare(number, one, other)
+        for item, other in zip(recorded, derived, strict=True):
+            self._compare(number, item, other)
         if not _same(self._directive, directive.model_dump(mode="json")):
             self._differs(number, "directive", _said(self._directive), _said(directive.model_dump(mode="json")))
 
     def _first_difference(self, number: int, recorded: list[dict[str, Any]], derived: list[dict[str, Any]]) -> None:
         """Report the verdict at which the runs diverged, if it was a verdict."""
-        for one, other in zip(recorded, derived, strict=False):
+        for item, other in zip(recorded, derived, strict=False):
             found = len(self.report.findings)
-            if _kind(one) == _kind(other):
-                self._compare(number, one, other)
+            if _kind(item) == _kind(other):
+                self._compare(number, item, other)
             if len(self.report.findings) > found:
                 return
 
     def _compare(self, number: int, recorded: dict[str, Any], derived: dict[str, Any]) -> None:
-        ((kind, one),), ((_, other),) = recorded.items(), derived.items()
-        if _same(one, other):
+        ((kind, first),), ((_, second),) = recorded.items(), derived.items()
+        if _same(first, second):
             return
         if kind == "event":
-            self._differs(number, f"event {one['kind']}", one["text"], _where(one, other))
+            self._differs(number, f"event {first['kind']}", first["text"], _where(first, second))
             return
-        verdicts = [Verdict.model_validate(each.get("verdict", {})) for each in (one, other)]
+        verdicts = [Verdict.model_validate(each.get("verdict", {})) for each in (first, second)]
         if _same(verdicts[0].model_dump(mode="json"), verdicts[1].model_dump(mode="json")):
-            self._differs(number, "plan" if kind == "judged" else "outcome", str(one), _where(one, other))
+            self._differs(number, "plan" if kind == "judged" else "outcome", str(first), _where(first, second))
         else:
             what = "verdict at acceptance" if kind == "judged" else "verdict on a tick"
             self._differs(number, what, str(verdicts[0]), str(verdicts[1]))
@@ -238,10 +238,10 @@ def _kinds(told: list[dict[str, Any]]) -> str:
     return ", ".join(map(_kind, told)) or "nothing"
 
 
-def _where(one: dict[str, Any], other: dict[str, Any]) -> str:
+def _where(first: dict[str, Any], second: dict[str, Any]) -> str:
     """Return the first field in which the second one differs, with its value."""
-    name = next(k for k in sorted(one.keys() | other.keys()) if not _same(one.get(k), other.get(k)))
-    return f"{name}: {other.get(name)}"
+    name = next(k for k in sorted(first.keys() | second.keys()) if not _same(first.get(k), second.get(k)))
+    return f"{name}: {second.get(name)}"
 
 
 def _said(directive: dict[str, Any]) -> str:
@@ -249,12 +249,12 @@ def _said(directive: dict[str, Any]) -> str:
     return f"execute {behavior['name']}" if behavior else str(directive)
 
 
-def _same(one: Any, other: Any) -> bool:
+def _same(first: Any, second: Any) -> bool:
     """Compare two values, numbers up to rounding."""
-    if isinstance(one, float) and isinstance(other, float):
-        return math.isclose(one, other, rel_tol=EQUAL, abs_tol=EQUAL)
-    if isinstance(one, dict) and isinstance(other, dict):
-        return one.keys() == other.keys() and all(_same(one[k], other[k]) for k in one)
-    if isinstance(one, list) and isinstance(other, list):
-        return len(one) == len(other) and all(map(_same, one, other))
-    return bool(one == other)
+    if isinstance(first, float) and isinstance(second, float):
+        return math.isclose(first, second, rel_tol=EQUAL, abs_tol=EQUAL)
+    if isinstance(first, dict) and isinstance(second, dict):
+        return first.keys() == second.keys() and all(_same(first[k], second[k]) for k in first)
+    if isinstance(first, list) and isinstance(second, list):
+        return len(first) == len(second) and all(map(_same, first, second))
+    return bool(first == second)

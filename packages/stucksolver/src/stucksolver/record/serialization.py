@@ -108,16 +108,16 @@ def state_of(data: Data, ladder: Ladder, reasoners: frozenset[str], *, observe_o
     )
 
 
-def _escalation(one: Escalation) -> Data:
+def _escalation(escalation: Escalation) -> Data:
     return {
-        "index": one.index,
-        "tries": one.tries,
-        "repairs": one.repairs,
-        "not_before_s": finite(one.not_before_s),
-        "quiet_until_s": finite(one.quiet_until_s),
-        "since_s": finite(one.since_s),
-        "waiting": {reason.value: since for reason, since in one.waiting.items()},
-        "last_wait_s": one.last_wait_s,
+        "index": escalation.index,
+        "tries": escalation.tries,
+        "repairs": escalation.repairs,
+        "not_before_s": finite(escalation.not_before_s),
+        "quiet_until_s": finite(escalation.quiet_until_s),
+        "since_s": finite(escalation.since_s),
+        "waiting": {reason.value: since for reason, since in escalation.waiting.items()},
+        "last_wait_s": escalation.last_wait_s,
     }
 
 
@@ -229,23 +229,23 @@ def accepted_answer(step: TransitionStep) -> ReasonerAnswer | NoAnswer | None:
     return step.inputs.answer if taken else None
 
 
-def step_output_data(one: StepOutput, step: TransitionStep) -> Data:
+def step_output_data(output: StepOutput, step: TransitionStep) -> Data:
     """Return an event, a judgement or a tick of a running plan. Surroundings and directive are stored in the step."""
-    if isinstance(one, Event):
-        return {"event": event_data(one, accepted_answer(step))}
-    verdict = one.verdict.model_dump(mode="json", exclude_defaults=True)
-    if isinstance(one, PlanReview):
-        kinds = APPROVALS.dump_python(one.approvals, mode="json").items()
+    if isinstance(output, Event):
+        return {"event": event_data(output, accepted_answer(step))}
+    verdict = output.verdict.model_dump(mode="json", exclude_defaults=True)
+    if isinstance(output, PlanReview):
+        kinds = APPROVALS.dump_python(output.approvals, mode="json").items()
         approvals = {kind: sorted(names) for kind, names in kinds if names or kind != "barred"}
-        plan = one.plan.model_dump(mode="json")
-        return {"judged": {"plan": plan, "guided": one.guided, "approvals": approvals, "verdict": verdict}}
-    data: Data = {} if one.verdict.accepted else {"verdict": verdict}
-    if one.withdrawn:
+        plan = output.plan.model_dump(mode="json")
+        return {"judged": {"plan": plan, "guided": output.guided, "approvals": approvals, "verdict": verdict}}
+    data: Data = {} if output.verdict.accepted else {"verdict": verdict}
+    if output.withdrawn:
         data["withdrawn"] = True
-    if isinstance(one.result, ExecutionOutcome):
-        data["outcome"] = one.result.recorded()
-    elif one.result is not step.directive:
-        data["directive"] = one.result.model_dump(mode="json")
+    if isinstance(output.result, ExecutionOutcome):
+        data["outcome"] = output.result.recorded()
+    elif output.result is not step.directive:
+        data["directive"] = output.result.model_dump(mode="json")
     return {"tick": data}
 
 

@@ -89,14 +89,14 @@ class _Reader:
     def _read_many(self, value: Any, kind: type, where: Where, depth: int) -> Any:
         if kind is tuple or kind is list:
             self._count(len(value), where)
-            return [self.read(one, (where, f"[{k}]"), depth) for k, one in enumerate(value)]
+            return [self.read(item, (where, f"[{k}]"), depth) for k, item in enumerate(value)]
         if kind is dict and dict in self._known:
             self._count(len(value), where)
             if any(type(name) is not str for name in value):
                 raise MalformedError(f"{_named(where)}: a name that is not a text")
             return {
-                _encodable(name, where): self.read(one, (where, f"[{name[:40]!a}]"), depth)
-                for name, one in value.items()
+                _encodable(name, where): self.read(item, (where, f"[{name[:40]!a}]"), depth)
+                for name, item in value.items()
             }
         if kind not in self._known:
             raise MalformedError(f"{_named(where)}: a {kind.__name__} has no place here")
@@ -137,12 +137,12 @@ def known_types(kind: type[FrozenModel]) -> frozenset[type]:
     found: set[type] = set()
     waiting: list[type] = [kind]
     while waiting:
-        one = waiting.pop()
-        if one in found:
+        item = waiting.pop()
+        if item in found:
             continue
-        found.add(one)
-        if issubclass(one, FrozenModel):
-            for field in one.model_fields.values():
+        found.add(item)
+        if issubclass(item, FrozenModel):
+            for field in item.model_fields.values():
                 waiting += [part for part in _parts(field.annotation) if issubclass(part, (FrozenModel, Enum, dict))]
     return frozenset(found)
 
@@ -154,5 +154,5 @@ def _parts(annotation: Any) -> Iterator[type]:
         yield dict
     if not inner and isinstance(annotation, type):
         yield annotation
-    for one in inner:
-        yield from _parts(one)
+    for item in inner:
+        yield from _parts(item)

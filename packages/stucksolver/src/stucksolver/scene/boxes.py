@@ -104,8 +104,8 @@ def _overlap_span(distance_m: Array, speed_mps: Array, reach_m: Array) -> tuple[
     """Return when a moving point at a signed distance enters and leaves the reach (s); (inf, -inf) if never."""
     standing = np.abs(speed_mps) < 1e-9
     speed = np.where(standing, 1.0, speed_mps)
-    one, other = (-reach_m - distance_m) / speed, (reach_m - distance_m) / speed
+    first, second = (-reach_m - distance_m) / speed, (reach_m - distance_m) / speed
     within = np.abs(distance_m) <= reach_m
-    begin = np.where(standing, np.where(within, -np.inf, np.inf), np.minimum(one, other))
-    end = np.where(standing, np.where(within, np.inf, -np.inf), np.maximum(one, other))
+    begin = np.where(standing, np.where(within, -np.inf, np.inf), np.minimum(first, second))
+    end = np.where(standing, np.where(within, np.inf, -np.inf), np.maximum(first, second))
     return begin, end

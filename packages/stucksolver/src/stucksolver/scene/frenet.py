@@ -130,7 +130,7 @@ class RoadFrame:
 
     def same_lane(self, lane: Lane) -> Lane:
         """Return the lane with the same id in this window of the road, or the given lane if there is none here."""
-        return next((one for one in self.lanes if one.strip.id == lane.strip.id), lane)
+        return next((item for item in self.lanes if item.strip.id == lane.strip.id), lane)
 
     def lane_at(self, s: float, d: float) -> Lane | None:
         """Return the lane that contains a point (m), or the one with the nearest centre of several; None off the

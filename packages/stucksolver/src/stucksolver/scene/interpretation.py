@@ -134,7 +134,7 @@ class Interpretation(FrozenModel):
     @property
     def description(self) -> str:
         """The reading in words: `overtake on the left (91 %)`, `unclear (overtake? 87 %)`."""
-        intent, likely = (one.value.replace("_", " ") for one in (self.intent, self.likely))
+        intent, likely = (item.value.replace("_", " ") for item in (self.intent, self.likely))
         sure = f"{100 * self.confidence:.0f} %"
         if intent != likely:
             return f"{intent} ({likely}? {sure})"

@@ -38,10 +38,10 @@ def depth_of(value: Any) -> int:
     while depth <= DEEPEST:
         inner: list[Any] = []
         nested = False
-        for one in level:
-            if isinstance(one, (dict, list)):
+        for item in level:
+            if isinstance(item, (dict, list)):
                 nested = True
-                inner += one.values() if isinstance(one, dict) else one
+                inner += item.values() if isinstance(item, dict) else item
         if not nested:
             break
         level, depth = inner, depth + 1

@@ -165,10 +165,10 @@ def sound_time_s(status: Status) -> float | None:
 def _contradictions(seen: Surroundings) -> Iterator[str]:
     """Yield what is wrong between fields that are plausible one by one."""
     names: set[str] = set()
-    for index, one in enumerate(seen.objects):
-        if one.id in names:
-            yield f"objects[{index}].id is {_shown(one.id)}, like another object's: ids must be unique"
-        names.add(one.id)
+    for index, obj in enumerate(seen.objects):
+        if obj.id in names:
+            yield f"objects[{index}].id is {_shown(obj.id)}, like another object's: ids must be unique"
+        names.add(obj.id)
     lanes = {lane.id for lane in seen.road.lanes}
     for index, sight in enumerate(seen.sight):
         if sight.lane_id not in lanes:
@@ -244,7 +244,7 @@ def _check_of(model: type[FrozenModel], name: str, annotation: Any) -> Check:
     """Return the check of a field with this annotation."""
     origin, inner = get_origin(annotation), get_args(annotation)
     if origin in (Union, types.UnionType):
-        (kind,) = (one for one in inner if one is not type(None))
+        (kind,) = (item for item in inner if item is not type(None))
         return _optional(_check_of(model, name, kind))
     if origin is tuple and len(inner) == 2 and inner[1] is Ellipsis:
         most = MOST_STATIONS if name in _STATIONS else MOST_ENTRIES
@@ -303,8 +303,8 @@ def _list(check: Check, most: int, least: int = 0) -> Check:
             return f" is {_shown(value)}, not a tuple"
         if not least <= len(value) <= most:
             return f" has {len(value)} entries; {least or ''}{' to ' if least else 'at most '}{most} are allowed"
-        for index, one in enumerate(value):
-            wrong = check(one)
+        for index, item in enumerate(value):
+            wrong = check(item)
             if wrong is not None:
                 return f"[{index}]{wrong}"
         return None

@@ -171,4 +171,4 @@ class Scene(FrozenModel):
             within_m: Only objects nearer than this (m).
         """
         near = [(o.gap_m, o) for o in self.objects if o.in_path and o.gap_m is not None]
-        return tuple(o for gap_m, o in sorted(near, key=lambda one: one[0]) if TOUCHING_M < gap_m < within_m)
+        return tuple(o for gap_m, o in sorted(near, key=lambda item: item[0]) if TOUCHING_M < gap_m < within_m)

@@ -25,9 +25,9 @@ class EventBus:
                 self._witness.step(step)
             except Exception as error:  # noqa: BLE001 - a full disk or a broken witness must not stop the car
                 self._lose_witness(step.inputs.status.time_s - step.inputs.offset_s, error)
-        for one in step.told:
-            if isinstance(one, Event):
-                self._listen(one)
+        for item in step.told:
+            if isinstance(item, Event):
+                self._listen(item)
 
     def fault(self, event: Event) -> None:
         """Report a fault that happened outside a step."""

@@ -118,7 +118,7 @@ class StuckSolver:
         students = {name: make_reasoner(name) for name in self.ladder.students() if name not in given}
         reasoners = {**given, **students}
         self.reasoners: Mapping[str, Reasoner] = reasoners
-        names = {rung: one.name for rung, one in reasoners.items()}
+        names = {rung: item.name for rung, item in reasoners.items()}
         self._stack_scene = scene
         self._detector = Detector(detector)
         self._timeline = MonotonicTime()

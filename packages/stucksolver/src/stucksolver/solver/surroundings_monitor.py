@@ -207,21 +207,21 @@ def _unchanged(last: Surroundings, raw: Surroundings) -> str:
     return f"the same frame for {FROZEN_TELL_S:g} s"
 
 
-def _same(one: Surroundings, other: Surroundings) -> bool:
+def _same(first: Surroundings, second: Surroundings) -> bool:
     """True if this is the same frame: the same number, or a moving ego or moving objects that have not moved."""
-    if one is other or one.frame == other.frame:
+    if first is second or first.frame == second.frame:
         return True
-    a, b = one.ego, other.ego
-    if _frozen(one, other):
+    a, b = first.ego, second.ego
+    if _frozen(first, second):
         return True
     return abs(b.speed_mps) > MOVING_MPS and (a.x_m, a.y_m, a.yaw_rad) == (b.x_m, b.y_m, b.yaw_rad)
 
 
-def _frozen(one: Surroundings, other: Surroundings) -> bool:
+def _frozen(first: Surroundings, second: Surroundings) -> bool:
     """True if no moving object has moved although the frame number changed: the list is frozen."""
-    if len(one.objects) != len(other.objects):
+    if len(first.objects) != len(second.objects):
         return False
-    pairs = list(zip(one.objects, other.objects, strict=True))
+    pairs = list(zip(first.objects, second.objects, strict=True))
     moving = [(a, b) for a, b in pairs if math.hypot(b.vx_mps, b.vy_mps) > MOVING_MPS]
     return bool(moving) and all(a.id == b.id and (a.x_m, a.y_m) == (b.x_m, b.y_m) for a, b in moving)
 

@@ -31,7 +31,7 @@ def fill_gaps(pavement: Pavement, color: Color = JUNCTION) -> list[Mesh]:
         corners = np.concatenate(strips)
         around = shapely.MultiPoint(corners[..., :2].reshape(-1, 2)).envelope.buffer(2.0)
         near = lanes[tree.query(around, predicate="intersects")]
-        triangles = [one for gap in _gaps(near) for one in _triangles(gap, corners.reshape(-1, 3))]
+        triangles = [triangle for gap in _gaps(near) for triangle in _triangles(gap, corners.reshape(-1, 3))]
         if triangles:
             made.append(quads(upward(np.array(triangles)), color, tags.ROAD))
     return made

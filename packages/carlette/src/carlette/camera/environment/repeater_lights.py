@@ -41,8 +41,8 @@ def repeaters_of(roads: RoadNetwork) -> list[Point | None]:
         found = _found.get(roads)
         if found is None:
             root = check_opendrive(roads.file.text, roads.file.name)
-            lights = [one for one in read_signals(roads, root) if one.type == LIGHT_TYPE]
-            found = _found[roads] = [_repeater(roads, one) for one in lights]
+            lights = [signal for signal in read_signals(roads, root) if signal.type == LIGHT_TYPE]
+            found = _found[roads] = [_repeater(roads, light) for light in lights]
         return found
 
 
@@ -77,8 +77,8 @@ def _repeater(roads: RoadNetwork, signal: Signal) -> Point | None:
 
 def _candidates(signal: Signal) -> Iterator[tuple[float, float]]:
     center, half = signal.box.center, signal.box.extent.x
-    beside = [center.x + half + one for one in LATERALS_M]
-    beside += [center.x - half - one for one in LATERALS_M]
+    beside = [center.x + half + lateral for lateral in LATERALS_M]
+    beside += [center.x - half - lateral for lateral in LATERALS_M]
     eye_y = center.y - BEYOND_BOX_M + EYE_BACK_M
     for step, x in itertools.product(range(math.ceil(FARTHEST_M - NEAREST_M)), [*beside, center.x]):
         yield x, eye_y - NEAREST_M - step

@@ -46,7 +46,7 @@ def stop_lines(signals: list[Signal]) -> list[Mesh]:
         else:
             low, high = center.x - half_m, center.x + half_m
             shapes = [[(low, ahead), (high, ahead), (high, ahead + STOP_LINE_M), (low, ahead + STOP_LINE_M)]]
-        placed = [[_in_world(signal, x, y, center.z + PAINT_UP_M) for x, y in one] for one in shapes]
+        placed = [[_in_world(signal, x, y, center.z + PAINT_UP_M) for x, y in shape] for shape in shapes]
         if placed:
             made.append(quads(upward(np.array(placed, float)), WHITE, tags.ROAD_LINE))
     return made
@@ -55,16 +55,16 @@ def stop_lines(signals: list[Signal]) -> list[Mesh]:
 def signs(root: ElementTree.Element, roads: list[SampledRoad], signals: list[Signal]) -> list[tuple[Mesh, Floats]]:
     """Sign meshes with their places (3,)."""
     made: list[tuple[Mesh, Floats]] = []
-    governed = {one.id: one for one in signals if one.type != LIGHT_TYPE}
+    governed = {item.id: item for item in signals if item.type != LIGHT_TYPE}
     by_id = {road.id: road for road in roads}
     for element in root.findall("road"):
         road = by_id[int(element.get("id", "0"))]
-        for one in [*element.iterfind("signals/signal"), *element.iterfind("objects/object")]:
-            kind = kind_of(one.get("name", ""), one.get("type", ""), one.get("value", ""))
+        for item in [*element.iterfind("signals/signal"), *element.iterfind("objects/object")]:
+            kind = kind_of(item.get("name", ""), item.get("type", ""), item.get("value", ""))
             if kind is None:
                 continue
-            point, yaw = _beside(road, float(one.get("s", "0")), float(one.get("t", "0")))
-            signal = governed.get(one.get("id", ""))
+            point, yaw = _beside(road, float(item.get("s", "0")), float(item.get("t", "0")))
+            signal = governed.get(item.get("id", ""))
             if signal is not None:
                 yaw = math.radians(signal.pose.rotation.yaw + 90.0)
             made.append((post_sign(*kind).placed(float(point[0]), float(point[1]), float(point[2]), yaw), point))
@@ -77,10 +77,10 @@ def stencils(root: ElementTree.Element, roads: list[SampledRoad]) -> list[Mesh]:
     by_id = {road.id: road for road in roads}
     for element in root.findall("road"):
         road = by_id[int(element.get("id", "0"))]
-        for one in element.iterfind("objects/object"):
-            builder = _stencil(one.get("name", ""))
+        for item in element.iterfind("objects/object"):
+            builder = _stencil(item.get("name", ""))
             if builder is not None:
-                s, t = float(one.get("s", "0")), float(one.get("t", "0"))
+                s, t = float(item.get("s", "0")), float(item.get("t", "0"))
                 point, yaw = _beside(road, s, t)
                 placed = builder.mesh().placed(
                     float(point[0]), float(point[1]), float(point[2]) + PAINT_UP_M, yaw + math.pi
@@ -114,7 +114,7 @@ def _beside(road: SampledRoad, s: float, t: float) -> tuple[Floats, float]:
     at = np.array([min(max(s, 0.0), road.length)])
     point = road.points(at, np.array([t]))[0]
     heading = float(road.line(at)[2][0])
-    section = next((one for one in reversed(road.sections) if one.start <= s + 1e-6), road.sections[0])
+    section = next((item for item in reversed(road.sections) if item.start <= s + 1e-6), road.sections[0])
     left = any(lane.kind == "driving" for lane in section.left)
     right = any(lane.kind == "driving" for lane in section.right)
     middle = float(road.offset.at(at)[0])
@@ -148,7 +148,7 @@ def _bars(ring: Floats) -> Floats:
     ) / long_m
     ends = starts + BAR_M / long_m
     edges = [
-        np.outer(1 - part, one) + np.outer(part, other) for part in (starts, ends) for one, other in ((a, b), (d, c))
+        np.outer(1 - part, item) + np.outer(part, other) for part in (starts, ends) for item, other in ((a, b), (d, c))
     ]
     bars = np.stack([edges[0], edges[2], edges[3], edges[1]], axis=1)
     bars[..., 2] += PAINT_UP_M

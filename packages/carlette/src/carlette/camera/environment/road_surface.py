@@ -79,10 +79,10 @@ def pave(roads: list[SampledRoad]) -> Pavement:
 
 
 def _strip(
-    road: SampledRoad, s: Floats, one: Floats, other: Floats, up_m: float = 0.0, up_other_m: float = 0.0
+    road: SampledRoad, s: Floats, first: Floats, second: Floats, up_m: float = 0.0, up_other_m: float = 0.0
 ) -> Floats:
     """Quads (n, 4, 3) between two lines along the road, facing up."""
-    a, b = road.points(s, one, up_m), road.points(s, other, up_other_m)
+    a, b = road.points(s, first, up_m), road.points(s, second, up_other_m)
     strip = np.stack([a[:-1], b[:-1], b[1:], a[1:]], axis=1)
     return upward(strip)
 
@@ -144,7 +144,7 @@ def _wall(road: SampledRoad, s: Floats, t: Floats, up_m: float, left: float, dow
 def _outside(made: Pavement, road: SampledRoad, s: Floats, borders: list[tuple[SampledLane, Floats, Floats]]) -> None:
     """A skirt below the outermost borders, down to the terrain, and the borders themselves for the roadside."""
     for sign in (1.0, -1.0):
-        side = [one for one in borders if (one[0].id > 0) == (sign > 0)]
+        side = [border for border in borders if (border[0].id > 0) == (sign > 0)]
         lane = side[-1][0] if side else None
         t = side[-1][2] if side else road.offset.at(s)
         up_m = _RAISED.get(lane.kind, 0.0) if lane else 0.0
@@ -185,7 +185,7 @@ def _mark(
         # Of a double line, the first part named is the one nearer to the road's left.
         shift = 0.0 if len(parts) == 1 else (0.5 - number) * 2.2 * width * (sign or 1.0)
         stretches = [reach] if part == "solid" else list(_dashes(section.start, *reach))
-        strips = [_painted(road, section, lane, one, (shift, width), up_m) for one in stretches]
+        strips = [_painted(road, section, lane, stretch, (shift, width), up_m) for stretch in stretches]
         if strips:
             yield quads(np.concatenate(strips), color, tags.ROAD_LINE)
 
@@ -210,5 +210,5 @@ def _painted(
     shift, width = line
     t = road.offset.at(s)
     if lane is not None:
-        t = next(outer for one, _, outer in road.borders(section, s) if one.id == lane.id)
+        t = next(outer for border, _, outer in road.borders(section, s) if border.id == lane.id)
     return _strip(road, s, t + shift - width / 2, t + shift + width / 2, up_m, up_m)

@@ -91,7 +91,7 @@ class SampledRoad:
     def line(self, s: Floats) -> tuple[Floats, Floats, Floats]:
         """x, y (OpenDRIVE's) and heading of the reference line."""
         x, y, heading = (np.empty_like(s) for _ in range(3))
-        starts = np.array([one[0] for one in self.pieces])
+        starts = np.array([piece[0] for piece in self.pieces])
         index = np.maximum(starts.searchsorted(s + 1e-9, side="right") - 1, 0)
         for number in set(index.tolist()):
             here = index == number
@@ -115,7 +115,7 @@ class SampledRoad:
                     step = min(step, max(1.0, math.sqrt(8 * CHORD_ERROR_M / max(bend, 1e-6))))
                 cuts.update(np.linspace(low, high, max(2, math.ceil((high - low) / step) + 1)).tolist())
         ordered = sorted(cuts)
-        return np.array([one for i, one in enumerate(ordered) if i == 0 or one - ordered[i - 1] > 1e-3])
+        return np.array([item for i, item in enumerate(ordered) if i == 0 or item - ordered[i - 1] > 1e-3])
 
     def borders(self, section: SampledSection, s: Floats) -> list[tuple[SampledLane, Floats, Floats]]:
         """Return each lane with the offsets t of its inner and outer border at each `s` (m)."""
@@ -131,7 +131,7 @@ class SampledRoad:
 
 def read_roads(root: ElementTree.Element) -> list[SampledRoad]:
     """All roads of a document."""
-    return [_read_road(one) for one in root.findall("road")]
+    return [_read_road(item) for item in root.findall("road")]
 
 
 def _read_road(element: ElementTree.Element) -> SampledRoad:
@@ -143,22 +143,22 @@ def _read_road(element: ElementTree.Element) -> SampledRoad:
         int(element.get("junction", "-1")),
         length,
         kind.get("type", "town") if kind is not None else "town",
-        [_read_piece(one) for one in element.findall("planView/geometry")],
+        [_read_piece(item) for item in element.findall("planView/geometry")],
         _cubic(element.findall("elevationProfile/elevation"), "s"),
         _cubic(lanes.findall("laneOffset") if lanes is not None else [], "s"),
     )
     sections = lanes.findall("laneSection") if lanes is not None else []
-    starts = [float(one.get("s", "0")) for one in sections] + [length]
-    for number, one in enumerate(sections):
+    starts = [float(section.get("s", "0")) for section in sections] + [length]
+    for number, section in enumerate(sections):
         if starts[number + 1] - starts[number] > 1e-3:
-            road.sections.append(_read_section(one, starts[number], starts[number + 1]))
+            road.sections.append(_read_section(section, starts[number], starts[number + 1]))
     return road
 
 
 def _read_section(element: ElementTree.Element, start: float, end: float) -> SampledSection:
     def side(name: str) -> list[SampledLane]:
-        found = [_read_lane(one, start) for one in element.findall(f"{name}/lane")]
-        return sorted(found, key=lambda one: abs(one.id))
+        found = [_read_lane(item, start) for item in element.findall(f"{name}/lane")]
+        return sorted(found, key=lambda item: abs(item.id))
 
     center = element.find("center/lane")
     return SampledSection(start, end, side("left"), side("right"), _marks(center, start) if center is not None else [])
@@ -172,17 +172,17 @@ def _read_lane(element: ElementTree.Element, start: float) -> SampledLane:
 def _marks(lane: ElementTree.Element, start: float) -> list[SampledMarking]:
     return [
         SampledMarking(
-            start + float(one.get("sOffset", "0")),
-            one.get("type", "none"),
-            one.get("color", "standard"),
-            float(one.get("width", "0.125")),
+            start + float(item.get("sOffset", "0")),
+            item.get("type", "none"),
+            item.get("color", "standard"),
+            float(item.get("width", "0.125")),
         )
-        for one in lane.findall("roadMark")
+        for item in lane.findall("roadMark")
     ]
 
 
 def _cubic(elements: list[ElementTree.Element], key: str) -> Cubic:
-    rows = sorted([float(one.get(name, "0")) for name in (key, "a", "b", "c", "d")] for one in elements)
+    rows = sorted([float(element.get(name, "0")) for name in (key, "a", "b", "c", "d")] for element in elements)
     table = np.array(rows, float).reshape(-1, 5)
     return Cubic(table[:, 0], table[:, 1:])
 

@@ -78,7 +78,7 @@ class _Sites:
         wide = plot.buffer(CLEARANCE_M)
         if len(self._lanes.query(wide, predicate="intersects")):
             return False
-        if any(plot.intersects(one) for key in self._keys(plot) for one in self._cells.get(key, ())):
+        if any(plot.intersects(cell) for key in self._keys(plot) for cell in self._cells.get(key, ())):
             return False
         self._book(plot)
         return True
@@ -89,7 +89,7 @@ class _Sites:
 
     @staticmethod
     def _keys(plot: Any) -> list[tuple[int, int]]:
-        low_x, low_y, high_x, high_y = (math.floor(one / 40.0) for one in plot.bounds)
+        low_x, low_y, high_x, high_y = (math.floor(bound / 40.0) for bound in plot.bounds)
         return [(x, y) for x in range(low_x, high_x + 1) for y in range(low_y, high_y + 1)]
 
 

@@ -86,7 +86,7 @@ def build_static_scene(network: RoadNetwork) -> StaticScene:
     paint = [*pavement.paint, *road_furniture.crosswalks(network), *road_furniture.stop_lines(signals)]
     paint += road_furniture.stencils(root, roads)
     taken = [(float(place[0]), float(place[1])) for _, place in posts]
-    taken += [(one.pose.location.x, one.pose.location.y) for one in signals]
+    taken += [(signal.pose.location.x, signal.pose.location.y) for signal in signals]
     taken += _repeaters(network, signals)
     items = scenery(pavement, zlib.crc32(network.file.text.encode("utf-8", "surrogateescape")), taken)
     cells = _Cells()
@@ -99,15 +99,17 @@ def build_static_scene(network: RoadNetwork) -> StaticScene:
         _put_item(cells, item)
     chunks = cells.chunks()
     return StaticScene(
-        chunks, np.array([one.center for one in chunks], float), np.array([one.radius_m for one in chunks], float)
+        chunks,
+        np.array([chunk.center for chunk in chunks], float),
+        np.array([chunk.radius_m for chunk in chunks], float),
     )
 
 
 def _repeaters(network: RoadNetwork, signals: list[Signal]) -> list[tuple[float, float]]:
-    lights = [one for one in signals if one.type == LIGHT_TYPE]
+    lights = [signal for signal in signals if signal.type == LIGHT_TYPE]
     pairs = zip(lights, repeaters_of(network), strict=True)
     feet = [light.pose.apply(Vector(*foot)) for light, foot in pairs if foot is not None]
-    return [(one.x, one.y) for one in feet]
+    return [(item.x, item.y) for item in feet]
 
 
 def _put_item(cells: _Cells, item: Item) -> None:
@@ -203,7 +205,7 @@ _AROUND = ((-1, 0), (1, 0), (0, -1), (0, 1))
 def _puddles(pavement: Pavement) -> Mesh:
     """Places where water can collect; each one's alpha is the wetness from which it is shown."""
     lanes = np.concatenate(pavement.driving) if pavement.driving else np.zeros((0, 4, 2))
-    floor = [one for one in pavement.floor if len(one) and one.tags[0] == tags.ROAD and one.colors[0, 0] < 100]
+    floor = [item for item in pavement.floor if len(item) and item.tags[0] == tags.ROAD and item.colors[0, 0] < 100]
     random = np.random.default_rng(11)
     every = Mesh.join(floor).corners.astype(float)
     if not len(lanes) or not len(every):

@@ -45,7 +45,7 @@ def _wheel_radius(type_id: str, motor: bool) -> float:
 
 def _wheel(builder: Builder, center: Point, radius: float, width: float) -> None:
     (x, y, z), sides = center, 12
-    turns = [2 * math.pi * one / sides for one in range(sides)]
+    turns = [2 * math.pi * item / sides for item in range(sides)]
     for a, b in zip(turns, [*turns[1:], turns[0]], strict=True):
         for side in (1.0, -1.0):
             ring = [

@@ -206,7 +206,7 @@ def _bar(lamps: Builder, halos: Builder, type_id: str, frame: BodyDimensions, fl
 
 
 def _halo(halos: Builder, place: Point, radius: float, towards: Point, color: Color) -> None:
-    turns = [math.pi * one / 4 for one in range(8)]
+    turns = [math.pi * item / 4 for item in range(8)]
     x, y, z = place
     if abs(towards[0]) > abs(towards[1]):
         ring = [(x, y + radius * math.cos(a), z + radius * math.sin(a)) for a in turns]

@@ -45,13 +45,13 @@ class Mesh:
         if not parts:
             return EMPTY
         return Mesh(
-            np.ascontiguousarray(np.concatenate([one.corners for one in parts])),
-            np.concatenate([one.normals for one in parts]),
-            np.concatenate([one.colors for one in parts]),
-            np.concatenate([one.glow for one in parts]),
-            np.concatenate([one.tags for one in parts]),
-            np.concatenate([one.corner_alphas() for one in parts])
-            if any(one.fade is not None for one in parts)
+            np.ascontiguousarray(np.concatenate([part.corners for part in parts])),
+            np.concatenate([part.normals for part in parts]),
+            np.concatenate([part.colors for part in parts]),
+            np.concatenate([part.glow for part in parts]),
+            np.concatenate([part.tags for part in parts]),
+            np.concatenate([part.corner_alphas() for part in parts])
+            if any(part.fade is not None for part in parts)
             else None,
         )
 
@@ -154,15 +154,15 @@ class Builder:
         index = len(self._corners)
         self.face(points, color, towards, glow=True)
         values = dict(zip(points, alphas, strict=True))
-        placed = [values[one] for one in self._corners[index]]
+        placed = [values[corner] for corner in self._corners[index]]
         self._fade[index] = (placed[0], placed[1], placed[2], placed[3])
 
     def spot(
         self, center: Point, ring: Sequence[Point], color: Color, towards: Point, alpha: int, rim: int = 0
     ) -> None:
         """Light or shade that fades from `center` to the `ring` around it."""
-        for one, other in zip(ring, [*ring[1:], ring[0]], strict=True):
-            self.glowing([center, one, other], color, towards, [alpha, rim, rim])
+        for item, other in zip(ring, [*ring[1:], ring[0]], strict=True):
+            self.glowing([center, item, other], color, towards, [alpha, rim, rim])
 
     def face(
         self, points: Sequence[Point], color: Color, towards: Point, *, glow: bool = False, alpha: int = 255
@@ -224,7 +224,7 @@ class Builder:
         end = radius if tip is None else tip
         rings: list[list[Point]] = []
         for place, r in ((low, radius), (high, max(end, 1e-4))):
-            turns = (2 * math.pi * (one + 0.5) / sides for one in range(sides))
+            turns = (2 * math.pi * (side + 0.5) / sides for side in range(sides))
             ring = [np.add(place, r * (math.cos(a) * aside + math.sin(a) * other)) for a in turns]
             rings.append([(float(p[0]), float(p[1]), float(p[2])) for p in ring])
         start = len(self._colors)
@@ -235,8 +235,8 @@ class Builder:
 
     def loft(self, stations: Sequence[tuple[float, float, float, float, float]], color: Color, y: float = 0.0) -> None:
         """A body along x, mirrored about `y`: stations (x, low z, high z, half width below, above), open below."""
-        for one, other in itertools.pairwise(stations):
-            (x0, l0, h0, b0, a0), (x1, l1, h1, b1, a1) = one, other
+        for station, other in itertools.pairwise(stations):
+            (x0, l0, h0, b0, a0), (x1, l1, h1, b1, a1) = station, other
             for side in (1.0, -1.0):
                 wall = (
                     (x0, y + side * b0, l0),
@@ -263,7 +263,7 @@ class Builder:
         alpha: int = 255,
     ) -> None:
         """A flat round face across x (`towards` along x) or across y."""
-        turns = [2 * math.pi * one / sides for one in range(sides)]
+        turns = [2 * math.pi * side / sides for side in range(sides)]
         (x, y, z), r = center, radius
         if abs(towards[0]) > abs(towards[1]):
             ring = [(x, y + r * math.cos(a), z + r * math.sin(a)) for a in turns]
@@ -305,10 +305,10 @@ class Builder:
 
     def add(self, mesh: Mesh) -> None:
         """Add a mesh that was built elsewhere; quads without a tag get this builder's."""
-        self._corners.extend(tuple(one) for one in mesh.corners.tolist())
-        self._colors.extend(tuple(one) for one in mesh.colors.tolist())
+        self._corners.extend(tuple(corner) for corner in mesh.corners.tolist())
+        self._colors.extend(tuple(color) for color in mesh.colors.tolist())
         self._glow.extend(mesh.glow.tolist())
-        self._tags.extend(one or self.tag for one in mesh.tags.tolist())
+        self._tags.extend(tag or self.tag for tag in mesh.tags.tolist())
 
 
 _SQUARE = ((1, 1), (1, -1), (-1, -1), (-1, 1))
@@ -319,12 +319,12 @@ def shade(color: Color, factor: float) -> Color:
     return (_byte(color[0] * factor), _byte(color[1] * factor), _byte(color[2] * factor))
 
 
-def mix(one: Color, other: Color, share: float) -> Color:
+def mix(first: Color, second: Color, share: float) -> Color:
     """Between two colours; `share` is that of the second."""
     return (
-        _byte(one[0] + (other[0] - one[0]) * share),
-        _byte(one[1] + (other[1] - one[1]) * share),
-        _byte(one[2] + (other[2] - one[2]) * share),
+        _byte(first[0] + (second[0] - first[0]) * share),
+        _byte(first[1] + (second[1] - first[1]) * share),
+        _byte(first[2] + (second[2] - first[2]) * share),
     )
 
 

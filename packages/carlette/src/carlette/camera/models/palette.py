@@ -16,7 +16,7 @@ DARK: Color = (44, 46, 50)
 AMBER: Color = (255, 170, 10)
 RING = ((1, 1), (1, -1), (-1, -1), (-1, 1))
 """Corners of a rectangle, in half sizes."""
-EIGHT = [2 * math.pi * (one + 0.5) / 8 for one in range(8)]
+EIGHT = [2 * math.pi * (item + 0.5) / 8 for item in range(8)]
 """Angles of an octagon's corners."""
 
 

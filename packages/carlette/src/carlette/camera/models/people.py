@@ -59,12 +59,12 @@ def person(joints: Joints, height_m: float, clothes: Clothes, paddle: str = "") 
     width = 0.20 * h if h > 1.4 else 0.22 * h
     _torso(builder, hips, neck, width, h, clothes)
     for side in ("L", "R"):
-        thigh, knee, foot, toe = (joints[f"{one}__{side}"] for one in ("thigh", "leg", "foot", "toe"))
+        thigh, knee, foot, toe = (joints[f"{item}__{side}"] for item in ("thigh", "leg", "foot", "toe"))
         leg = clothes.skin if clothes.skirt else clothes.trousers
         builder.limb(_up(knee, 0.0), _up(thigh, 0.02 * h), 0.085 * h, 0.10 * h, leg)
         builder.limb(_up(foot, 0.01 * h), knee, 0.065 * h, 0.075 * h, shade(leg, 0.94))
         builder.box(((foot[0] + toe[0]) / 2 + 0.01, foot[1], foot[2] - 0.005), (0.15 * h, 0.06 * h, 0.05 * h), SHOES)
-        shoulder, elbow, hand = (joints[f"{one}__{side}"] for one in ("arm", "foreArm", "hand"))
+        shoulder, elbow, hand = (joints[f"{item}__{side}"] for item in ("arm", "foreArm", "hand"))
         builder.limb(elbow, shoulder, 0.055 * h, 0.06 * h, clothes.top)
         builder.limb(hand, elbow, 0.045 * h, 0.05 * h, shade(clothes.top, 0.92))
         builder.box(hand, (0.06 * h, 0.05 * h, 0.06 * h), clothes.skin)

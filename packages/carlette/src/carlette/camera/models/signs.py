@@ -100,7 +100,7 @@ def _round(builder: Builder, middle: Point, rim: Color, inside: Color) -> None:
 
 
 def _corners(count: int, radius: float, first_deg: float) -> list[tuple[float, float]]:
-    turns = (math.radians(first_deg + 360.0 * one / count) for one in range(count))
+    turns = (math.radians(first_deg + 360.0 * item / count) for item in range(count))
     return [(radius * math.cos(turn), radius * math.sin(turn)) for turn in turns]
 
 

@@ -42,8 +42,8 @@ def paper_bag(builder: Builder, box: Box, name: str) -> None:
             (side * hx, part * hy, z)
             for part, z in ((-0.45, top - 0.02), (-0.3, low + 1.97 * hz), (0.3, low + 1.97 * hz), (0.45, top - 0.02))
         ]
-        for one, other in itertools.pairwise(ends):
-            builder.limb(one, other, 0.018, 0.018, (150, 108, 62))
+        for end, other in itertools.pairwise(ends):
+            builder.limb(end, other, 0.018, 0.018, (150, 108, 62))
     for side in (1.0, -1.0):
         builder.face(
             [
@@ -62,9 +62,9 @@ def bag(builder: Builder, box: Box, name: str) -> None:
     (hx, hy, hz), low = box.extent, low_of(box)
     levels = ((0.0, 0.75), (0.35, 1.0), (0.7, 0.7), (0.85, 0.2), (1.0, 0.42))
     for (a, r0), (b, r1) in itertools.pairwise(levels):
-        one: list[Point] = [(hx * r0 * math.cos(t), hy * r0 * math.sin(t), low + 2 * hz * a) for t in EIGHT]
+        item: list[Point] = [(hx * r0 * math.cos(t), hy * r0 * math.sin(t), low + 2 * hz * a) for t in EIGHT]
         two: list[Point] = [(hx * r1 * math.cos(t + 0.1), hy * r1 * math.sin(t + 0.1), low + 2 * hz * b) for t in EIGHT]
-        builder.hull(one, two, shade(color, 0.85 + 0.3 * a))
+        builder.hull(item, two, shade(color, 0.85 + 0.3 * a))
 
 
 def rock(builder: Builder, box: Box, name: str) -> None:
@@ -82,8 +82,8 @@ def rock(builder: Builder, box: Box, name: str) -> None:
                 for t, k in zip(EIGHT, spread, strict=True)
             ]
         )
-    for number, (one, two) in enumerate(itertools.pairwise(rings)):
-        builder.hull(one, two, shade(grey, 0.9 + 0.1 * number))
+    for number, (ring, two) in enumerate(itertools.pairwise(rings)):
+        builder.hull(ring, two, shade(grey, 0.9 + 0.1 * number))
 
 
 def rubble(builder: Builder, box: Box, name: str) -> None:
@@ -93,12 +93,12 @@ def rubble(builder: Builder, box: Box, name: str) -> None:
     for number in range(4):
         x, y = random.uniform(-0.45, 0.45) * hx, random.uniform(-0.45, 0.45) * hy
         r = random.uniform(0.4, 0.6)
-        one: list[Point] = [(x + hx * r * math.cos(t), y + hy * r * math.sin(t), low) for t in EIGHT]
+        item: list[Point] = [(x + hx * r * math.cos(t), y + hy * r * math.sin(t), low) for t in EIGHT]
         two: list[Point] = [
             (x + 0.4 * hx * r * math.cos(t), y + 0.4 * hy * r * math.sin(t), low + 2 * hz * random.uniform(0.5, 1.0))
             for t in EIGHT
         ]
-        builder.hull(one, two, shade((118, 92, 66), 0.85 + 0.1 * number))
+        builder.hull(item, two, shade((118, 92, 66), 0.85 + 0.1 * number))
     for _ in range(16):
         x, y, size = random.uniform(-0.95, 0.95) * hx, random.uniform(-0.95, 0.95) * hy, random.uniform(0.05, 0.13)
         builder.box(

@@ -88,4 +88,4 @@ def _case(builder: Builder, place: Point) -> None:
         builder.box((x, y + 0.25, up), (0.34, 0.2, 0.025), CASE)
 
 
-_TURNS = [math.pi * one / 5 for one in range(10)]
+_TURNS = [math.pi * item / 5 for item in range(10)]

@@ -125,9 +125,9 @@ def _joints(actor: Actor) -> tuple[tuple[str, float, float, float], ...]:
     """Joints in the actor's frame, without the rig's prefix; hashable."""
     found = bones(Pose(), actor.box.extent.z, actor.posed, actor.blend)
     joints = []
-    for one in found:
-        x, y, z = one.component.location
-        joints.append((one.name.removeprefix("crl_"), round(x, 3), round(y, 3), round(z, 3)))
+    for item in found:
+        x, y, z = item.component.location
+        joints.append((item.name.removeprefix("crl_"), round(x, 3), round(y, 3), round(z, 3)))
     return tuple(joints)
 
 
@@ -218,7 +218,7 @@ def _radius(box: Box) -> float:
 def _color(actor: Actor) -> Color:
     text = actor.attributes["color"][1] if "color" in actor.attributes else ""
     try:
-        red, green, blue = (min(255, max(0, int(float(one)))) for one in text.split(","))
+        red, green, blue = (min(255, max(0, int(float(item)))) for item in text.split(","))
     except (ValueError, OverflowError):
         return DEFAULT_COLOR
     return red, green, blue

@@ -131,11 +131,11 @@ def _smooth(x: float) -> float:
 
 
 def _scaled(values: tuple[float, ...], factor: float) -> tuple[float, ...]:
-    return tuple(one * factor for one in values)
+    return tuple(value * factor for value in values)
 
 
-def _between(one: tuple[float, ...], other: tuple[float, ...], share: float) -> tuple[float, ...]:
-    return tuple(a + (b - a) * share for a, b in zip(one, other, strict=True))
+def _between(first: tuple[float, ...], second: tuple[float, ...], share: float) -> tuple[float, ...]:
+    return tuple(a + (b - a) * share for a, b in zip(first, second, strict=True))
 
 
 def _triple(values: tuple[float, ...]) -> tuple[float, float, float]:

@@ -58,9 +58,9 @@ def draw_quads(
     for quad in range(corners.shape[0]):
         if not _place(corners[quad], matrix, across, up, p):
             continue
-        one, two, three, four = shades[quad, 0], shades[quad, 1], shades[quad, 2], shades[quad, 3]
-        is_plain = one == two and one == three and one == four
-        is_solid = not adds and one & two & three & four >= _OPAQUE
+        item, two, three, four = shades[quad, 0], shades[quad, 1], shades[quad, 2], shades[quad, 3]
+        is_plain = item == two and item == three and item == four
+        is_solid = not adds and item & two & three & four >= _OPAQUE
         nx, ny, nz = _normal(p, 1, 3)
         offset = nx * p[0, 0] + ny * p[0, 1] + nz * p[0, 2]
         rise = nx * p[2, 0] + ny * p[2, 1] + nz * p[2, 2] - offset
@@ -69,7 +69,7 @@ def draw_quads(
             if offset < 0.0:
                 count = _outline(p, 4, lens, clipped, outline)
                 plane = (nx / offset, ny / offset, nz / offset)
-                _fill_plain(outline, count, plane, lens, one, is_solid, adds, tests_depth, pixels, nearness)
+                _fill_plain(outline, count, plane, lens, item, is_solid, adds, tests_depth, pixels, nearness)
             continue
         for half in range(2):
             nx, ny, nz = _normal(p, half + 1, half + 2)
@@ -80,10 +80,10 @@ def draw_quads(
             count = _outline(q, 3, lens, clipped, outline)
             plane = (nx / offset, ny / offset, nz / offset)
             if is_plain:
-                _fill_plain(outline, count, plane, lens, one, is_solid, adds, tests_depth, pixels, nearness)
+                _fill_plain(outline, count, plane, lens, item, is_solid, adds, tests_depth, pixels, nearness)
             else:
                 second, third = (two, three) if half == 0 else (three, four)
-                _weigh(q, offset, (one, second, third), levels)
+                _weigh(q, offset, (item, second, third), levels)
                 _fill_shaded(outline, count, plane, lens, levels, is_solid, adds, tests_depth, pixels, nearness)
 
 

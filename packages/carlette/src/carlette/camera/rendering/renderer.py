@@ -219,7 +219,7 @@ def _seen_parts(shot: CapturedScene, view: CameraView) -> list[RenderPart]:
     seen = view.sees(centers, radii, PART_M)
     distance = np.linalg.norm(centers - np.array(view.pose.location), axis=1)
     order = np.argsort(np.where(seen, distance, np.inf), kind="stable")[: int(seen.sum())]
-    return [shot.parts[one] for one in order.tolist()]
+    return [shot.parts[item] for item in order.tolist()]
 
 
 def _seen_chunks(static_scene: StaticScene, view: CameraView, reach_m: float = REACH_M) -> list[tuple[Chunk, float]]:
@@ -227,7 +227,7 @@ def _seen_chunks(static_scene: StaticScene, view: CameraView, reach_m: float = R
     seen = view.sees(static_scene.centers, static_scene.radii, reach_m)
     distance = np.linalg.norm(static_scene.centers - np.array(view.pose.location), axis=1)
     order = np.argsort(np.where(seen, distance, np.inf), kind="stable")[: int(seen.sum())]
-    return [(static_scene.chunks[one], float(distance[one])) for one in order.tolist()]
+    return [(static_scene.chunks[item], float(distance[item])) for item in order.tolist()]
 
 
 def _hazed(chunk: Chunk, layer: str, distance: float, view: CameraView, light: Light) -> Bytes:

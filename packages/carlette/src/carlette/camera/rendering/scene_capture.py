@@ -34,7 +34,7 @@ class CapturedActors:
         """Return the view without the carrier if the camera is inside its body, except for the light that it casts."""
         if carrier is None or not contains(world, carrier, eye):
             return self
-        parts = [one for one in self.parts if one.actor_id != carrier.id or one.adds]
+        parts = [part for part in self.parts if part.actor_id != carrier.id or part.adds]
         return replace(self, parts=parts)
 
     def shot(self) -> CapturedScene:

@@ -127,7 +127,7 @@ def _disc(
     aside /= max(float(np.linalg.norm(aside)), 1e-6)
     up = np.cross(way, aside)
     middle = np.array(way) * DISTANCE_M * far
-    turns = [2 * math.pi * one / sides for one in range(sides)]
+    turns = [2 * math.pi * side / sides for side in range(sides)]
     ring = [middle + radius * (math.cos(a) * aside + flat * math.sin(a) * up) for a in turns]
     points = [(float(p[0]), float(p[1]), float(p[2])) for p in ring]
     builder.face(points, color, (-way[0], -way[1], -way[2]), glow=True)

@@ -70,7 +70,7 @@ def _movements(arms: list[StreetEnd]) -> Iterator[LaneMovement]:
         last_in = _driving(incoming.incoming)
         exits = [arm for arm in arms if arm is not incoming and _driving(arm.outgoing)]
         for outgoing in exits:
-            rightmost = turn_rad(incoming, outgoing) == min(turn_rad(incoming, one) for one in exits)
+            rightmost = turn_rad(incoming, outgoing) == min(turn_rad(incoming, exit) for exit in exits)
             for lane_in, lane_out in _lane_pairs(incoming, outgoing):
                 yield LaneMovement(incoming, lane_in, outgoing, lane_out, rightmost and lane_in == last_in)
             yield from _bicycles(incoming, outgoing)
@@ -108,7 +108,7 @@ def _connecting_road(
     start = _inner_edge(incoming.pose, incoming.incoming, movement.lane_in)
     end = _inner_edge(outgoing.pose.reversed(), outgoing.outgoing, movement.lane_out)
     segments = lead(start, end)
-    length_m = sum(one.length_m for one in segments)
+    length_m = sum(segment.length_m for segment in segments)
     road = road_element(road_id, node.name, start, segments, junction_id)
     link = SubElement(road, "link")
     for tag, arm in (("predecessor", incoming), ("successor", outgoing)):
@@ -122,14 +122,14 @@ def _connecting_road(
     right = SubElement(holder, "right")
     links: list[int | None] = []
     for position, (lane, widths, ends) in enumerate(_lanes(movement), 1):
-        one = lane_element(-position, lane.kind, widths, length_m, lane.mark)
+        item = lane_element(-position, lane.kind, widths, length_m, lane.mark)
         if ends:
             lane_links = Element("link")
             SubElement(lane_links, "predecessor", id=str(incoming.incoming_id(ends[0])))
             SubElement(lane_links, "successor", id=str(outgoing.outgoing_id(ends[1])))
-            one.insert(0, lane_links)
+            item.insert(0, lane_links)
         links.append(incoming.incoming_id(ends[0]) if ends else None)
-        right.append(one)
+        right.append(item)
     return road, links
 
 

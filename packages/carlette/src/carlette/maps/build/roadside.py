@@ -182,12 +182,12 @@ def _crossing(road: StreetRoad, crossing: StreetCrossing, ids: count[int]) -> Ro
         yield arm.road_id, "objects", element
     else:
         yield arm.road_id, "objects", _crosswalk(arm, crossing.at_m, (-1.5, 1.5), next(ids))
-    for one, lanes in ((road.last, road.last.incoming), (road.first, road.first.incoming)):
+    for item, lanes in ((road.last, road.last.incoming), (road.first, road.first.incoming)):
         driving = [position for position, lane in enumerate(lanes, 1) if lane.kind == "driving"]
         if driving:
-            ahead_m = road.length_m - crossing.at_m if one.at_end else crossing.at_m
-            place = _beside(one, ahead_m + 6.0)
-            ends = one.incoming_id(driving[0]), one.incoming_id(driving[-1])
+            ahead_m = road.length_m - crossing.at_m if item.at_end else crossing.at_m
+            place = _beside(item, ahead_m + 6.0)
+            ends = item.incoming_id(driving[0]), item.incoming_id(driving[-1])
             yield arm.road_id, "signals", _signal(RAILS if rails else PEDESTRIANS, next(ids), place, ends)
 
 

@@ -69,7 +69,7 @@ def build_street(
     start, end = nodes[street.start.node], nodes[street.end.node]
     first, last = _pose(start, street.start), _pose(end, street.end)
     segments = _line([first.reversed(), *street.via, last])
-    length_m = sum(one.length_m for one in segments)
+    length_m = sum(segment.length_m for segment in segments)
     element = road_element(road_id, street.name, first.reversed(), segments)
     link = SubElement(element, "link")
     SubElement(link, "predecessor", elementType="junction", elementId=str(junction_ids[start.name]))
@@ -86,7 +86,7 @@ def build_street(
 def road_element(road_id: int, name: str, start: Pose2D, segments: Iterable[Segment], junction: int = -1) -> Element:
     """A road with its plan view and nothing else yet."""
     pieces = list(segments)
-    length_m = sum(one.length_m for one in pieces)
+    length_m = sum(item.length_m for item in pieces)
     road = Element("road", name=name, length=number(length_m), id=str(road_id), junction=str(junction))
     view = Element("planView")
     s = 0.0
@@ -159,7 +159,7 @@ def _pose(node: JunctionNode, end: End) -> Pose2D:
 
 
 def _line(poses: list[Pose2D]) -> list[Segment]:
-    return [segment for one, next_one in pairwise(poses) for segment in lead(one, next_one)]
+    return [segment for pose, next_one in pairwise(poses) for segment in lead(pose, next_one)]
 
 
 def _heights(

@@ -90,8 +90,8 @@ def _ring_road() -> list[PlannedStreet]:
         ("West Avenue", [(0, 2), (0, 1)], _SOUTH),
     ]
     for index, (name, places, bearing) in enumerate(sides):
-        for one, other in pairwise(places):
-            streets.append(PlannedStreet(name, _end(*one, bearing), _end(*other, (bearing + 180) % 360), AVENUE))
+        for place, other in pairwise(places):
+            streets.append(PlannedStreet(name, _end(*place, bearing), _end(*other, (bearing + 180) % 360), AVENUE))
         _, following, next_bearing = sides[(index + 1) % 4]
         start, end = _end(*places[-1], bearing), _end(*following[0], (next_bearing + 180) % 360)
         streets.append(PlannedStreet(f"{name} corner", start, end, AVENUE, _corner(bearing)))

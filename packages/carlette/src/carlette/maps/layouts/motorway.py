@@ -36,7 +36,7 @@ def plan() -> Plan:
         names = [f"{carriageway} {side} {index}" for side in _order(carriageway) for index in range(4)]
         poses = {name: _place(name) for name in names}
         nodes.extend(JunctionNode(name, at.x, at.y, crosswalks=False) for name, at in poses.items())
-        streets.extend(_motorway(carriageway, one, other, poses) for one, other in pairwise([*names, names[0]]))
+        streets.extend(_motorway(carriageway, item, other, poses) for item, other in pairwise([*names, names[0]]))
         streets.extend(
             _collector(f"{carriageway} {side}", first, section, poses)
             for side in _order(carriageway)
@@ -64,14 +64,14 @@ def _place(name: str) -> Pose2D:
     return _start_of(carriageway, side).moved(_EXITS_AND_ENTRIES_M[int(index)])
 
 
-def _motorway(carriageway: str, one: str, other: str, poses: dict[str, Pose2D]) -> PlannedStreet:
-    start, end = poses[one], poses[other]
-    auxiliary = carriageway == "outer" and one.endswith("1")
-    turns = one.endswith("3")
+def _motorway(carriageway: str, first: str, second: str, poses: dict[str, Pose2D]) -> PlannedStreet:
+    start, end = poses[first], poses[second]
+    auxiliary = carriageway == "outer" and first.endswith("1")
+    turns = first.endswith("3")
     return PlannedStreet(
         f"Motorway {carriageway}",
-        End(one, math.degrees(start.yaw_rad), reach_m=_JOINT_M),
-        End(other, math.degrees(end.yaw_rad) + 180, reach_m=0.0),
+        End(first, math.degrees(start.yaw_rad), reach_m=_JOINT_M),
+        End(second, math.degrees(end.yaw_rad) + 180, reach_m=0.0),
         MOTORWAY_WITH_AUXILIARY if auxiliary else MOTORWAY,
         _half_circle(carriageway, start) if turns else (),
     )

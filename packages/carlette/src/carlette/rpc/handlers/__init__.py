@@ -17,8 +17,8 @@ from carlette.rpc.handlers import (
 from carlette.rpc.registry import Methods
 
 ALL = Methods().include(
-    one.methods
-    for one in (
+    item.methods
+    for item in (
         actors,
         batch,
         episode,

@@ -25,7 +25,10 @@ MOST_TEXT = 20_000
 def get_actor_definitions(session: ClientSession) -> Any:
     simulator = session.simulator
     definitions = load_catalogue().definitions
-    return [encode.definition(simulator.uids[one.id], one, simulator.version) for one in definitions.values()]
+    return [
+        encode.definition(simulator.uids[definition.id], definition, simulator.version)
+        for definition in definitions.values()
+    ]
 
 
 @methods.value("get_spectator")
@@ -36,7 +39,7 @@ def get_spectator(session: ClientSession) -> Any:
 @methods.value("get_actors_by_id")
 def get_actors_by_id(session: ClientSession, ids: list[int]) -> Any:
     actors = session.world.actors
-    return [session.wire(actors[one]) for one in dict.fromkeys(ids) if one in actors]
+    return [session.wire(actors[object_id]) for object_id in dict.fromkeys(ids) if object_id in actors]
 
 
 @methods.value("spawn_actor")

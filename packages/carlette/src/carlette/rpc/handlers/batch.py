@@ -74,7 +74,7 @@ def _count(commands: Sequence[Sequence[Any]]) -> int:
         here = left.pop()
         number += len(here)
         # Invalid commands get their own answers later.
-        spawns = (one[0][1] for one in here if _is_spawn(one))
+        spawns = (item[0][1] for item in here if _is_spawn(item))
         left += [payload[-1] for payload in spawns if payload and isinstance(payload[-1], list)]
     return number
 

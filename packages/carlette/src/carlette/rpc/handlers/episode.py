@@ -62,8 +62,8 @@ def set_episode_settings(session: ClientSession, wire: list[Any]) -> int:
         raise CompletionRequestError(f"fixed_delta_seconds is {fixed}; give {bounds} seconds, or 0 for a variable step")
     # All other clients read what is stored here.
     kinds = (bool, float, int, float, bool, float, float, bool)
-    others = [kind(one) for kind, one in zip(kinds, wire[3:11], strict=False)]
-    if not all(map(math.isfinite, others)) or not all(abs(one) < 2**31 for one in others):
+    others = [kind(item) for kind, item in zip(kinds, wire[3:11], strict=False)]
+    if not all(map(math.isfinite, others)) or not all(abs(other) < 2**31 for other in others):
         raise CompletionRequestError(
             f"set_episode_settings: {others} are not finite numbers within 32 bits; give real ones"
         )

@@ -20,7 +20,7 @@ def get_available_maps(session: ClientSession) -> list[str]:
 @methods.value("get_map_info")
 def get_map_info(session: ClientSession) -> Any:
     roads = session.world.roads
-    return [MAP_PREFIX + roads.file.name, [encode.pose(one) for one in roads.spawn_points()]]
+    return [MAP_PREFIX + roads.file.name, [encode.pose(point) for point in roads.spawn_points()]]
 
 
 @methods.value("get_map_data")

@@ -86,7 +86,7 @@ def get_light_boxes(session: ClientSession, actor_id: int) -> Any:
     pose = session.world.pose(light)
     places = [*heads(round(light.box.center.x, 1)), *_repeated(session, light.index)]
     boxes = (Box(pose.apply(Vector(*place)), HEAD_HALF, pose.rotation) for place in places)
-    return [encode.box(one) for one in boxes]
+    return [encode.box(box) for box in boxes]
 
 
 def _repeated(session: ClientSession, index: int) -> list[Point]:

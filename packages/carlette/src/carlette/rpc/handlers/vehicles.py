@@ -37,7 +37,7 @@ def apply_control_to_vehicle(session: ClientSession, actor_id: int, control: Wir
 @methods.void("apply_ackermann_control_to_vehicle")
 def apply_ackermann_control_to_vehicle(session: ClientSession, actor_id: int, control: Wire) -> None:
     actor = session.vehicle(actor_id, "apply_ackermann_control_to_vehicle")
-    values = [float(one) for one in control]
+    values = [float(item) for item in control]
     if len(values) != ACKERMANN_VALUES or not all(map(math.isfinite, values)):
         raise CompletionRequestError(
             f"apply_ackermann_control_to_vehicle: {values} are not {ACKERMANN_VALUES} finite numbers: "
@@ -60,7 +60,7 @@ def get_ackermann_controller_settings(session: ClientSession, actor_id: int) -> 
 @methods.void("apply_ackermann_controller_settings")
 def apply_ackermann_controller_settings(session: ClientSession, actor_id: int, gains: Wire) -> None:
     session.vehicle(actor_id, "apply_ackermann_controller_settings")
-    values = tuple(float(one) for one in gains[:6])
+    values = tuple(float(gain) for gain in gains[:6])
     if len(values) != len(GAINS) or not all(map(math.isfinite, values)):
         raise CompletionRequestError(f"apply_ackermann_controller_settings: {values} are not six finite gains")
     _controller(session, actor_id).gains = values

@@ -36,7 +36,7 @@ def get_bones_transform(session: ClientSession, actor_id: int) -> Any:
     """Return the joints of a standing figure, or of the pose that it was given; limbs do not swing here."""
     actor = session.walker(actor_id, "get_bones_transform")
     joints = bones(session.world.pose(actor), actor.box.extent.z, actor.posed, actor.blend)
-    return [[[one.name, *map(encode.pose, (one.world, one.component, one.relative))] for one in joints]]
+    return [[[joint.name, *map(encode.pose, (joint.world, joint.component, joint.relative))] for joint in joints]]
 
 
 @methods.void("set_bones_transform")
@@ -44,7 +44,7 @@ def set_bones_transform(session: ClientSession, actor_id: int, control: Sequence
     """Set joints, each in its parent bone's frame; `blend_pose` shows them."""
     actor = session.walker(actor_id, "set_bones_transform")
     posed = {str(name): encode.read_pose(transform) for name, transform in control[0]}
-    if not all(one.is_finite() for one in posed.values()):
+    if not all(item.is_finite() for item in posed.values()):
         raise CompletionRequestError("set_bones_transform: a transform is not finite; give real coordinates")
     unknown = [name for name in posed if name not in BONES]
     if unknown:

@@ -325,7 +325,7 @@ class BehaviorDriver:
         others = seen.part(~seen.among(self._changing.entered))
         found = entering(others, where, self._model, speed)
         slow = slow_adjacent_vehicles(seen, where, self._model)
-        return found + [one for one in slow if self._is_off_the_lanes(around, one.actor_id)]
+        return found + [item for item in slow if self._is_off_the_lanes(around, item.actor_id)]
 
     def _is_off_the_lanes(self, around: NearbyObjects, actor_id: int) -> bool:
         """True if a body is on no lane of moving traffic."""

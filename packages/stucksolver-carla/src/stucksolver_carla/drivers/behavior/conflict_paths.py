@@ -162,7 +162,7 @@ class _Junction:
         if not near.any():
             return None
         lanes = self._through(key)
-        xy = np.concatenate([self._points(one) for one in lanes])
+        xy = np.concatenate([self._points(lane) for lane in lanes])
         kept = np.concatenate([[True], np.hypot(*np.diff(xy, axis=0).T) > 0.1])
         xy = xy[kept]
         step = np.diff(xy, axis=0)
@@ -195,7 +195,7 @@ class _Junction:
             joins=joins,
             approach=lanes[max(lanes.index(key) - 1, 0)],
             goes_first=stop_sign or self._goes_first(through, joins),
-            lights=tuple(light for one in lanes for light in self._governing.get((one[0], one[2]), [])),
+            lights=tuple(light for lane in lanes for light in self._governing.get((lane[0], lane[2]), [])),
         )
 
     def _goes_first(self, through: Array, joins: bool) -> bool:
@@ -215,7 +215,7 @@ class _Junction:
         for onward, reach in ((self._graph.before, self._upstream_m), (self._graph.after, DOWNSTREAM_M)):
             here, gone = key, 0.0
             while gone < reach and (options := onward(here) - set(lanes)):
-                here = min(options, key=lambda one: abs(_turn_rad(self._yaws(one))))
+                here = min(options, key=lambda option: abs(_turn_rad(self._yaws(option))))
                 lanes.insert(0 if onward == self._graph.before else len(lanes), here)
                 gone += float(self._indices(here)[1] - self._indices(here)[0])
         return lanes
@@ -232,7 +232,7 @@ class _Junction:
     def _yaws(self, key: LaneKey) -> Array:
         first, last = self._indices(key)
         ends = (self._graph.samples[first], self._graph.samples[last])
-        return np.radians([one.transform.rotation.yaw for one in ends])
+        return np.radians([end.transform.rotation.yaw for end in ends])
 
 
 def _junction_stretches(route: Sequence[RoutePoint]) -> Iterator[tuple[int, int]]:

@@ -75,18 +75,18 @@ def with_flow_speed(
     """Return them with the median speed of their stream, where their own differs from it by no more than noise."""
     paces = {}
     for way in {id(way): way for way, _ in seen}.values():
-        speeds = [one.speed for its, one in seen if its is way]
+        speeds = [item.speed for its, item in seen if its is way]
         paces[id(way)] = float(np.median(speeds)) if len(speeds) >= STREAM else math.nan
-    usual = [abs(one.speed - paces[id(way)]) < NOISE_MPS for way, one in seen]
+    usual = [abs(item.speed - paces[id(way)]) < NOISE_MPS for way, item in seen]
     return [
-        (way, one._replace(speed=paces[id(way)]) if noise else one)
-        for (way, one), noise in zip(seen, usual, strict=True)
+        (way, item._replace(speed=paces[id(way)]) if noise else item)
+        for (way, item), noise in zip(seen, usual, strict=True)
     ]
 
 
 def flow_speed_mps(coming: Sequence[tuple[ConflictPath, ConflictingVehicle]]) -> float:
     """Return the speed of priority traffic where the route joins it (m/s); unlimited without any."""
-    return max((one.speed for way, one in coming if way.joins and way.goes_first), default=math.inf)
+    return max((item.speed for way, item in coming if way.joins and way.goes_first), default=math.inf)
 
 
 def comes(way: ConflictPath, other: ConflictingVehicle) -> bool:
@@ -131,4 +131,4 @@ class TurnStatistics:
         """True if the vehicle may take this way, as far as one can tell."""
         took = self._took.get(way.approach, {}).values()
         near = way.inside_s - other.s - other.half_length < self._shown_m
-        return near or len(took) < _ENOUGH or any(one is way for one in took)
+        return near or len(took) < _ENOUGH or any(item is way for item in took)

@@ -202,7 +202,7 @@ class JunctionYield:
     ) -> list[tuple[ConflictPath, ConflictingVehicle]]:
         """Return those who come by a junction's ways and are not expected to wait or to turn off."""
         others = moving(around)
-        under_way = [(way, one) for way in meeting.ways for one in vehicles_on_path(way, others)]
+        under_way = [(way, vehicle) for way in meeting.ways for vehicle in vehicles_on_path(way, others)]
         self._habits.see([seen for seen in under_way if not (self._sensed and seen[1].actor_id >= FIRST_FAR_ID)])
         if self._sensed:
             paced = self._pace_before.of(under_way, self._now_s)
@@ -210,7 +210,7 @@ class JunctionYield:
             # of whom only the camera sees just the nearest possible place is told, up to 20 m before the true one.
             measured = [seen for seen in under_way if seen[1].actor_id < FIRST_FAR_ID]
             under_way = with_flow_speed(measured if self.going else paced)
-        return [(way, one) for way, one in under_way if comes(way, one) and self._habits.expect(way, one)]
+        return [(way, item) for way, item in under_way if comes(way, item) and self._habits.expect(way, item)]
 
     def _drive(self, line: Path, s: float, speed: float, top_mps: float) -> EgoRollout:
         """Return the ego's drive if it goes now."""
@@ -251,9 +251,9 @@ class JunctionYield:
         if way.route_meets_s <= front:
             return False
         rear = way.route_meets_s - 2.0 * self._model.half_length - 1.0
-        first = [one for one in meeting.ways if one.goes_first and one is not way]
+        first = [item for item in meeting.ways if item.goes_first and item is not way]
         return not way.joins or not any(
-            one.route_meets_s < way.route_meets_s and one.route_parts_s > rear for one in first
+            item.route_meets_s < way.route_meets_s and item.route_parts_s > rear for item in first
         )
 
     def _margin(self) -> Margin:
@@ -265,7 +265,7 @@ def _not_yet_there(
     coming: Sequence[tuple[ConflictPath, ConflictingVehicle]],
 ) -> list[tuple[ConflictPath, ConflictingVehicle]]:
     """Return them without those whose front is where their way crosses the route, or past that."""
-    return [(way, one) for way, one in coming if way.joins or one.s + one.half_length < way.meets_s]
+    return [(way, item) for way, item in coming if way.joins or item.s + item.half_length < way.meets_s]
 
 
 def _asks_to_look(meeting: JunctionConflicts, line: Path) -> bool:

@@ -89,14 +89,14 @@ class LaneGraph:
 
     def after(self, key: LaneKey) -> set[LaneKey]:
         """The lanes that a lane leads to."""
-        return {one for one in self._successors.get(key, set()) if one in self._span}
+        return {successor for successor in self._successors.get(key, set()) if successor in self._span}
 
     @cached_property
     def _predecessors(self) -> dict[LaneKey, set[LaneKey]]:
         found: dict[LaneKey, set[LaneKey]] = {}
         for key in self._span:
-            for one in self.after(key):
-                found.setdefault(one, set()).add(key)
+            for item in self.after(key):
+                found.setdefault(item, set()).add(key)
         return found
 
     @cached_property

@@ -44,23 +44,23 @@ class LaneSpeedPrior:
         """Return them, the new ones with the pace of their way (m/s) if they seem slower, those that only the camera
         sees with little more than others drove if they seem faster.
         """
-        self._since = {(id(way), one.actor_id): self._since.get((id(way), one.actor_id), now_s) for way, one in seen}
+        self._since = {(id(way), item.actor_id): self._since.get((id(way), item.actor_id), now_s) for way, item in seen}
         speeds: dict[int, list[float]] = {}
-        for way, one in seen:
-            if one.actor_id < FIRST_FAR_ID and not self._is_new(way, one, now_s):
-                speeds.setdefault(id(way), []).append(one.speed)
+        for way, item in seen:
+            if item.actor_id < FIRST_FAR_ID and not self._is_new(way, item, now_s):
+                speeds.setdefault(id(way), []).append(item.speed)
                 drove = self._drove.setdefault(id(way), {})
-                drove[one.actor_id] = now_s, max(one.speed, drove.get(one.actor_id, (0.0, 0.0))[1])
+                drove[item.actor_id] = now_s, max(item.speed, drove.get(item.actor_id, (0.0, 0.0))[1])
         self._paces |= {way: (now_s, float(np.median(some))) for way, some in speeds.items()}
-        return [(way, self._believed(way, one, now_s)) for way, one in seen]
+        return [(way, self._believed(way, item, now_s)) for way, item in seen]
 
-    def _is_new(self, way: ConflictPath, one: ConflictingVehicle, now_s: float) -> bool:
-        return now_s - self._since[id(way), one.actor_id] < NEW_S
+    def _is_new(self, way: ConflictPath, vehicle: ConflictingVehicle, now_s: float) -> bool:
+        return now_s - self._since[id(way), vehicle.actor_id] < NEW_S
 
-    def _believed(self, way: ConflictPath, one: ConflictingVehicle, now_s: float) -> ConflictingVehicle:
-        speed = max(one.speed, self._pace(id(way), now_s)) if self._is_new(way, one, now_s) else one.speed
-        most = self._most(id(way), now_s) if one.actor_id >= FIRST_FAR_ID else math.inf
-        return one._replace(speed=min(speed, most))
+    def _believed(self, way: ConflictPath, vehicle: ConflictingVehicle, now_s: float) -> ConflictingVehicle:
+        speed = max(vehicle.speed, self._pace(id(way), now_s)) if self._is_new(way, vehicle, now_s) else vehicle.speed
+        most = self._most(id(way), now_s) if vehicle.actor_id >= FIRST_FAR_ID else math.inf
+        return vehicle._replace(speed=min(speed, most))
 
     def _pace(self, way: int, now_s: float) -> float:
         since_s, pace = self._paces.get(way, (now_s, 0.0))

@@ -76,7 +76,7 @@ def allowed_acceleration(
     forecasts = (_along_the_road(path, others, seen, t), _as_they_turn(others, turning[who], t))
     # An ego that hardly moves stops: creeping on would slowly bring it into the others' way.
     gentlest = min(wished, -HALTS_MPS2) if speed < CREEPS_MPS else wished
-    tried = [wished] + [one for one in BRAKING_MPS2 if one < wished and one <= gentlest]
+    tried = [wished] + [item for item in BRAKING_MPS2 if item < wished and item <= gentlest]
     half_length = others.half_length + AFTER_S / 2.0 * np.hypot(others.vx, others.vy)
     best, latest = tried[-1], -1.0
     for acceleration in tried:
@@ -86,7 +86,7 @@ def allowed_acceleration(
         ex, ey = ex - offset * np.sin(eyaw), ey + offset * np.cos(eyaw)
         ego = (ex[:, None], ey[:, None], eyaw[:, None])
         size = (model.half_length + CLEARANCE_M, model.half_width + BESIDE_M)
-        met = [separation(ego, size, one, (half_length, others.half_width)) <= 0.0 for one in forecasts]
+        met = [separation(ego, size, forecast, (half_length, others.half_width)) <= 0.0 for forecast in forecasts]
         # A vehicle that runs into a standing one could have stopped.
         both = met[0] & (v > _MOVES_MPS)[:, None] & met[1].any(axis=0)
         touches = both.any(axis=1)
@@ -181,13 +181,13 @@ class TurnRates:
         speed = np.hypot(around.vx, around.vy).tolist()
         course = np.arctan2(around.vy, around.vx).tolist()
         seen = {}
-        for one, v, now in zip(around.actor_id, speed, course, strict=True):
+        for item, v, now in zip(around.actor_id, speed, course, strict=True):
             if v > _MOVES_MPS:
-                before, rate = self._seen.get(one, (now, 0.0))
+                before, rate = self._seen.get(item, (now, 0.0))
                 measured = math.remainder(now - before, math.tau) / dt_s
-                seen[one] = (now, rate + min(dt_s / _SMOOTHED_S, 1.0) * (measured - rate))
+                seen[item] = (now, rate + min(dt_s / _SMOOTHED_S, 1.0) * (measured - rate))
         self._seen = seen
-        return np.array([seen[one][1] if one in seen else 0.0 for one in around.actor_id], dtype=np.float64)
+        return np.array([seen[item][1] if item in seen else 0.0 for item in around.actor_id], dtype=np.float64)
 
 
 def _driven(s: float, speed: float, acceleration: float, t: Array) -> tuple[Array, Array]:

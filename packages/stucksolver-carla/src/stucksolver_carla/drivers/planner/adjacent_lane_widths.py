@@ -45,7 +45,7 @@ class AdjacentLaneWidths:
         low, high = np.searchsorted(self.s, (start_m, end_m))
         if high >= len(self.s):
             return CLOSED
-        return LaneWidths(*(float(one) for one in self.widths[low : high + 1].min(axis=0)))
+        return LaneWidths(*(float(item) for item in self.widths[low : high + 1].min(axis=0)))
 
     def junction_after(self, s_m: float) -> float:
         """Return the start of the next stretch beside which nothing is known (m); infinite if there is none."""
@@ -56,7 +56,7 @@ class AdjacentLaneWidths:
 def sides_of(route: Sequence[RoutePoint], line: Path) -> AdjacentLaneWidths:
     """Return the lanes beside each point of a route."""
     places = [point.waypoint.transform.location for point in route]
-    xy = np.array([(one.x, one.y) for one in places])
+    xy = np.array([(place.x, place.y) for place in places])
     arc = arc_lengths(xy)
     s = arc * (line.length / max(float(arc[-1]), 1e-6))
     x, y, _ = line.at(s)

@@ -34,7 +34,7 @@ class Blockers:
     def see(self, bodies: RouteObjects, now_s: float) -> None:
         """Note which bodies are stationary now."""
         standing = bodies.actor_id[bodies.speed < STANDS_MPS].tolist()
-        self._since = {one: self._since.get(one, now_s) for one in standing}
+        self._since = {obj: self._since.get(obj, now_s) for obj in standing}
 
     def stationary_for_s(self, actor_id: int, now_s: float) -> float:
         """Return how long it has been stationary (s); 0 if it moves."""

@@ -36,7 +36,7 @@ def crossing_riders(
     riders = around.part(rides)
     if len(riders) == 0:
         return []
-    known = {one.actor_id for way in meeting.ways for one in vehicles_on_path(way, riders)}
+    known = {vehicle.actor_id for way in meeting.ways for vehicle in vehicles_on_path(way, riders)}
     inside = (line.s > meeting.wait_s - _BEFORE_M) & (line.s < meeting.last_s + _AFTER_M)
     own_s, own_yaw = line.s[inside], line.yaw[inside]
     course = np.arctan2(riders.vy, riders.vx)

@@ -46,9 +46,9 @@ class Berths:
         parked = parked_beside(bodies, s_m, model)
         ids = bodies.actor_id
         self._kept = {
-            one: shift
-            for one, shift in self._kept.items()
-            if s_m < shift.back_m and (s_m > shift.returns_m or one in ids[parked])
+            item: shift
+            for item, shift in self._kept.items()
+            if s_m < shift.back_m and (s_m > shift.returns_m or item in ids[parked])
         }
         for k in np.flatnonzero(parked).tolist():
             if int(ids[k]) not in self._kept:

@@ -64,7 +64,7 @@ class FlowMergeYield(JunctionYield):
         limit = min((way.route_meets_s for way in found.met if way.route_meets_s > front), default=front)
         places = {way.route_meets_s for way in meeting.ways if front < way.route_meets_s <= limit}
         rooms = [place - front for place in places if self._enters_nothing(meeting, front, place)]
-        room = max((one for one in rooms if can_stop(speed, one, FULL_MPS2)), default=None)
+        room = max((item for item in rooms if can_stop(speed, item, FULL_MPS2)), default=None)
         return usual if room is None else YieldDecision(room, frozenset())
 
     def _enters_nothing(self, meeting: JunctionConflicts, front: float, place: float) -> bool:
@@ -78,6 +78,6 @@ class FlowMergeYield(JunctionYield):
 
     def _top_mps(self, motion: EgoSpeeds, coming: Sequence[tuple[ConflictPath, ConflictingVehicle]]) -> float:
         pace = flow_speed_mps(coming)
-        self.judged = frozenset(one.actor_id for _, one in coming)
+        self.judged = frozenset(item.actor_id for _, item in coming)
         self.flow_mps = min(pace, FASTEST_MPS) if math.isfinite(pace) else 0.0
         return self.flow_mps or motion.top_mps

@@ -134,7 +134,7 @@ def proposals(here: PassContext, group: Flags) -> Iterator[PassCandidate]:
     wide = np.where(parked, BESIDE_DOORS_M + model.half_width, keep)
     speed = min(here.cruise_mps, PASSING_MPS)
     for side in (-1, 1):
-        edge, beyond = (float((side * bodies.d + bodies.aside + one).max()) for one in (keep, wide))
+        edge, beyond = (float((side * bodies.d + bodies.aside + item).max()) for item in (keep, wide))
         for offset in dict.fromkeys((edge, beyond, *_lane_middles(here, start, side, edge))):
             for share in TIGHTER:
                 found = _pass(here, bodies, side * offset, share, speed)

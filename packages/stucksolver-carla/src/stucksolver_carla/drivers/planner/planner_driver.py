@@ -346,16 +346,16 @@ class PlannerDriver(BehaviorDriver):
         if now_s < self._lamps_at_s + LAMPS_EVERY_S:
             return
         self._lamps_at_s = now_s
-        new = [one for one in here.bodies.actor_id.tolist() if one not in self._kinds]
+        new = [item for item in here.bodies.actor_id.tolist() if item not in self._kinds]
         if new:
             self._kinds.update({actor.id: str(actor.type_id) for actor in self._world.get_actors(new)})
         self._blockers.things = frozenset(
-            one for one, kind in self._kinds.items() if not kind.startswith(("vehicle.", "walker.", "animal."))
+            item for item, kind in self._kinds.items() if not kind.startswith(("vehicle.", "walker.", "animal."))
         )
         if (here.bodies.speed < STANDS_MPS).any() or approaches_from_behind(here):
-            lamps = {int(one): int(on) for one, on in self._world.get_vehicles_light_states().items()}
-            self._hazard_lamps = frozenset(one for one, on in lamps.items() if on & HAZARD_LAMPS == HAZARD_LAMPS)
-            self._emergency = frozenset(one for one, on in lamps.items() if on & EMERGENCY_LAMPS)
+            lamps = {int(state): int(on) for state, on in self._world.get_vehicles_light_states().items()}
+            self._hazard_lamps = frozenset(lamp for lamp, on in lamps.items() if on & HAZARD_LAMPS == HAZARD_LAMPS)
+            self._emergency = frozenset(lamp for lamp, on in lamps.items() if on & EMERGENCY_LAMPS)
 
     def _acceleration(self, path: Path, way: EgoMotion, around: NearbyObjects) -> float:
         allowed = super()._acceleration(path, way, around)

@@ -75,7 +75,7 @@ class UnprotectedTurnYield(FlowMergeYield):
         wait_s: float,
     ) -> None:
         super().__init__(meetings, profile, model, HURRIED)
-        self._turn = min(meetings, key=lambda one: abs(one.wait_s - wait_s), default=None)
+        self._turn = min(meetings, key=lambda meeting: abs(meeting.wait_s - wait_s), default=None)
         self._streams = [] if self._turn is None else stream_ways(line, self._turn) or joined_streams(self._turn)
 
     def look(self, line: Path, s: float, motion: EgoSpeeds, around: NearbyObjects, dt_s: float) -> YieldDecision:

@@ -85,9 +85,9 @@ class ActorFlow(Scenario):
         found = [self._line(start, end)]
         if self.all_lanes:
             for slot in [k for k in range(-MOST_LANES, MOST_LANES + 1) if k]:
-                one, other = beside(start, slot), beside(end, slot)
-                if one is not None and other is not None:
-                    found.append(self._line(one, other))
+                first, second = beside(start, slot), beside(end, slot)
+                if first is not None and second is not None:
+                    found.append(self._line(first, second))
         return found
 
     def _line(self, start: Any, end: Any) -> list[Any]:
@@ -115,7 +115,7 @@ def _along_lane(start: Any, end: Any) -> list[Any]:
         after = line[-1].next(2.0)
         if not after:
             break
-        best = min(after, key=lambda one: one.transform.location.distance(goal))
+        best = min(after, key=lambda item: item.transform.location.distance(goal))
         near = line[-1].transform.location.distance(goal)
         if near < 4.0 and best.transform.location.distance(goal) > near:
             break

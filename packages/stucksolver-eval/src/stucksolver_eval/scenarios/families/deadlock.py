@@ -55,7 +55,7 @@ class Deadlock(JunctionScenario):
     @cached_property
     def noser(self) -> carla.Waypoint | None:
         """The entry on the right whose path meets the hero's, or None."""
-        nearest = min(self.entries_from("right"), key=lambda one: self._apart(self._line(one)).min(), default=None)
+        nearest = min(self.entries_from("right"), key=lambda entry: self._apart(self._line(entry)).min(), default=None)
         meets = nearest is not None and self._apart(self._line(nearest)).min() < NOSE_GAP_M
         return nearest if meets else None
 

@@ -28,7 +28,9 @@ class JunctionScenario(Scenario):
 
     @cached_property
     def _found(self) -> RouteJunction | None:
-        return next((one for one in route_junctions(self.setting.route) if one.last >= self.trigger_index), None)
+        return next(
+            (junction for junction in route_junctions(self.setting.route) if junction.last >= self.trigger_index), None
+        )
 
     @cached_property
     def junction(self) -> RouteJunction:
@@ -66,8 +68,8 @@ class JunctionScenario(Scenario):
     def entries_from(self, side: str) -> list[carla.Waypoint]:
         """Return the last waypoints of the lanes that enter from a side: `left`, `right` or `opposite`."""
         inside = self.setting.route.waypoints[self.junction.first]
-        others = [one for one in entries(inside) if one.road_id != self.entry.road_id]
-        return [one for one in others if _comes_from(self.entry, one) == side]
+        others = [entry for entry in entries(inside) if entry.road_id != self.entry.road_id]
+        return [other for other in others if _comes_from(self.entry, other) == side]
 
     def passes_exit(self) -> bool:
         """Return True if the hero has left the junction."""
@@ -95,7 +97,7 @@ class JunctionScenario(Scenario):
             after = line[-1].next(2.0)
             if not after:
                 return line
-            line.append(min(after, key=lambda one: ways(entry, one)) if len(after) > 1 else after[0])
+            line.append(min(after, key=lambda item: ways(entry, item)) if len(after) > 1 else after[0])
             if line[-1].is_junction:
                 break
         while line[-1].is_junction and (after := line[-1].next(2.0)):
@@ -111,7 +113,7 @@ class JunctionScenario(Scenario):
 
     def lights_of(self, roads: set[int]) -> list[carla.TrafficLight]:
         """Return the lights that stop one of these roads, given by ids of roads outside or inside the junction."""
-        return [one for one in self.lights if any(w.road_id in roads for w in one.get_stop_waypoints())]
+        return [light for light in self.lights if any(w.road_id in roads for w in light.get_stop_waypoints())]
 
     @cached_property
     def own_lights(self) -> list[carla.TrafficLight]:
@@ -122,7 +124,7 @@ class JunctionScenario(Scenario):
 
     def hold_lights(self, green: Sequence[Any]) -> None:
         """Freeze the junction's lights: green for these, red for all others."""
-        lucky = {one.id for one in green}
+        lucky = {item.id for item in green}
         for light in self.lights:
             light.set_state(FROZEN["green"] if light.id in lucky else FROZEN["red"])
         if self.lights:

@@ -71,7 +71,7 @@ def upstream(waypoint: carla.Waypoint, distance_m: float, step_m: float = 5.0) -
         before = here.previous(step)
         if not before:
             return here
-        here, gone = min(before, key=lambda one: abs(turn_deg(one, here))), gone + step
+        here, gone = min(before, key=lambda item: abs(turn_deg(item, here))), gone + step
     return here
 
 
@@ -82,7 +82,7 @@ def run_of_lane(start: carla.Waypoint, length_m: float, step_m: float = 2.0) -> 
         after = found[-1].next(step_m)
         if not after:
             break
-        found.append(after[0] if len(after) == 1 else min(after, key=lambda one: abs(way_turn_deg(found[-1], one))))
+        found.append(after[0] if len(after) == 1 else min(after, key=lambda item: abs(way_turn_deg(found[-1], item))))
         gone += step_m
     return found
 

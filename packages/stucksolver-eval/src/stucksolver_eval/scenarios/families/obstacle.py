@@ -91,7 +91,7 @@ class Obstacle(Scenario):
     def new_cars(self) -> list[str]:
         """Return the ordinary cars of CARLA's second generation, which have working lamps."""
         ordinary = set(self.cast.car_kinds)
-        return [one for one in self.cast.kinds(base_type="car", generation="2") if one in ordinary]
+        return [kind for kind in self.cast.kinds(base_type="car", generation="2") if kind in ordinary]
 
     def hazard_lamps(self, member: ScenarioActor) -> None:
         """Switch on the hazard lights of an actor."""

@@ -58,7 +58,7 @@ class TurnAgainstFlow(JunctionScenario):
                 flow.fill()
         lit = self.lights_of({entry.road_id for entry in starts}) if self.signalized else []
         if self.signalized:
-            self.hold_lights(green=[one for one in lit if one not in self.own_lights])
+            self.hold_lights(green=[item for item in lit if item not in self.own_lights])
         green_at_s = self.cast.time_s + RED_S
         while not (self.passes_exit() or self.at_route_end()):
             for flow in flows:
@@ -84,11 +84,11 @@ class LeftTurn(TurnAgainstFlow):
     needs_map = "a junction with an oncoming road"
 
     def flow_entries(self) -> list[Any]:
-        return [one for one in self.entries_from("opposite") if self._can(one, straight_way, 40.0)]
+        return [entry for entry in self.entries_from("opposite") if self._can(entry, straight_way, 40.0)]
 
     def _can(self, entry: carla.Waypoint, rate: Any, most: float) -> bool:
-        inside = [one for one in entry.next(2.0) if one.is_junction]
-        return any(rate(entry, one) < most for one in inside)
+        inside = [item for item in entry.next(2.0) if item.is_junction]
+        return any(rate(entry, item) < most for item in inside)
 
 
 class RightTurn(TurnAgainstFlow):
@@ -101,7 +101,7 @@ class RightTurn(TurnAgainstFlow):
 
     def flow_entries(self) -> list[Any]:
         into = way_to(self.exit.road_id)
-        return [one for one in self.entries_from("left") if _leads(one, into)]
+        return [entry for entry in self.entries_from("left") if _leads(entry, into)]
 
     def ways(self, entry: carla.Waypoint) -> Any:
         return way_to(self.exit.road_id, self.exit.lane_id)
@@ -114,7 +114,7 @@ class LeftTurnEnterFlow(TurnAgainstFlow):
 
     def flow_entries(self) -> list[Any]:
         into = way_to(self.exit.road_id)
-        return [one for one in self.entries_from("opposite") if _leads(one, into)]
+        return [entry for entry in self.entries_from("opposite") if _leads(entry, into)]
 
     def ways(self, entry: carla.Waypoint) -> Any:
         return way_to(self.exit.road_id, self.exit.lane_id)
@@ -122,4 +122,4 @@ class LeftTurnEnterFlow(TurnAgainstFlow):
 
 def _leads(entry: carla.Waypoint, into: Any) -> bool:
     """Return True if a lane leads to the road of the rating `into` (see `way_to`)."""
-    return any(into(entry, one) < 1000.0 for one in entry.next(2.0) if one.is_junction)
+    return any(into(entry, item) < 1000.0 for item in entry.next(2.0) if item.is_junction)

@@ -83,7 +83,7 @@ def with_unexplained(detections: Detections, standing: Floats, known: Floats) ->
     if len(left) < FEWEST:
         return detections
     found = [left[group] for group in clusters_of(_cells(left[:, 0], left[:, 1]))]
-    return _joined(detections, [one for one in found if len(one) >= FEWEST and _stands(one[:, 2])])
+    return _joined(detections, [item for item in found if len(item) >= FEWEST and _stands(item[:, 2])])
 
 
 def _stands(above: Floats) -> bool:
@@ -131,7 +131,7 @@ def _cells(x: Floats, y: Floats) -> NDArray[np.int64]:
 def _joined(detections: Detections, found: list[Floats]) -> Detections:
     if not found:
         return detections
-    low, high = (np.array([f(one, axis=0) for one in found]) for f in (np.min, np.max))
+    low, high = (np.array([f(item, axis=0) for item in found]) for f in (np.min, np.max))
     top = high[:, 2]
     size = np.column_stack([np.maximum(high[:, :2] - low[:, :2], LEAST_M), top])
     person = (size[:, :2].max(axis=1) <= PERSON_WIDE_M) & (top >= PERSON_TALL_M)

@@ -81,7 +81,7 @@ class GuardPolicy(FrozenModel):
         asked: dict[str, tuple[str, str]] = {
             name: (self.release(name).value, other.release(name).value) for name in REGISTRY
         }
-        asked |= {one: (self.scene_release(one).value, other.scene_release(one).value) for one in SCENES}
+        asked |= {scene: (self.scene_release(scene).value, other.scene_release(scene).value) for scene in SCENES}
         asked["solid_line"] = (self.solid_line, other.solid_line)
         return tuple(name for name, (ours, theirs) in asked.items() if RANKS.index(ours) < RANKS.index(theirs))
 

@@ -41,7 +41,7 @@ class Wait(StationaryBehavior):
         if self.until == "passed":
             near = (view.s - view.ego_s > -SIREN_BEHIND_M) & (view.gap <= 0.0)
             sounds = (o.kind is ObjectKind.EMERGENCY and bool(o.emergency_lights) for o in view.objects)
-            return not any(one and two for one, two in zip(near, sounds, strict=True))
+            return not any(item and two for item, two in zip(near, sounds, strict=True))
         return False
 
     def time_allowance_s(self, expected_s: float) -> float:

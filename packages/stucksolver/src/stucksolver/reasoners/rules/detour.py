@@ -83,10 +83,10 @@ def _closes(o: SceneObject) -> bool:
     return bool(o.position_sd_m) and o.kind in LIKE_A_BARRIER and stood and across_m >= LEAST_ACROSS_M
 
 
-def _gap_m(one: SceneObject, other: SceneObject) -> float:
+def _gap_m(first: SceneObject, second: SceneObject) -> float:
     """Return a lower bound of the gap between two objects, whatever their orientation (m)."""
-    apart = math.hypot(one.x_m - other.x_m, one.y_m - other.y_m)
-    return apart - max(one.length_m, one.width_m) / 2 - max(other.length_m, other.width_m) / 2
+    apart = math.hypot(first.x_m - second.x_m, first.y_m - second.y_m)
+    return apart - max(first.length_m, first.width_m) / 2 - max(second.length_m, second.width_m) / 2
 
 
 def _edges_m(scene: Scene) -> tuple[float, float]:

@@ -16,7 +16,7 @@ def has_been_tried(scene: Scene, name: str) -> bool:
 
 def failed_for(scene: Scene, *why: RejectCode | PlanFailure) -> bool:
     """True if a plan was refused or given up for one of these reasons in the last `REMEMBERED_S`."""
-    return any(one in (*attempt.codes, *attempt.failures) for attempt in recent(scene) for one in why)
+    return any(item in (*attempt.codes, *attempt.failures) for attempt in recent(scene) for item in why)
 
 
 def often_failed_for(scene: Scene, least: int, *why: RejectCode | PlanFailure) -> bool:

@@ -144,7 +144,9 @@ def approvable_rules(plan: RecoveryPlan) -> frozenset[str]:
     """The rules for which a person may be asked. A red light only if the plan creeps across it and does nothing
     else.
     """
-    creeps = len(plan.behaviors) == 1 and isinstance(one := plan.behaviors[0], KeepLane) and one.speed_mps <= CREEP_MPS
+    creeps = (
+        len(plan.behaviors) == 1 and isinstance(item := plan.behaviors[0], KeepLane) and item.speed_mps <= CREEP_MPS
+    )
     return RELEASABLE | set(RED_LIGHT) if creeps else RELEASABLE
 
 
@@ -157,9 +159,9 @@ def _needs(guard: Guard, behavior: str, to: Person) -> bool:
     return release is ApprovalLevel.PASSENGER or (release is ApprovalLevel.OPERATOR and to == "operator")
 
 
-def union(one: Approvals, other: Approvals) -> Approvals:
+def union(first: Approvals, second: Approvals) -> Approvals:
     """The union of two sets of approvals."""
-    return Approvals(one.passenger | other.passenger, one.operator | other.operator, one.barred | other.barred)
+    return Approvals(first.passenger | second.passenger, first.operator | second.operator, first.barred | second.barred)
 
 
 def with_approval(has: Approvals, by: Person, what: tuple[str, ...]) -> Approvals:

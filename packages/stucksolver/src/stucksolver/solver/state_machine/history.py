@@ -56,11 +56,11 @@ def _pace(behavior: Behavior) -> tuple[str, ...]:
     return () if speed is None else ("walking" if speed <= CREEP_MPS else "driving",)
 
 
-def _alike(one: RecoveryPlan, other: RecoveryPlan) -> bool:
+def _alike(first: RecoveryPlan, second: RecoveryPlan) -> bool:
     """True for the same behaviours with numbers that hardly differ."""
-    if signature(one) != signature(other):
+    if signature(first) != signature(second):
         return False
-    pairs = zip(map(_figures, one.behaviors), map(_figures, other.behaviors), strict=True)
+    pairs = zip(map(_figures, first.behaviors), map(_figures, second.behaviors), strict=True)
     return all(abs(a - b) < ALIKE for ones, others in pairs for a, b in zip(ones, others, strict=True))
 
 
@@ -113,7 +113,7 @@ class AttemptHistory:
         A second plan of the kind is the last one.
         """
         kept = replace(self, halves=(*self.halves, plan))
-        again = any(signature(one) == signature(plan) for one in self.halves)
+        again = any(signature(halve) == signature(plan) for halve in self.halves)
         return kept._barred(plan, TEXTS[AttemptOutcome.ABORTED]) if again else kept
 
     def useless(self, plan: RecoveryPlan) -> AttemptHistory:
@@ -132,7 +132,7 @@ class AttemptHistory:
     def against(self, plan: RecoveryPlan) -> Verdict | None:
         """Refuse a plan that failed before, if the reason still holds."""
         why = self.barred.get(signature(plan))
-        if why is None and any(_alike(one, plan) for one in self.halves):
+        if why is None and any(_alike(halve, plan) for halve in self.halves):
             why = TEXTS[AttemptOutcome.ABORTED]
         if why is None:
             return None
@@ -165,7 +165,7 @@ def passes(verdict: Verdict, moving: frozenset[str], *, sensed: bool = False) ->
     # What is hidden beside traffic is mostly hidden by that traffic, and is seen once it has moved on.
     unseen = (RejectCode.PATH_NOT_VISIBLE, RejectCode.ONCOMING_SIGHT) if sensed else (RejectCode.PATH_NOT_VISIBLE,)
     hidden = [r.code in unseen for r in verdict.rejects]
-    return any(traffic) and all(one or other for one, other in zip(traffic, hidden, strict=True))
+    return any(traffic) and all(item or other for item, other in zip(traffic, hidden, strict=True))
 
 
 def waits_for_nothing(verdict: Verdict, moving: frozenset[str]) -> bool:

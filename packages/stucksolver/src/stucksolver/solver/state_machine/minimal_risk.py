@@ -43,7 +43,7 @@ def way_to_stand(guard: Guard, view: FrenetScene) -> Behavior | None:
 
     None if the ego may stay where it is, or if there is no such way.
     """
-    return next((one for one in _ways(guard, view) if guard.accept([one], view, False)[0].accepted), None)
+    return next((way for way in _ways(guard, view) if guard.accept([way], view, False)[0].accepted), None)
 
 
 def stops_where_one_may_stand(guard: Guard, view: FrenetScene) -> bool:

@@ -106,7 +106,7 @@ class PendingTransition:
         """Report what a reasoner contradicts, and look at the surroundings again."""
         if not found:
             return
-        self.tell(EventKind.PERCEPTION_DISPUTED, "; ".join(str(one) for one in found))
+        self.tell(EventKind.PERCEPTION_DISPUTED, "; ".join(str(item) for item in found))
         self.set(doubts=update_disputes(self.state.doubts, found, self.now_s))
         self.__dict__.pop("view", None)
 

@@ -52,18 +52,27 @@ def find_disagreements(scene: Scene, said: Observation) -> tuple[Disagreement, .
     """Return where an observation contradicts its scene; empty if the reasoner had no image."""
     if scene.image is None:
         return ()
-    kinds = {one.id: one.kind for one in scene.objects}
+    kinds = {obj.id: obj.kind for obj in scene.objects}
     found = [
-        Disagreement(one.object_id, kinds[one.object_id].value, one.kind.value, kinds[one.object_id] in CONTRADICTED)
-        for one in said.participants
-        if one.object_id in kinds and _contradict(kinds[one.object_id], one.kind)
+        Disagreement(
+            participant.object_id,
+            kinds[participant.object_id].value,
+            participant.kind.value,
+            kinds[participant.object_id] in CONTRADICTED,
+        )
+        for participant in said.participants
+        if participant.object_id in kinds and _contradict(kinds[participant.object_id], participant.kind)
     ]
-    light = next((one for one in scene.controls if one.kind is ControlKind.TRAFFIC_LIGHT), None)
-    seen = {one.state for one in said.controls if one.kind is ControlKind.TRAFFIC_LIGHT and one.applies is not False}
+    light = next((control for control in scene.controls if control.kind is ControlKind.TRAFFIC_LIGHT), None)
+    seen = {
+        control.state
+        for control in said.controls
+        if control.kind is ControlKind.TRAFFIC_LIGHT and control.applies is not False
+    }
     seen -= {None, LightState.UNKNOWN}
     known = light is not None and light.state not in (None, LightState.UNKNOWN)
     if light is not None and light.state is not None and known and seen and seen != {light.state}:
-        words = " and ".join(sorted(one.value for one in seen if one is not None))
+        words = " and ".join(sorted(item.value for item in seen if item is not None))
         found.append(Disagreement(LIGHT, light.state.value, words, light.state in SHOWN))
     return tuple(found)
 
@@ -71,7 +80,7 @@ def find_disagreements(scene: Scene, said: Observation) -> tuple[Disagreement, .
 def update_disputes(doubts: Mapping[str, float], found: tuple[Disagreement, ...], now_s: float) -> Mapping[str, float]:
     """Return the doubts now in force, each with the time at which it ends (s, the solver's own time)."""
     kept = {key: until_s for key, until_s in doubts.items() if until_s > now_s}
-    return MappingProxyType({**kept, **{one.key: now_s + DISPUTE_DURATION_S for one in found if one.counts}})
+    return MappingProxyType({**kept, **{item.key: now_s + DISPUTE_DURATION_S for item in found if item.counts}})
 
 
 def mask_disputed(seen: Surroundings, doubts: Mapping[str, float], now_s: float) -> Surroundings:
@@ -103,13 +112,15 @@ def _in_force(doubts: Mapping[str, float], now_s: float) -> frozenset[str]:
 
 def _objects(objects: tuple[Told, ...], held: frozenset[str]) -> tuple[Told, ...]:
     return tuple(
-        one.model_copy(update={"kind": ObjectKind.UNKNOWN}) if one.id in held and one.kind in CONTRADICTED else one
-        for one in objects
+        obj.model_copy(update={"kind": ObjectKind.UNKNOWN}) if obj.id in held and obj.kind in CONTRADICTED else obj
+        for obj in objects
     )
 
 
 def _controls(controls: tuple[TrafficControl, ...], held: frozenset[str]) -> tuple[TrafficControl, ...]:
     return tuple(
-        one.model_copy(update={"state": LightState.UNKNOWN}) if LIGHT in held and one.state in SHOWN else one
-        for one in controls
+        control.model_copy(update={"state": LightState.UNKNOWN})
+        if LIGHT in held and control.state in SHOWN
+        else control
+        for control in controls
     )

@@ -126,9 +126,9 @@ def _meanings() -> str:
     """The explanation below each name."""
     source = inspect.getsource(state.StateName)
     rows = []
-    for one in StateName:
-        after = source.split(f'{one.name} = "{one.value}"', 1)[1]
-        rows.append(f"| {one.value} | {after.split(chr(34) * 3)[1]} |")
+    for item in StateName:
+        after = source.split(f'{item.name} = "{item.value}"', 1)[1]
+        rows.append(f"| {item.value} | {after.split(chr(34) * 3)[1]} |")
     return "\n".join(rows)
 
 
@@ -138,11 +138,11 @@ def _held() -> str:
 
 
 def _diagram(rows: dict[tuple[StateName, StateName], str]) -> str:
-    return "\n".join(f"    {one.name.lower()} --> {other.name.lower()}" for one, other in rows)
+    return "\n".join(f"    {row.name.lower()} --> {other.name.lower()}" for row, other in rows)
 
 
 def _table(rows: dict[tuple[StateName, StateName], str]) -> str:
-    lines = [f"| {one.value} | {other.value} | {why} |" for (one, other), why in rows.items()]
+    lines = [f"| {row.value} | {other.value} | {why} |" for (row, other), why in rows.items()]
     return "\n".join(["| from | to | when |", "|---|---|---|", *lines])
 
 

@@ -24,7 +24,7 @@ class ReasonerPool:
     def __init__(self, reasoners: Mapping[str, Reasoner], waits: WaitPolicy) -> None:
         self.reasoners = dict(reasoners)
         # Read once, because a property may raise later.
-        self.names = {rung: str(one.name) for rung, one in self.reasoners.items()}
+        self.names = {rung: str(reasoner.name) for rung, reasoner in self.reasoners.items()}
         self._waits = waits
         self._rules = RuleReasoner(waits.limits())
 

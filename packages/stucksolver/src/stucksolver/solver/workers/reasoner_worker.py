@@ -49,7 +49,7 @@ class ReasonerWorker:
     def at_work(self) -> frozenset[str]:
         """Reasoners whose last call has not returned, by the ladder's names for them."""
         busy = {id(self._pool.reasoners[name]) for name, call in self._calls.items() if not call.done()}
-        return frozenset(name for name, one in self._pool.reasoners.items() if id(one) in busy)
+        return frozenset(name for name, reasoner in self._pool.reasoners.items() if id(reasoner) in busy)
 
     def poll(self, now_s: float) -> ReasonerAnswer | NoAnswer | None:
         """Return the answer when the clock delivers it, and on every tick after that until another question is

@@ -32,7 +32,7 @@ class HighwayExit(ActorFlow):
     def over(self) -> Callable[[], bool]:
         """Return a check for the end of the junction at which the exit branches off, or of the flow without one."""
         route = self.setting.route
-        parts = next((one for one in route_junctions(route) if one.last >= self.trigger_index), None)
+        parts = next((junction for junction in route_junctions(route) if junction.last >= self.trigger_index), None)
         if parts is None:
             return super().over()
         end_s = min(float(route.s_m[parts.last]), route.length_m - 3.0)

@@ -45,7 +45,7 @@ class InterurbanAdvancedActorFlow(JunctionScenario):
     def script(self) -> Iterator[None]:
         starts = [*self.entries_from("left"), *self.entries_from("right")]
         self.traffic.handle_junction_scenario(remove_entries=starts, remove_exits=[self.exit])
-        lines = [self.approach(one, SOURCE_S * self.flow_mps, SINK_M, straight_way) for one in starts]
+        lines = [self.approach(start, SOURCE_S * self.flow_mps, SINK_M, straight_way) for start in starts]
         flows = [Flow(self, line, self.flow_mps, self.gaps_m) for line in lines]
         for flow in flows:
             flow.fill()

@@ -68,4 +68,4 @@ class VehicleOpensDoorTwoWays(TwoWayObstacle):
 
     def _cars_with_doors(self) -> list[str]:
         moving = set(self.cast.kinds(has_dynamic_doors="true"))
-        return [one for one in self.new_cars() if one in moving]
+        return [car for car in self.new_cars() if car in moving]

@@ -41,6 +41,6 @@ class PeopleAtRedLight(StuckAtLight):
         self.hold_lights(green=[])
         end_s = self.cast.time_s + GREEN_S
         yield from self.wait(SET_OFF_S)
-        yield from together(*(walk_for(self, one, yaw, WALK_MPS, way_m) for one, yaw, way_m in self._walkers))
+        yield from together(*(walk_for(self, walker, yaw, WALK_MPS, way_m) for walker, yaw, way_m in self._walkers))
         yield from self.wait(max(end_s - self.cast.time_s, 0.0))
         self.hold_lights(green=self.own_lights)

@@ -54,7 +54,7 @@ def row_across(carla_map: carla.Map, here: carla.Waypoint) -> list[carla.Transfo
     """
     turn = way_turn_deg(here, here)
     places = [_across(here, k * BARRIER_M, turn) for k in range(-MOST_EACH_SIDE, MOST_EACH_SIDE + 1)]
-    on_road = [k for k, one in enumerate(places) if carla_map.get_waypoint(one.location, False, FOR_VEHICLES)]
+    on_road = [k for k, place in enumerate(places) if carla_map.get_waypoint(place.location, False, FOR_VEHICLES)]
     # Lanes that diverge in a junction leave gaps between them, which are paved too.
     return places[on_road[0] : on_road[-1] + 1]
 
