@@ -25,6 +25,10 @@ MENDED = (
 """Replacements made in every page."""
 
 
+SOURCES = sorted(ROOT.glob("packages/*/src"))
+"""Where the packages are whose docstrings the reference shows."""
+
+
 def main() -> int:
     """Stages and builds the site. Returns 1 if a page has a broken link or does not build."""
     parser = argparse.ArgumentParser(prog="python -m lab.docsite", description=__doc__)
@@ -43,7 +47,7 @@ def main() -> int:
         pages = Path(folder) / "pages"
         stage(pages, options.report)
         config = Path(folder) / "mkdocs.yml"
-        text = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").replace("[SRC]", f"[{ROOT / 'src'}]")
+        text = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").replace("[SRC]", f"[{', '.join(map(str, SOURCES))}]")
         config.write_text(f"{text}\ndocs_dir: {pages}\nsite_dir: {options.out.resolve()}\n", encoding="utf-8")
         command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--config-file", str(config)]
         done = subprocess.run(

@@ -27,8 +27,10 @@ def commands_page() -> str:
         "JSON, `memory export` JSON lines. `evaluate` and `score` also write `summary.json`.",
         "",
     ]
-    parser = full_parser()
-    for name, part, about in _parts(parser):
+    from lab.commands import COMMANDS
+
+    ours, lab = full_parser(), full_parser("python -m lab", COMMANDS)
+    for name, part, about in (*_parts(ours), *_parts(lab, "python -m lab")):
         lines += [f"## {name}", "", f"{about[0].upper()}{about[1:]}.".replace("..", ".").replace("?.", "?"), ""]
         lines += [*_options(part), ""]
     return "\n".join(lines)

@@ -1,6 +1,6 @@
 """Checks a release from a user's point of view: `python -m lab.releasing [--python 3.11 ...] [--out DIR]`.
 
-Builds wheels and sdists of both distributions, and installs them into clean environments for each Python version that
+Builds wheels and sdists of all distributions, and installs them into clean environments for each Python version that
 CARLA's client supports. A Python version that is not on this machine is reported as skipped.
 """
 
@@ -16,8 +16,8 @@ import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-PROJECTS = {"stucksolver": ROOT, "carlette": ROOT / "packages" / "carlette"}
+from lab.releasing.distributions import PROJECTS, ROOT, file_name
+
 PYTHONS = ("3.10", "3.11", "3.12")
 WHEEL_MAX_MB = 60.0
 """PyPI's limit is 100 MB; the weights of words and perception take 50 MB."""
@@ -51,6 +51,16 @@ server.wait(20)
 """
 
 
+NEEDS = {
+    "stucksolver-carla": ("stucksolver",),
+    "stucksolver-perception": ("stucksolver", "stucksolver-carla"),
+    "stucksolver-language": ("stucksolver",),
+    "stucksolver-passenger": ("stucksolver", "stucksolver-language"),
+}
+"""Which of our distributions each plug-in needs: those are given as wheels, because no index has them."""
+IMPORTS = {name: name.replace("-", "_") for name in NEEDS}
+
+
 class ReleaseError(RuntimeError):
     """The distributions must not be released."""
 
@@ -79,16 +89,16 @@ def build(dist: Path) -> dict[str, Path]:
     """Builds the wheel of each distribution from its sdist, as an installer does. Raises `ReleaseError`."""
     shutil.rmtree(dist, ignore_errors=True)
     wheels = {}
-    # Determined once for both, because a commit may be made in between.
-    version = _run([sys.executable, "-m", "hatchling", "version"], cwd=ROOT).strip()
+    # Determined once for all, because a commit may be made in between.
+    version = _run([sys.executable, "-m", "hatchling", "version"], cwd=PROJECTS["stucksolver"]).strip()
     for name, project in PROJECTS.items():
         _run([sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-d", str(dist)], project, version)
-        (sdist,) = dist.glob(f"{name}-*.tar.gz")
+        (sdist,) = dist.glob(f"{file_name(name)}-*.tar.gz")
         with tarfile.open(sdist) as packed:
             packed.extractall(dist / "unpacked", filter="data")
         source = dist / "unpacked" / sdist.name.removesuffix(".tar.gz")
         _run([sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(dist)], cwd=source)
-        (wheel,) = dist.glob(f"{name}-*.whl")
+        (wheel,) = dist.glob(f"{file_name(name)}-*.whl")
         _check_files(name, wheel, project)
         wheels[name] = wheel
     shutil.rmtree(dist / "unpacked")
@@ -127,12 +137,16 @@ def _check_python(version: str, wheels: dict[str, Path], folder: Path) -> bool:
     _told([core, "-m", "stucksolver", "--version"], folder)
     alone = _environment(python, folder / f"{version}-carlette", [str(wheels["carlette"])])
     _told([alone, "-c", SERVES], folder)
-    both = [f"{wheels['stucksolver']}[sim]", str(wheels["carlette"])]
-    whole = _environment(python, folder / f"{version}-sim", both)
+    for name, package in IMPORTS.items():
+        needed = [str(wheels[other]) for other in NEEDS[name]]
+        single = _environment(python, folder / f"{version}-{name}", [str(wheels[name]), *needed])
+        _told([single, "-c", f"import {package}; print('{name} imports')"], folder)
+        _told([single, "-m", "stucksolver", "plugins"], folder)
+    whole = _environment(python, folder / f"{version}-all", [str(wheel) for wheel in wheels.values()])
     _told([whole, "-m", "stucksolver", "demo", "--out", str(folder / f"{version}-demo")], folder)
     if not (folder / f"{version}-demo" / "report.html").is_file():
         raise ReleaseError(f"Python {version}: the demonstration wrote no report")
-    _told([whole, str(ROOT / "releasing" / "licences.py")], folder)
+    _told([whole, str(ROOT / "lab" / "releasing" / "licences.py")], folder)
     return True
 
 

@@ -1,4 +1,4 @@
-"""Each wheel holds what it should, and works where the other is not installed."""
+"""Each wheel holds what it should, and works where the others are not installed."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = [pytest.mark.integration, pytest.mark.slow]
+from lab.releasing.__main__ import NEEDS
+from lab.releasing.distributions import PROJECTS, file_name
 
-ROOT = Path(__file__).parents[2]
-PROJECTS = {"stucksolver": ROOT, "carlette": ROOT / "packages" / "carlette"}
+pytestmark = [pytest.mark.integration, pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ class Only:
         if name.partition(".")[0] in {hidden!r}:
             raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
 sys.meta_path.insert(0, Only())
-sys.path[:0] = [{folder!r}]
+sys.path[:0] = {folders!r}
 sys.path.append({others!r})
 """
 
@@ -67,32 +67,31 @@ def canonical(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-def run_alone(folder: Path, program: str) -> subprocess.CompletedProcess[str]:
-    """With one wheel and what it needs, but not with what lies in this checkout or is there by chance."""
+def run_alone(folder: Path, program: str, *others: Path) -> subprocess.CompletedProcess[str]:
+    """With one wheel and what it needs, but not with what lies in this checkout or is there by chance.
+
+    `others` are unpacked wheels of ours that it needs.
+    """
     allowed = needed_by(folder)
     brought = packages_distributions()
     hidden = {module for module, names in brought.items() if not {canonical(name) for name in names} & allowed}
-    own = {path.name for path in folder.iterdir()}
+    folders = [folder, *others]
+    own = {path.name for each in folders for path in each.iterdir()}
     # Without `site` the links to this checkout are not followed.
-    start = ONLY.format(hidden=hidden - own, folder=str(folder), others=sysconfig.get_path("purelib"))
+    start = ONLY.format(
+        hidden=hidden - own, folders=[str(each) for each in folders], others=sysconfig.get_path("purelib")
+    )
     command = [sys.executable, "-E", "-S", "-c", f"START = {start!r}\n" + start + program]
     return subprocess.run(command, capture_output=True, text=True, timeout=120, cwd=folder, check=False)
 
 
-def test_each_wheel_holds_its_own_packages_and_nothing_of_the_other(unpacked):
+def test_wheel_holds_its_own_packages_only(unpacked):
     packages = {
         name: {p.name for p in folder.iterdir() if p.suffix != ".dist-info"} for name, folder in unpacked.items()
     }
-    assert packages == {
-        "stucksolver": {
-            "stucksolver",
-            "stucksolver_bridge",
-            "stucksolver_distill",
-            "stucksolver_eval",
-            "stucksolver_train",
-        },
-        "carlette": {"carlette"},
-    }
+    expected = {name: {file_name(name)} for name in PROJECTS}
+    expected["stucksolver-carla"].add("stucksolver_bridge")
+    assert packages == expected
     for name, folder in unpacked.items():
         source = PROJECTS[name] / "src"
         tracked = {p.relative_to(source) for p in source.rglob("*") if p.is_file() and "__pycache__" not in p.parts}
@@ -141,3 +140,21 @@ def test_the_core_alone_needs_no_simulator(unpacked):
     )
     done = run_alone(unpacked["stucksolver"], program)
     assert (done.returncode, done.stdout) == (0, "rules False\n"), done.stderr
+
+
+IMPORTED = {
+    "stucksolver-carla": "stucksolver_carla.sidecar",
+    "stucksolver-perception": "stucksolver_perception.pipeline",
+    "stucksolver-language": "stucksolver_language.llm, stucksolver_language.student",
+    "stucksolver-passenger": "stucksolver_passenger.gateway",
+}
+
+
+@pytest.mark.parametrize("name", IMPORTED)
+def test_plugin_imports_with_the_distributions_it_names(unpacked, name):
+    done = run_alone(unpacked[name], f"import {IMPORTED[name]}", *[unpacked[other] for other in NEEDS[name]])
+    assert done.returncode == 0, done.stderr
+
+
+def test_core_wheel_is_smaller_than_one_megabyte(unpacked):
+    assert sum(path.stat().st_size for path in unpacked["stucksolver"].rglob("*.py")) < 2**20

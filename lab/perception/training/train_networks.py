@@ -115,7 +115,7 @@ def _run(name: str, module: str, arguments: list[str]) -> None:
 def _shipped(package: str) -> Path:
     import stucksolver_perception
 
-    return Path(stucksolver_perception.__file__).with_name(package) / "data"
+    return Path(stucksolver_perception.__file__).parent / package / "data"
 
 
 def _copy(files: Sequence[Path], target: Path) -> None:

@@ -48,7 +48,15 @@ def site(tmp_path_factory):
     pytest.importorskip("mkdocs", reason="the extra docs is not installed")
     folder = tmp_path_factory.mktemp("site")
     (folder / "report.html").write_text(REPORT)
-    command = [sys.executable, "-m", "docsite", "--out", str(folder / "site"), "--report", str(folder / "report.html")]
+    command = [
+        sys.executable,
+        "-m",
+        "lab.docsite",
+        "--out",
+        str(folder / "site"),
+        "--report",
+        str(folder / "report.html"),
+    ]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
     return folder / "site"
@@ -137,11 +145,13 @@ def test_axe_finds_nothing(address, browser, violations, size, scheme):
 
 
 def test_the_reference_has_every_command_option_type_and_call(site):
-    from stucksolver.commands.command_table import COMMANDS
+    from lab.commands import COMMANDS
+    from stucksolver.commands.command_table import commands as all_commands
     from stucksolver.plan.json_schemas import schemas
 
     commands = (site / "docs/reference/commands.html").read_text(encoding="utf-8")
-    assert all(f'id="stucksolver-{name}"' in commands for name in COMMANDS)
+    assert all(f'id="stucksolver-{name}"' in commands for name in all_commands())
+    assert all(f'id="python-m-lab-{name}"' in commands for name in COMMANDS)
     assert "--oncoming" in commands and "Exit codes" in commands
     for name, schema in schemas().items():
         assert json.loads((site / f"docs/reference/schemas/{name}.json").read_text()) == schema

@@ -16,7 +16,9 @@ PAGE = Path(__file__).parents[3] / "docs" / "carlette.md"
 
 @pytest.mark.integration
 def test_the_example_of_the_page_runs_and_a_fork_goes_on_as_the_original_would():
-    (example,) = [e for e in re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL) if "worlds" in e]
+    (example,) = [
+        e for e in re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL) if "in_process" in e
+    ]
     told: dict[str, object] = {}
     exec(compile(example, str(PAGE), "exec"), told)
     world, branch = told["world"], told["branch"]

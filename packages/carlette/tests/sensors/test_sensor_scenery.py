@@ -21,7 +21,7 @@ ASYNCHRONOUS_HZ = 20
 GATED_BUILDER = """
 import os, sys, time
 from carlette import cli
-from carlette.camera.rendering import shots as studio
+from carlette.camera.rendering import scene_capture as studio
 gate, build = sys.argv.pop(1), studio.build_static_scene
 def slowly(roads):
     while not os.path.exists(gate):

@@ -171,7 +171,7 @@ def test_without_the_carla_package_the_pythons_that_have_it_are_named(mark: str,
     said, errors = process.communicate(timeout=HANGS_S)
     assert (process.returncode, said) == (2, ""), errors
     line = one_line(errors, out)
-    assert "carla" in line and "3.10, 3.11 or 3.12" in line and "[sim]" in line
+    assert "carla" in line and "3.10, 3.11 or 3.12" in line and "[carla]" in line
 
 
 def test_help_needs_neither_carla_nor_a_simulator(mark: str) -> None:

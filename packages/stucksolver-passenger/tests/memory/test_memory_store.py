@@ -178,8 +178,8 @@ def test_a_process_that_is_killed_while_it_writes_leaves_a_whole_file(path):
     code = (
         "import sys; sys.path[:0] = [{here!r}, {core!r}]\n"
         "from pathlib import Path\nfrom remembering import episode\n"
-        "from stucksolver_passenger.memory import EpisodeStore\n"
-        "store = EpisodeStore(Path({path!r}))\nwhile True: print(store.add(episode(text='x' * 500)), flush=True)"
+        "from stucksolver_passenger.memory import SolutionStore\n"
+        "store = SolutionStore(Path({path!r}))\nwhile True: print(store.add(episode(text='x' * 500)), flush=True)"
     )
     here = os.path.dirname(__file__)
     code = code.format(here=here, core=os.path.join(here, "..", "..", "..", "stucksolver", "tests"), path=str(path))

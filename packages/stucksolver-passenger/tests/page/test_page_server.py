@@ -111,7 +111,7 @@ def test_a_server_that_goes_away_does_not_stop_the_car():
 def test_the_server_ends_with_the_program_that_started_it():
     code = """
 import os
-from stucksolver_passenger import PassengerServer
+from stucksolver_passenger.server.process import PassengerServer
 if __name__ == "__main__":
     server = PassengerServer().__enter__()
     print(server.port, flush=True)

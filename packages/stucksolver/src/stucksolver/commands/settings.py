@@ -40,7 +40,7 @@ sending a key to a server that a file may name.
 class CliSetting:
     """One option of one command.
 
-    `section` is the command, with its subcommand after a dot: `stucksolver_perception.collect`.
+    `section` is the command, with its subcommand after a dot: `memory.forget`.
     """
 
     section: str

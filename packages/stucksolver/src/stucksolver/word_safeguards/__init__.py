@@ -1,0 +1,1 @@
+"""Takes away from an interpretation what the words deny, forbid or warn of. It never adds a permission."""
