@@ -46,8 +46,8 @@ types: $(VENV)/.dev
 
 # The simulator's loops are compiled once, before several servers would each begin to.
 compiled: $(VENV)/.dev
-	$(BIN)/python -c 'from carlette.sensors.warm_up import warm_up; warm_up()'
-	$(BIN)/python -c 'from carlette.camera.rendering.warm_up import warm_up; warm_up()'
+	$(BIN)/python -c 'from carlette.sensors.kernels import warm_up; warm_up()'
+	$(BIN)/python -c 'from carlette.camera.rendering.raster import warm_up; warm_up()'
 
 tests: compiled
 	$(FEWER) $(PYTEST) -n $(WORKERS) -m "not site and not slow"

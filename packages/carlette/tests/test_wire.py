@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from carlette.blueprints import load_catalogue
 from carlette.client_versions import VERSIONS
 from carlette.geometry import Pose, Rotation, Vector
-from carlette.wire import collision, encode
+from carlette.wire import encode
+from carlette.wire.encode import stream_token
 from carlette.wire.snapshot import RECORD, RECORD_BYTES, sensor_header, world_header
-from carlette.wire.token import stream_token
 
 number = st.floats(-1e6, 1e6, width=32)
 
@@ -80,5 +80,5 @@ def test_attribute_types_are_shifted_for_the_newer_client_and_read_back(version:
 
 
 def test_a_collision_names_both_actors_and_the_impulse() -> None:
-    body = collision.encode([1, "a"], [2, "b"], Vector(3.0, 4.0, 0.0))
+    body = encode.collision([1, "a"], [2, "b"], Vector(3.0, 4.0, 0.0))
     assert msgpack.unpackb(body) == [[1, "a"], [2, "b"], [3.0, 4.0, 0.0]]

@@ -15,7 +15,7 @@ from typing import Any
 import torch
 
 from lab.perception.training.lidar.export import AVERAGED
-from lab.perception.training.lidar.restore import restore
+from lab.perception.training.lidar.net import restore
 from lab.perception.training.lidar.train import CARD as TRAINING
 from lab.perception.training.lidar.train import FIGURES, WEIGHTS
 from lab.training.restore import RestoreError, mean_of

@@ -6,12 +6,15 @@ it has one head for all labels, and joins the four pillars of a coarse cell befo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from lab.training.restore import Layer, Modules, restored_by
 from stucksolver_perception.lidar.decode import REGRESSED
 from stucksolver_perception.lidar.grid import GRID, BevGrid
 from stucksolver_perception.lidar.pillars import FEATURES
@@ -132,3 +135,24 @@ def strongest(heat: Tensor, box: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor
     cell = index % cells
     regressed = box.reshape(REGRESSED, cells).transpose(0, 1)[cell]
     return logit, torch.div(index, cells, rounding_mode="floor"), cell, regressed
+
+
+def restore(file: Path) -> PillarNet:
+    """Return the network of an exported file; its batch normalisations change nothing but add the merged bias.
+
+    Raises:
+        RestoreError: The file cannot be read, or holds another network.
+    """
+    return restored_by(_empty, file, "LiDAR network", "lidar.onnx or lidar.pt")
+
+
+def _empty(layers: Sequence[Layer]) -> tuple[PillarNet, Modules]:
+    first, second, third = (layers[i][0].shape[0] for i in (3, 4, 8))
+    net = PillarNet((first, second, third))
+    return net, _in_order(net)
+
+
+def _in_order(net: PillarNet) -> Modules:
+    blocks = [net.first, *net.second, *net.third, net.third_up, net.mix, net.second_up, net.head]
+    pairs: list[tuple[nn.Module, nn.BatchNorm2d | None]] = [(block[0], block[1]) for block in blocks]
+    return [(net.point[0], None), (net.point[2], None), (net.join[0], None), *pairs, (net.heat, None), (net.box, None)]

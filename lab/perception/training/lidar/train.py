@@ -23,9 +23,8 @@ from lab.perception.training.lidar.batches import WindowStore
 from lab.perception.training.lidar.data import EVERY, SweepWindows, load
 from lab.perception.training.lidar.evaluate import calibrated, judged, mean_average_precision, predicted, report
 from lab.perception.training.lidar.loss import losses, targets
-from lab.perception.training.lidar.net import WIDTHS, PillarNet
+from lab.perception.training.lidar.net import WIDTHS, PillarNet, restore
 from lab.perception.training.lidar.pillars import pillars
-from lab.perception.training.lidar.restore import restore
 from lab.training.restore import settle
 from lab.training.schedule import average
 from stucksolver_perception.lidar_labels import LABELS

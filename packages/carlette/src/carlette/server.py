@@ -22,7 +22,7 @@ from carlette.sockets import listen_pair, prepared
 from carlette.streaming import Subscriber
 from carlette.watchdog.pacing import ASK_LIMIT_S, PARTING_LIMIT_S, PARTING_REST_S, SnapshotPacer
 from carlette.watchdog.traffic_manager import TrafficManagerWatchdog
-from carlette.wire.token import WORLD_STREAM
+from carlette.wire.encode import WORLD_STREAM
 
 IDLE_S = 0.5
 """Longest sleep of the loop (s); it bounds how late a stop is noticed."""

@@ -20,8 +20,8 @@ from carlette.sensors.sensor_manager import SensorManager
 from carlette.sensors.workers import build_faces, build_static_scene
 from carlette.streaming import StreamHub
 from carlette.wire import encode
+from carlette.wire.encode import WORLD_STREAM, stream_token
 from carlette.wire.snapshot import MAP_CHANGE, sensor_header, world_header
-from carlette.wire.token import WORLD_STREAM, stream_token
 from carlette.world.actor import Actor
 from carlette.world.map_trial import try_out
 from carlette.world.settings import EpisodeSettings

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("numba")
 
-from carlette.camera.rendering.averaging import halved
+from carlette.camera.rendering.quad_rasterizer import halved
 
 
 def test_each_byte_is_the_mean_of_two_by_two_samples_rounded_down() -> None:

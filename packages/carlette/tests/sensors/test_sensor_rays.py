@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from carlette.geometry import Pose, Rotation, Vector
 from carlette.opendrive.map_file import find_map, map_folders
 from carlette.opendrive.road_network import RoadNetwork
+from carlette.sensors.kernels import warm_up
 from carlette.sensors.rotations import axes, many_axes, turn_between
 from carlette.sensors.sensor_scene import SensorScene
-from carlette.sensors.warm_up import warm_up
 from carlette.world.spawn import spawn
 from carlette.world.world import World
 

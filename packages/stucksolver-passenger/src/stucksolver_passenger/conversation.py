@@ -7,13 +7,14 @@ from collections import deque
 from collections.abc import Callable
 
 from stucksolver.interpreter import NoInterpreter
-from stucksolver.scene import GuidanceIntent
+from stucksolver.plan import plan_matches_intent
+from stucksolver.plan.behaviors import REGISTRY
+from stucksolver.scene import GuidanceIntent, Interpretation
 from stucksolver.scene.interpretation import REQUESTS, STAYS
-from stucksolver.solver import Event, EventKind, QuestionKind
+from stucksolver.solver import Event, EventKind, Question, QuestionKind
 from stucksolver.solver.state_machine.guidance import answerable_question
 from stucksolver.solver.state_machine.state import AwaitingApproval, Executing, State
 from stucksolver_passenger.api_types import ConversationLine, Speaker
-from stucksolver_passenger.consent import implies_approval
 from stucksolver_passenger.sentences.acknowledgements import (
     ASKED_BACK,
     NOBODY_READS,
@@ -25,6 +26,19 @@ from stucksolver_passenger.sentences.plans import present_phrase
 from stucksolver_passenger.sentences.questions import question_text
 from stucksolver_passenger.sentences.reasons import blocked_by, waiting
 from stucksolver_passenger.sentences.rejections import abort_sentence, rejection_sentence
+
+
+def implies_approval(reading: Interpretation | None, question: Question | None) -> bool:
+    """True if the passenger has already asked for this very plan.
+
+    "Please go round it" need not be answered with "May I go round it?". That holds only if the yes releases nothing but
+    the plan's behaviours. For a rule of the road, such as a solid line, the question is still asked.
+    """
+    if question is None or question.to != "passenger" or question.kind is not QuestionKind.APPROVAL:
+        return False
+    only_behaviors = all(name in REGISTRY for name in question.needs)
+    return question.plan is not None and only_behaviors and plan_matches_intent(reading, question.plan)
+
 
 KEPT = 200
 """Number of lines of a conversation that are kept."""

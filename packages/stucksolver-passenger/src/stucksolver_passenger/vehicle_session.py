@@ -20,8 +20,7 @@ from stucksolver_passenger.api_types import (
     Speaker,
     VehicleReport,
 )
-from stucksolver_passenger.consent import implies_approval
-from stucksolver_passenger.conversation import Conversation
+from stucksolver_passenger.conversation import Conversation, implies_approval
 from stucksolver_passenger.quick_replies import STOP_WORDS, ready_answers
 from stucksolver_passenger.sentences.questions import question_text
 from stucksolver_passenger.status_summary import OVER, StatusSummary, mind

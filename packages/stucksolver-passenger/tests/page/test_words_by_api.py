@@ -14,7 +14,7 @@ pytest.importorskip("onnxruntime")
 from page_serving import Serving
 from sitting import Sitting
 
-from stucksolver_language.intent.halting import is_stop_phrase
+from stucksolver_language.intent.lexical_safeguards import is_stop_phrase
 from stucksolver_passenger.api_types import PersonCommand
 from stucksolver_passenger.server import rate_limits
 from stucksolver_passenger.socket_frames import LENGTH_BYTES, SocketMessage, Topic, unpacked

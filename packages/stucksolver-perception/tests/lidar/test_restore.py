@@ -16,8 +16,7 @@ from lab.perception.training.lidar import batches  # noqa: E402
 from lab.perception.training.lidar.average import average  # noqa: E402
 from lab.perception.training.lidar.data import load  # noqa: E402
 from lab.perception.training.lidar.evaluate import predicted  # noqa: E402
-from lab.perception.training.lidar.net import PillarNet  # noqa: E402
-from lab.perception.training.lidar.restore import restore  # noqa: E402
+from lab.perception.training.lidar.net import PillarNet, restore  # noqa: E402
 from lab.perception.training.lidar.train import Options, train  # noqa: E402
 from lab.training.restore import RestoreError, settle  # noqa: E402
 

@@ -4,14 +4,58 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 from xml.etree import ElementTree
 
 from carlette.geometry import Box, Pose, Rotation, Vector, wrap_degrees
-from carlette.opendrive.light_order import spawn_order
 from carlette.opendrive.road_network import RoadNetwork
-from carlette.opendrive.unlisted import unlisted_stops
+
+_TRIGGERS: dict[str, tuple[tuple[float, float, float], ...]] = {
+    "Town04": (
+        (189.93, -169.58, 0.3),
+        (198.84, -180.40, 91.3),
+        (201.95, -163.35, 271.3),
+        (212.05, -172.95, 180.3),
+        (245.63, -246.14, 359.6),
+        (255.20, -258.51, 90.2),
+        (258.63, -237.08, 270.2),
+        (267.72, -249.80, 179.6),
+    ),
+}
+"""Town to the middles of the trigger volumes on their lanes, m, in CARLA's frame, and the lanes' yaw in degrees: the
+`stop_sign_centers_np` that fail2drive (MIT) keeps in `toolbox/carla_map_data`. Town10HD's three are in its file."""
+
+
+def unlisted_stops(town: str, listed: int) -> tuple[tuple[float, float, float], ...]:
+    """Return x, y (m) and yaw (degrees) of the stop signs that `town` has besides the `listed` ones of its file.
+
+    Empty if the file lists stop signs itself: then it is another version of the town.
+    """
+    return () if listed else _TRIGGERS.get(town.removesuffix("_Opt"), ())
+
+
+_SPAWNED = {
+    "Town01": """375 377 376 390 392 391 384 385 386 367 368 366 374 372 373 395 394 393 383 381 361 362 382 389 387
+        388 379 378 380 364 363 365 371 370 369 360""",
+    "Town02": "464 463 462 472 471 473 465 466 467 470 469 468 458 457 456 477 478 459 460 461 476 475 474 479",
+    "Town04": """1623 1622 1625 1617 1616 1614 1645 1646 1643 1632 1633 1631 1630 1635 1628 1634 1636 1610 1627 1609
+        1626 1608 1607 1644 1638 1637 1639 1642 1640 1641 1612 1629 1613 1611 1620 1619 1618 1615 1621 1624 1649 1648
+        1647""",
+    "Town10HD": "960 959 943 944 958 957 950 952 951 961 945 962 953 954 949",
+}
+
+
+def spawn_order(town: str, lights: Collection[str]) -> dict[str, int]:
+    """Return each signal id's place in the order in which CARLA spawns the town's lights.
+
+    Empty if the town is not one of CARLA's, or if `lights` (those that the file's controllers name) lacks one of them:
+    then the file is another map of the same name.
+    """
+    spawned = _SPAWNED.get(town.removesuffix("_Opt"), "").split()
+    return {item: place for place, item in enumerate(spawned)} if set(spawned) <= set(lights) else {}
+
 
 LIGHT_TYPE, STOP_TYPE = "1000001", "206"
 ACTOR_TYPES = {LIGHT_TYPE: "traffic.traffic_light", STOP_TYPE: "traffic.stop", "205": "traffic.yield"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from carlette.sensors.sensor import Body, Sensor, SensorTick
-from carlette.wire.collision import encode
+from carlette.wire import encode
 
 
 class CollisionSensor(Sensor):
@@ -19,4 +19,4 @@ class CollisionSensor(Sensor):
             if event.sensor_id == moment.actor.id:
                 actor, other = world.actors.get(event.actor_id), world.actors.get(event.other_id)
                 if actor is not None and other is not None:
-                    yield (encode(moment.wire(actor), moment.wire(other), event.impulse),)
+                    yield (encode.collision(moment.wire(actor), moment.wire(other), event.impulse),)

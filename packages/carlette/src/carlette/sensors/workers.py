@@ -93,14 +93,14 @@ def _finish(build: Callable[[], object]) -> None:
 
 
 def _make_static_scene(roads: RoadNetwork) -> None:
-    from carlette.camera.rendering.warm_up import warm_up  # numba takes half a second to load
+    from carlette.camera.rendering.raster import warm_up  # numba takes half a second to load
 
     warm_up()
     static_scene_of(roads)
 
 
 def _make_faces(roads: RoadNetwork) -> None:
-    from carlette.sensors.warm_up import warm_up  # numba takes half a second to load
+    from carlette.sensors.kernels import warm_up  # numba takes half a second to load
 
     warm_up()
     static_faces(roads)

@@ -2,12 +2,34 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 from typing import Any
+
+import msgpack
 
 from carlette.blueprints import Attribute, AttributeType, Definition
 from carlette.client_versions import ClientVersion
 from carlette.geometry import Box, Pose, Rotation, Vector
+
+_TOKEN = struct.Struct("<IHBB16x")
+_TCP = 1
+_SAME_HOST = 0
+
+WORLD_STREAM = 1
+"""The stream of world snapshots, by convention."""
+
+
+def stream_token(stream_id: int, port: int) -> bytes:
+    """A token that sends the client to `port` of the host that it already talks to."""
+    return _TOKEN.pack(stream_id, port, _TCP, _SAME_HOST)
+
+
+def collision(actor: Any, other: Any, impulse: Vector) -> bytes:
+    """A `CollisionEvent`: two actors as the client reads them, and the impulse on the first in N·s."""
+    packed: bytes = msgpack.packb([actor, other, list(impulse)], unicode_errors="surrogateescape")
+    return packed
+
 
 Wire = Any
 """Anything that msgpack can pack: only the client's compiled library knows its types."""

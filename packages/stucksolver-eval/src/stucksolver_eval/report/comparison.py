@@ -12,8 +12,8 @@ from stucksolver_eval.metrics.comparison import comparison
 from stucksolver_eval.metrics.paired_statistics import Interval
 from stucksolver_eval.metrics.summary import RouteRow, Summary
 from stucksolver_eval.report import markup
-from stucksolver_eval.report.charts import bar_cell
 from stucksolver_eval.report.evaluation import Links, replay_pages, status_of
+from stucksolver_eval.report.markup import bar_cell
 from stucksolver_eval.report.metric_tables import published_table, recovery_table, scores_table
 from stucksolver_eval.report.tables import banners, per_scenario
 from stucksolver_eval.results.store import ResultStore

@@ -12,8 +12,8 @@ from stucksolver_eval.metrics.recovery import RecoveryMetrics
 from stucksolver_eval.metrics.run_result import immobilizations, run_result
 from stucksolver_eval.metrics.summary import RouteRow, Summary
 from stucksolver_eval.report import markup
-from stucksolver_eval.report.charts import bar_cell
 from stucksolver_eval.report.decisions import write_decisions
+from stucksolver_eval.report.markup import bar_cell
 from stucksolver_eval.report.metric_tables import published_table, recovery_table, scores_table
 from stucksolver_eval.report.tables import (
     banners,

@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 from stucksolver.scene.interpretation import MOVES, REQUESTS, Claim, GuidanceIntent, Interpretation
 from stucksolver.word_safeguards.calls_for_care import strip_caution
 from stucksolver.word_safeguards.restraint import restrained
-from stucksolver_language.intent.agreeing import is_meaningful_yes
-from stucksolver_language.intent.halting import is_stop_phrase, puts_off
 from stucksolver_language.intent.intent_decoder import ConfidenceThresholds, Numbers, read_fields
+from stucksolver_language.intent.lexical_safeguards import is_meaningful_yes, is_stop_phrase, puts_off
 from stucksolver_language.intent.quantities import Quantities, read_amounts
 from stucksolver_language.intent.tokenization import encoded
 

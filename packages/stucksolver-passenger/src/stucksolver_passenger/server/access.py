@@ -10,7 +10,7 @@ from typing import Any
 from fastapi import HTTPException, Request
 from fastapi.responses import JSONResponse, StreamingResponse
 
-from stucksolver_language.intent.halting import is_stop_phrase
+from stucksolver_language.intent.lexical_safeguards import is_stop_phrase
 from stucksolver_passenger.access_tokens import TokenHolder, Tokens
 from stucksolver_passenger.api_types import CommandKind
 from stucksolver_passenger.server.connection_limits import Place, source_of

@@ -26,9 +26,8 @@ from stucksolver_passenger.server.request_models import (
     UtteranceRequest,
     YesNoRequest,
 )
-from stucksolver_passenger.server.static_files import add_pages
+from stucksolver_passenger.server.static_files import add_pages, add_voice
 from stucksolver_passenger.server.vehicle_socket import VehicleSocket
-from stucksolver_passenger.server.voice import add_voice
 from stucksolver_passenger.socket_frames import Topic
 from stucksolver_passenger.speech_recognizer import Recognizer
 

@@ -9,10 +9,37 @@ from typing import Any
 
 import numpy as np
 
-from stucksolver.scene.objects import PASSABLE_KINDS, ObjectKind
-from stucksolver_perception.camera.attribute_types import Attributes
+from stucksolver.scene.objects import PASSABLE_KINDS, Gesture, ObjectKind
 from stucksolver_perception.camera.crop_network import KINDS, NOTHING, softmax
 from stucksolver_perception.measurements import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Attributes:
+    """What is known of one object; None for everything that is not certain enough."""
+
+    kind: ObjectKind | None = None
+    kind_confidence: float = 0.0
+    """Confidence of the likeliest kind, reported or not; 0 if the object was not looked at."""
+    kind_shares: Floats | None = None
+    """(len(KINDS),) probabilities, for voting; None if the object was not looked at."""
+    hidden: bool | None = None
+    """True: the box shows something else, or nothing."""
+    brake_lights: bool | None = None
+    left_blinker: bool | None = None
+    """In a single image: whether it is lit now. In a memory: whether it blinks."""
+    right_blinker: bool | None = None
+    emergency_lights: bool | None = None
+    door_open: bool | None = None
+    gesture: Gesture | None = None
+    """Of a flagger; None for all others."""
+
+    @property
+    def hazard_lights(self) -> bool | None:
+        """True if both blinkers blink; False as soon as one is known to be off."""
+        both = (self.left_blinker, self.right_blinker)
+        return False if False in both else (True if all(both) else None)
+
 
 LOOKS = 2
 """A kind is reported after this many looks that were each sure of it."""

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from stucksolver.scene import ObjectKind
 from stucksolver.scene.objects import Gesture
-from stucksolver_perception.camera.attribute_filter import AttributeFilter
-from stucksolver_perception.camera.attribute_types import Attributes
+from stucksolver_perception.camera.attribute_filter import AttributeFilter, Attributes
 from stucksolver_perception.camera.crop_network import (
     GESTURES,
     KINDS,

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any
 import carla
 import numpy as np
 
-from stucksolver.scene import ObservedSign
+from stucksolver.scene import CameraImage, ObservedSign
 from stucksolver.scene.surroundings import LightState
 from stucksolver_carla.perception_interface import SensorError
+from stucksolver_carla.stack.front_camera import HEIGHT, WIDTH, as_jpeg
 from stucksolver_perception.camera.lens_dirt import LensMonitor
-from stucksolver_perception.carla.camera import RigFrontCamera
 from stucksolver_perception.carla.known_posts import sign_places
 from stucksolver_perception.carla.lane_sight import SensorLaneSight
 from stucksolver_perception.carla.perceived_ego import PerceivedEgo
@@ -305,3 +305,25 @@ def _heads(world: carla.World) -> Mapping[int, Floats]:
         if rows:
             found[int(light.id)] = np.array(rows)
     return found
+
+
+class RigFrontCamera:
+    """See `GivesPicture`. The sensor belongs to the eyes."""
+
+    def __init__(self, eyes: EgoPerception) -> None:
+        self._eyes = eyes
+        self._made: tuple[CameraFrame, CameraImage] | None = None
+
+    def image(self) -> CameraImage | None:
+        """Return the latest image; None before the first."""
+        from PIL import Image
+
+        frame = self._eyes.picture
+        if frame is None:
+            return None
+        if self._made is None or self._made[0] is not frame:
+            self._made = (frame, as_jpeg(Image.fromarray(frame.rgb).resize((WIDTH, HEIGHT), Image.Resampling.BOX)))
+        return self._made[1]
+
+    def close(self) -> None:
+        """The eyes end their sensors themselves."""

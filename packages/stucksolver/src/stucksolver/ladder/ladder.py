@@ -8,8 +8,7 @@ from pydantic import Field, field_validator
 
 from stucksolver.guard import GuardPolicy
 from stucksolver.ladder.rung_actions import CallAssistance, CheckForWait
-from stucksolver.ladder.rungs import AnyRung
-from stucksolver.ladder.rungs.distilled import DistilledRung
+from stucksolver.ladder.rungs import AnyRung, DistilledRung
 from stucksolver.ladder.waits import WaitPolicy
 from stucksolver.plan.behaviors import REGISTRY, ApprovalLevel
 from stucksolver.scene.base_model import FrozenModel

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from functools import lru_cache
 
 import numpy as np
 
 from carlette.camera.arrays import Bytes, Pixels, Singles
 from carlette.camera.rendering.view import FAR_M, CameraView
+from carlette.geometry import Pose
 
 KEPT_SIZES = 4
 """Buffers are kept for this many sizes of picture."""
@@ -79,3 +81,15 @@ class Raster:
         """Distances ahead of the camera's plane in metres: (height, width), 1000 where nothing was drawn."""
         metres: Singles = np.where(self._nearness > _FARTHEST, np.reciprocal(self._nearness), np.float32(FAR_M))
         return metres
+
+
+@lru_cache(maxsize=1)
+def warm_up() -> None:
+    """Draws one quad; after that, no call compiles anything."""
+    from carlette.camera.rendering.quad_rasterizer import halved  # numba takes half a second to load
+
+    raster = Raster()
+    picture = raster.begin(CameraView(Pose(), 2, 2, 90.0))
+    corners = np.array([[(5, 1, 1), (5, 1, -1), (5, -1, -1), (5, -1, 1)]], np.float32)
+    raster.draw(corners, np.zeros((1, 4, 4), np.uint8))
+    halved(picture)

@@ -16,9 +16,8 @@ from carlette.camera.models.mesh import Mesh, corner_colors
 from carlette.camera.rendering import tags
 from carlette.camera.rendering.lighting import Light
 from carlette.camera.rendering.raster import Raster
-from carlette.camera.rendering.sky import dome, fill_sky
+from carlette.camera.rendering.sky import dome, fill_sky, rain_streaks
 from carlette.camera.rendering.view import CameraView
-from carlette.camera.rendering.weather_marks import rain_streaks
 from carlette.geometry import Floats
 
 REACH_M = 420.0
@@ -70,7 +69,7 @@ class Renderer:
 
     def rgb(self, shot: CapturedScene, view: CameraView) -> Bytes:
         """Colours: (height, width, 4) uint8, bytes B G R A."""
-        from carlette.camera.rendering.averaging import halved  # numba takes half a second to load
+        from carlette.camera.rendering.quad_rasterizer import halved  # numba takes half a second to load
 
         scale = 2 if view.width * view.height <= SUPERSAMPLED_PIXELS else 1
         with self._lock:

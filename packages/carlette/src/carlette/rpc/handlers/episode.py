@@ -8,7 +8,7 @@ from typing import Any
 from carlette.errors import CompletionRequestError, MapError
 from carlette.rpc.registry import Methods
 from carlette.rpc.session import ClientSession
-from carlette.wire.token import WORLD_STREAM
+from carlette.wire.encode import WORLD_STREAM
 from carlette.world.settings import EpisodeSettings
 
 methods = Methods()

@@ -2,7 +2,14 @@
 
 from stucksolver.guard.policy.approvals import NOBODY, RANKS, RULES, SCENES, Approvals
 from stucksolver.guard.policy.clearances import ClearancePolicy, DoorPolicy, PassablePolicy, PeoplePolicy
-from stucksolver.guard.policy.ego import HandBackPolicy, HarmPolicy, SpeedPolicy, StoppingPolicy, TrackingPolicy
+from stucksolver.guard.policy.ego import (
+    HandBackPolicy,
+    HarmPolicy,
+    SpeedPolicy,
+    StoppingPolicy,
+    TrackingPolicy,
+    TurningPolicy,
+)
 from stucksolver.guard.policy.other_road_users import EntryPolicy, OncomingPolicy, PredictionPolicy, RssPolicy
 from stucksolver.guard.policy.policy import GuardPolicy
 from stucksolver.guard.policy.road import (
@@ -13,7 +20,6 @@ from stucksolver.guard.policy.road import (
     ScenePolicy,
     SightPolicy,
 )
-from stucksolver.guard.policy.turning import TurningPolicy
 
 __all__ = [
     "NOBODY",

@@ -9,7 +9,14 @@ from pydantic import Field, NonNegativeFloat, field_validator
 
 from stucksolver.guard.policy.approvals import RANKS, SCENES
 from stucksolver.guard.policy.clearances import ClearancePolicy, DoorPolicy, PassablePolicy, PeoplePolicy
-from stucksolver.guard.policy.ego import HandBackPolicy, HarmPolicy, SpeedPolicy, StoppingPolicy, TrackingPolicy
+from stucksolver.guard.policy.ego import (
+    HandBackPolicy,
+    HarmPolicy,
+    SpeedPolicy,
+    StoppingPolicy,
+    TrackingPolicy,
+    TurningPolicy,
+)
 from stucksolver.guard.policy.other_road_users import EntryPolicy, OncomingPolicy, PredictionPolicy, RssPolicy
 from stucksolver.guard.policy.road import (
     BackingPolicy,
@@ -19,7 +26,6 @@ from stucksolver.guard.policy.road import (
     ScenePolicy,
     SightPolicy,
 )
-from stucksolver.guard.policy.turning import TurningPolicy
 from stucksolver.plan.behaviors import REGISTRY, ApprovalLevel
 from stucksolver.plan.codes import WaitLimits
 from stucksolver.scene.base_model import FrozenModel

@@ -13,7 +13,7 @@ from stucksolver.ladder import Resume
 from stucksolver.plan import CONTINUE, Directive
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.events import EventKind
-from stucksolver.solver.state_machine import blockage, human_in_the_loop
+from stucksolver.solver.state_machine import human_in_the_loop
 from stucksolver.solver.state_machine.execution_steps import stand
 from stucksolver.solver.state_machine.pending_transition import BLIND_LIMIT_S, PendingTransition
 from stucksolver.solver.state_machine.state import Driving, Executing, Holding, MinimalRisk
@@ -45,7 +45,7 @@ def blocked_at_m(turn: PendingTransition) -> float | None:
     under_way = turn.state.intervention
     if turn.view is None or turn.is_blind or (under_way is not None and under_way.stop_is_spent):
         return None
-    return blockage.blocked_at_m(turn.view)
+    return human_in_the_loop.blocked_at_m(turn.view)
 
 
 # ---- a plan has ended
@@ -151,7 +151,7 @@ def end_stop(turn: PendingTransition) -> None:
         return
     view, policy = turn.view, turn.setup.guard.policy
     known = view is not None and turn.unseen_s <= policy.max_age_s
-    gap_m = blockage.blocked_at_m(view) if view is not None and known else posture.gap_m
+    gap_m = human_in_the_loop.blocked_at_m(view) if view is not None and known else posture.gap_m
     moved_on = gap_m is None or gap_m > posture.gap_m + MOVED_M
     free = known and moved_on and _clear(turn)
     since = None if not free else turn.now_s if posture.free_since_s is None else posture.free_since_s

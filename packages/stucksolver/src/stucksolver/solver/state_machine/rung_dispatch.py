@@ -15,8 +15,8 @@ from stucksolver.solver.events import EventKind
 from stucksolver.solver.query import NoAnswer, Query
 from stucksolver.solver.questions import PersonReply, QuestionKind
 from stucksolver.solver.state_machine import claims, hand_back, human_in_the_loop, plan_lifecycle
-from stucksolver.solver.state_machine.blockage import blockage_text
 from stucksolver.solver.state_machine.history import GOT_ON_M, TEXTS
+from stucksolver.solver.state_machine.human_in_the_loop import blockage_text
 from stucksolver.solver.state_machine.pending_transition import PendingTransition
 from stucksolver.solver.state_machine.perception_disagreement import find_disagreements, mask_disputed_scene
 from stucksolver.solver.state_machine.state import (

@@ -11,8 +11,8 @@ from __future__ import annotations
 import inspect
 
 from stucksolver.solver.state_machine import state
-from stucksolver.solver.state_machine.blockage import AHEAD_M
 from stucksolver.solver.state_machine.hand_back import FREE_S, HOLD_S, LONGEST_HOLD_S, MOVED_M, SETTLES_S
+from stucksolver.solver.state_machine.human_in_the_loop import AHEAD_M
 from stucksolver.solver.state_machine.state import StateName
 
 S = StateName

@@ -1,0 +1,57 @@
+"""Word lists beside the network: what may count as a yes, and what holds the vehicle.
+
+Sounds without meaning are no consent. With a question open, the network reads unknown words such as "hrmpf grmbl" as a
+yes. So a yes counts only if it has a word with which people agree; otherwise it is unclear, and the passenger is asked
+again. Words that hold the vehicle back count if nothing else is understood: doubt leads to waiting, never to going on.
+"""
+
+from __future__ import annotations
+
+import re
+
+STOP_WORDS = (
+    "stop|stopp|wait|halt|whoa|hold on|hold it|no|don'?t|do not|never|careful|watch out|"  # English
+    "para|pare|alto|espera|espere|cuidado|"  # Spanish
+    "warte|warten|wart|nein|nicht|anhalten|vorsicht|achtung|"  # German
+    "arr[êe]te|arr[êe]tez|attends|attendez|non|pas|doucement"  # French
+)
+STOP_SIGNS = "[停等别別慢]|不[要行能可]|小心"
+"""Chinese is written without spaces."""
+SHORT = 40
+"""Characters. People call out in few words; a longer sentence that is unclear is asked back."""
+PUTTING_OFF = re.compile(
+    r"(?<!\w)(?:wait|hold on|hang on|one moment|espera|espere|warten?|warte mal|attends|attendez)(?!\w)|等",
+    re.IGNORECASE,
+)
+HALTING = re.compile(rf"(?<!\w)(?:{STOP_WORDS})(?!\w)|{STOP_SIGNS}", re.IGNORECASE)
+
+
+def is_stop_phrase(text: str) -> bool:
+    """True if `text` is short and has a word that holds someone back.
+
+    It is used only for what the network finds unclear, and can only keep the vehicle where it is.
+    """
+    said = text.strip().replace("\u2019", "'")
+    return len(said) <= SHORT and HALTING.search(said) is not None
+
+
+def puts_off(text: str) -> bool:
+    """True if `text` has a word that asks to wait, rather than one that refuses."""
+    return PUTTING_OFF.search(text) is not None
+
+
+YES_WORDS = (
+    "y|yes|yeah|yep|yup|ya|aye|ok|okay|okey|sure|fine|right|alright|good|great|correct|agreed?|absolutely|certainly|"
+    "definitely|course|affirmative|confirm(?:ed)?|proceed|please|go|do|may|can|will|try|carry on|continue|happy|"
+    "approved?|allow(?:ed)?|permission|granted|why not|no (?:problem|objections?)|mind|"  # English
+    "s[ií]|claro|vale|adelante|bueno|dale|"  # Spanish
+    "ja|jawohl|klar|gerne?|mach|los|einverstanden|genau|"  # German
+    "oui|ouais|d'accord|vas-y|allez|bien s[ûu]r"  # French
+)
+YES_SIGNS = "[是好对行可]|同意|继续"
+AGREES = re.compile(rf"(?<!\w)(?:{YES_WORDS})(?!\w)|{YES_SIGNS}", re.IGNORECASE)
+
+
+def is_meaningful_yes(text: str) -> bool:
+    """True if `text` has a word with which people agree."""
+    return AGREES.search(text.replace("\u2019", "'")) is not None
