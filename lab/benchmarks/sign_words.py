@@ -80,7 +80,7 @@ PLATES: dict[tuple[str, ...], SignWord | None] = {
 """Plates made here: words that carlette's signs lack, and words that resemble those of the list."""
 DISTANCES_M = (5, 8, 10, 15, 20, 25, 30, 40)
 RIGHT_M, NEAR_RIGHT_M = 3.0, 2.5
-"""Lateral distance from the lane's centre; at 5 m slightly less, to be in the image."""
+"""Lateral distance from the lane's center; at 5 m slightly less, to be in the image."""
 HALF_M = 0.95
 """Half the width of the crop at the sign's distance, if its position is known."""
 MOST_TURNED_DEG = 12.0

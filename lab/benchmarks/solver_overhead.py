@@ -140,7 +140,7 @@ def parked_car() -> Surroundings:
 
 
 def _crowd(surroundings: Surroundings) -> Surroundings:
-    """The worst case: everybody walks towards the path, so that the guard can filter out nobody."""
+    """The worst case: everybody walks toward the path, so that the guard can filter out nobody."""
     walkers = [
         _object(f"walker {k}", 62.0 + 2.0 * k, 6.0 + k % 10, ObjectKind.PEDESTRIAN).model_copy(update={"vy_mps": -1.2})
         for k in range(ACTORS - 1)

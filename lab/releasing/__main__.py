@@ -109,7 +109,7 @@ def build(dist: Path) -> dict[str, Path]:
 
 
 def _check_files(name: str, wheel: Path, project: Path) -> None:
-    """Checks a wheel's size, and that it has a licence and every file that git tracks below `src`."""
+    """Checks a wheel's size, and that it has a license and every file that git tracks below `src`."""
     size_mb = wheel.stat().st_size / 1e6
     print(f"{wheel.name}: {size_mb:.1f} MB")
     if size_mb > WHEEL_MAX_MB:

@@ -1,4 +1,4 @@
-"""Lists the licences of all installed packages, as they declare them."""
+"""Lists the licenses of all installed packages, as they declare them."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ ALLOWED = {
     "python software foundation license",
     "zlib",
 }
-"""Licences that put no obligation on our own Apache-2.0 code; MPL-2.0 applies to its own files only."""
+"""Licenses that put no obligation on our own Apache-2.0 code; MPL-2.0 applies to its own files only."""
 PARTS = re.compile(r"\s+(?:AND|OR|WITH)\s+|\s*[;,]\s*|^\(|\)$")
 
 
 def declared(distribution: Distribution) -> str:
-    """The declared licence of a package: the expression, else the classifiers, else the first line of the text."""
+    """The declared license of a package: the expression, else the classifiers, else the first line of the text."""
     told = distribution.metadata.get_all("License-Expression") or []
     kinds = [
         c.rpartition(" :: ")[2] for c in distribution.metadata.get_all("Classifier") or [] if c.startswith("License ::")
@@ -44,13 +44,13 @@ def declared(distribution: Distribution) -> str:
 
 
 def allowed(licence: str) -> bool:
-    """Is every part of a licence allowed? An empty one is not."""
+    """Is every part of a license allowed? An empty one is not."""
     parts = [part.strip().lower() for part in PARTS.split(licence.replace("(", "").replace(")", "")) if part.strip()]
     return bool(parts) and all(part in ALLOWED for part in parts)
 
 
 def main() -> int:
-    """Lists the licences in this environment. Returns 1 if one is missing or not allowed."""
+    """Lists the licenses in this environment. Returns 1 if one is missing or not allowed."""
     bad = 0
     for distribution in sorted(distributions(), key=lambda each: str(each.metadata["Name"]).lower()):
         name, licence = distribution.metadata["Name"], declared(distribution)

@@ -1,6 +1,6 @@
 """Restores a network for further training from the file that is shipped.
 
-The shipped file has each batch normalisation merged into its convolution, and perhaps integers in place of weights.
+The shipped file has each batch normalization merged into its convolution, and perhaps integers in place of weights.
 They are turned back, so that nobody has to keep the weights of a training for the next one.
 """
 
@@ -18,7 +18,7 @@ Net = TypeVar("Net", bound=nn.Module)
 Layer = tuple[np.ndarray[Any, Any], np.ndarray[Any, Any] | None]
 """Weights and bias of a layer."""
 Modules = Sequence[tuple[nn.Module, nn.BatchNorm2d | None]]
-"""Layers of a network in the order in which it computes, each with the batch normalisation after it."""
+"""Layers of a network in the order in which it computes, each with the batch normalization after it."""
 _KINDS = ("Conv", "ConvTranspose", "Gemm", "MatMul")
 
 
@@ -61,7 +61,7 @@ def restored_by(build: Callable[[Sequence[Layer]], tuple[Net, Modules]], file: P
 
 
 def fill(modules: Modules, layers: Sequence[Layer]) -> None:
-    """Copy weights and biases. The batch normalisations change nothing but add the merged bias.
+    """Copy weights and biases. The batch normalizations change nothing but add the merged bias.
 
     Raises:
         ValueError: The layers are those of another network.
@@ -97,10 +97,10 @@ def mean_of(first: Mapping[str, Tensor], second: Mapping[str, Tensor], share: fl
 
 
 def settle(net: nn.Module, run: Callable[[], object]) -> None:
-    """Give the batch normalisations of a restored network the statistics of real input, without changing its output.
+    """Give the batch normalizations of a restored network the statistics of real input, without changing its output.
 
     Args:
-        net: A network whose batch normalisations have a mean of 0 and a variance of 1.
+        net: A network whose batch normalizations have a mean of 0 and a variance of 1.
         run: Feeds the network one batch of typical windows.
     """
 

@@ -8,7 +8,7 @@ from torch import nn
 
 
 def average(averaged: nn.Module, net: nn.Module, keep: float) -> None:
-    """Move the weights of `averaged` towards those of `net`; integer buffers such as counters are copied.
+    """Move the weights of `averaged` toward those of `net`; integer buffers such as counters are copied.
 
     Args:
         averaged: The moving average, of the same class as `net`.

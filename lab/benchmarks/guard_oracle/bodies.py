@@ -13,7 +13,7 @@ Corners = tuple[tuple[float, float], tuple[float, float], tuple[float, float], t
 
 @dataclass
 class Body:
-    """A rectangle: centre and heading in the plane (m, rad), length along the heading and width (m)."""
+    """A rectangle: center and heading in the plane (m, rad), length along the heading and width (m)."""
 
     x: float
     y: float
@@ -50,7 +50,7 @@ def distance(first: Body, second: Body, most: float = 5.0) -> float:
 
 
 def part_touched(body: Body, other: Body) -> str:
-    """Where a body is touched: "front", "side" or "rear", from the centre of the overlap."""
+    """Where a body is touched: "front", "side" or "rear", from the center of the overlap."""
     overlap = body.polygon().intersection(other.polygon())
     if overlap.is_empty:
         return "side"

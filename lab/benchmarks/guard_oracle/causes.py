@@ -217,7 +217,7 @@ def trapped(case: Case) -> bool:
 
 @excuse("R5: stepped off and walked into our front, which stood")
 def into_our_front(case: Case) -> bool:
-    """Stands for R5: "our front never hits someone who steps off the kerb".
+    """Stands for R5: "our front never hits someone who steps off the curb".
 
     The ego stood at the contact and one tick before it, and the pedestrian, who steps off, walked.
     """
@@ -228,10 +228,10 @@ def into_our_front(case: Case) -> bool:
 
 @excuse("R5: stepped off into our side, after our front had passed")
 def into_our_side(case: Case) -> bool:
-    """Stands for R5: "our front never hits someone who steps off the kerb"; about our side it promises nothing.
+    """Stands for R5: "our front never hits someone who steps off the curb"; about our side it promises nothing.
 
-    One tick before the contact the pedestrian, who steps off, was wholly behind the leading face of our body, and
-    more than half of what closed the gap to our side was his or her own walking.
+    One tick before the contact the pedestrian, who steps off, was wholly behind the leading face of our body, and more
+    than half of what closed the gap to our side was his or her own walking.
     """
     if not isinstance(case.other, StepsOff) or not case.other.walks or case.last < 1:
         return False

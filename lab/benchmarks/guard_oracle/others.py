@@ -1,6 +1,6 @@
 """The other actors: as hostile as `docs/SAFETY.md` assumes, but not more.
 
-They keep their speed and lane, brake by up to 3.5 m/s² at any time, cross straight, or step off a kerb. Those who
+They keep their speed and lane, brake by up to 3.5 m/s² at any time, cross straight, or step off a curb. Those who
 approach from behind keep their distance if we have been in their path all along. If we enter it, they brake after a
 reaction time, no harder than necessary.
 """
@@ -225,7 +225,7 @@ class Straight(Other):
 
 @dataclass
 class StepsOff(Other):
-    """Stands at the kerb, steps off when our front is `trigger` metres away, and walks straight across."""
+    """Stands at the curb, steps off when our front is `trigger` meters away, and walks straight across."""
 
     s: float = 0.0
     d: float = 0.0

@@ -1,4 +1,4 @@
-"""Proposals for the guard: the plan of the rules in a scene, and random behaviours."""
+"""Proposals for the guard: the plan of the rules in a scene, and random behaviors."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ ANYWHERE: tuple[Callable[[Drawn], Behavior], ...] = (
 
 
 def at_random(draw: Drawn, setting: Setting) -> RecoveryPlan:
-    """One or two behaviours, most of which suit the class of the scene."""
+    """One or two behaviors, most of which suit the class of the scene."""
     fits = setting.propose is not None and draw.random() < 0.7
     first = setting.propose(draw) if fits and setting.propose else [draw.choice(ANYWHERE)(draw)]
     if len(first) == 1 and draw.random() < 0.15:

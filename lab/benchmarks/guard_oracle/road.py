@@ -24,7 +24,7 @@ SAME, OPPOSITE = LaneDirection.SAME, LaneDirection.OPPOSITE
 
 @dataclass(frozen=True)
 class OwnLane:
-    """A lane of the oracle: offset of its centre to the left of the line, and its width (m)."""
+    """A lane of the oracle: offset of its center to the left of the line, and its width (m)."""
 
     name: str
     offset: float
@@ -66,7 +66,7 @@ class Road:
         self._line = self._x.tolist(), self._y.tolist(), turned.tolist()
 
     def place(self, s: float, d: float = 0.0) -> tuple[float, float, float]:
-        """(x, y, heading) of the point `s` metres along and `d` to the left; extended straight beyond the ends."""
+        """(x, y, heading) of the point `s` meters along and `d` to the left; extended straight beyond the ends."""
         inside = min(max(s, 0.0), self.end)
         xs, ys, turned = self._line
         k = min(int(inside / FINE_M), len(xs) - 2)

@@ -19,9 +19,9 @@ Drawn = random.Random
 
 @dataclass
 class Control:
-    """A light or sign at arc length `line`, visible from `seen_from` metres before it.
+    """A light or sign at arc length `line`, visible from `seen_from` meters before it.
 
-    A light shows `first` until `changes_at` (s), and `then` afterwards.
+    A light shows `first` until `changes_at` (s), and `then` afterward.
     """
 
     kind: ControlKind
@@ -157,7 +157,7 @@ def crossing(
 
 
 def at_the_kerb(name: str, s: float, d: float, trigger: float, pace: float = 1.4, *, height: float = 1.7) -> StepsOff:
-    """A pedestrian who may step off the kerb."""
+    """A pedestrian who may step off the curb."""
     body, _ = made(ObjectKind.PEDESTRIAN)
     return StepsOff(name, ObjectKind.PEDESTRIAN, body, height, "steps off", s=s, d=d, trigger=trigger, pace=pace)
 

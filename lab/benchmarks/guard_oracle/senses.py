@@ -38,7 +38,7 @@ def crosses(eye: tuple[float, float], x: np.ndarray, y: np.ndarray, body: Body) 
 
 
 def in_sight(eye: tuple[float, float], other: Other, hiding: Sequence[tuple[Body, float]], reach_m: float) -> bool:
-    """Is any corner or the centre of someone visible?"""
+    """Is any corner or the center of someone visible?"""
     if math.hypot(other.body.x - eye[0], other.body.y - eye[1]) > reach_m:
         return False
     between = [body for body, height in hiding if body is not other.body and height >= other.height + TALLER_M]

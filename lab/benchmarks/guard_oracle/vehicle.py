@@ -126,7 +126,7 @@ def wrapped(angle: float) -> float:
 
 @dataclass
 class Ego:
-    """The vehicle: pose of its body's centre, speed (negative in reverse), and the angle of its front wheels."""
+    """The vehicle: pose of its body's center, speed (negative in reverse), and the angle of its front wheels."""
 
     x: float
     y: float
@@ -192,7 +192,7 @@ class Ego:
         self.x, self.y = rear_x + lever * math.cos(self.yaw), rear_y + lever * math.sin(self.yaw)
 
     def _steer(self, t: float, dt: float) -> None:
-        """Turns the front wheels so that the centre returns to the path."""
+        """Turns the front wheels so that the center returns to the path."""
         if self._track is None or self._order is None:
             return
         if self._order.reverse:

@@ -1,4 +1,4 @@
-"""Composes labelled sentences from the grammar and from the hand-written ones, each with a situation.
+"""Composes labeled sentences from the grammar and from the hand-written ones, each with a situation.
 
 python -m lab.language.interpreter.compose --count 200000 --seed 1 --out out/words/train.jsonl
 """

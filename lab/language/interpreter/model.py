@@ -25,7 +25,7 @@ MAX_TOKENS, FIRST_PLACE = 514, 2
 BUCKETS, FAR_TOKENS = 32, 128
 EPSILON = 1e-5
 BLOCK = 32
-"""So many neighbouring weights share a scale."""
+"""So many neighboring weights share a scale."""
 MOST = 7
 """4-bit numbers are used from -7 to 7."""
 

@@ -3,9 +3,9 @@
     python -m lab.language.interpreter.train --data DIR --start START --steps 1200 --rate 1e-4 --out TEACHER
     python -m lab.language.interpreter.train --data DIR --teacher TEACHER --steps 2000 --out OUT
 
-`START`: `start-*.npz` and `ids.npy`, see `lab.language.interpreter.model.load_start`. The teacher, a larger network,
-is trained first; what it makes of each sentence is learnt beside the labels (Hinton et al. 2015). Writes
-`weights-*.npz` (float16 or 4 bits, in parts of at most 15 MB) and prints accuracy on the sentences kept apart.
+`START`: `start-*.npz` and `ids.npy`, see `lab.language.interpreter.model.load_start`. The teacher, a larger network, is
+trained first; what it makes of each sentence is learned beside the labels (Hinton et al. 2015). Writes `weights-*.npz`
+(float16 or 4 bits, in parts of at most 15 MB) and prints accuracy on the sentences kept apart.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ ALIKE = 16
 """Batches are drawn so many at a time and sorted by length."""
 PART_BYTES = 15_000_000
 SOFT = 2.0
-"""Temperature at which the teacher's probabilities of intents are learnt."""
+"""Temperature at which the teacher's probabilities of intents are learned."""
 TAUGHT_SHARE = 0.6
 """Of the loss, by what the teacher makes of a sentence; the rest is by its labels."""
 N_INTENTS = 16

@@ -1,4 +1,4 @@
-"""A beam search over plans of up to three behaviours; each is judged by the real guard before it counts."""
+"""A beam search over plans of up to three behaviors; each is judged by the real guard before it counts."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ class SearchSettings:
     """Limits of a search.
 
     Attributes:
-        depth: Most behaviours in a plan.
+        depth: Most behaviors in a plan.
         beam: Number of partial plans that are continued at each depth.
-        steps: Number of values of each parameter for the first behaviour.
-        later_steps: Number of values of each parameter for the second and third behaviour.
+        steps: Number of values of each parameter for the first behavior.
+        later_steps: Number of values of each parameter for the second and third behavior.
         looked: Number of plans that the simulator looks ahead for; the others are only glanced at.
     """
 
@@ -92,7 +92,7 @@ class Search:
         return tuple(sorted(found, key=lambda item: -item.value))
 
     def _extended(self, node: _Node, behavior: Behavior, view: FrenetScene) -> _Node | None:
-        """Return the plan with one more behaviour, if the guard accepts that behaviour from the plan's end (`view`)."""
+        """Return the plan with one more behavior, if the guard accepts that behavior from the plan's end (`view`)."""
         self.checked += 1
         if behavior.stands_still:
             if not self.guard.allows_standing(behavior, view).accepted:
@@ -117,7 +117,7 @@ class Search:
 
 
 def kinds(behaviors: Iterable[Behavior]) -> tuple[str, ...]:
-    """Return the names of behaviours: the kind of a plan, without its parameters."""
+    """Return the names of behaviors: the kind of a plan, without its parameters."""
     return tuple(behavior.name for behavior in behaviors)
 
 

@@ -119,7 +119,7 @@ def collect(spec: PlanSearchSpec, say: Say) -> LabelFile:
         say: Called with each line of progress.
 
     Raises:
-        CampaignError: The folder contains another campaign, or a line of its labels cannot be read.
+        PlanSearchError: The folder contains another campaign, or a line of its labels cannot be read.
         OutputError: Something cannot be written.
     """
     _begin(spec)

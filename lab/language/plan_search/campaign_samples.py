@@ -82,7 +82,7 @@ def _kind(plan: RecoveryPlan) -> tuple[str, ...]:
 
 
 def worth_m(grade: Grade) -> float:
-    """Return what a drive is worth, on the scale of a plan's value at a glance: a metre for each second gained (m), if
+    """Return what a drive is worth, on the scale of a plan's value at a glance: a meter for each second gained (m), if
     the route was driven to its end, and else that share of it.
     """
     if grade.collisions + grade.infractions > 0:

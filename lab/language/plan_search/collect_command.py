@@ -69,7 +69,7 @@ def teach(what: CollectOptions) -> Path:
     Raises:
         SuiteError: There is no such suite or route.
         RouteFileError: The file of routes is invalid.
-        CampaignError: The folder contains another campaign, or its labels cannot be read.
+        PlanSearchError: The folder contains another campaign, or its labels cannot be read.
         OutputError: Something cannot be written.
     """
     spec = PlanSearchSpec(

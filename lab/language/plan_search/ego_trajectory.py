@@ -1,4 +1,4 @@
-"""Where a plan takes the ego, and when: poses over time, joined from one behaviour to the next."""
+"""Where a plan takes the ego, and when: poses over time, joined from one behavior to the next."""
 
 from __future__ import annotations
 

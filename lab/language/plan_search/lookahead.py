@@ -33,7 +33,7 @@ NEAR_M = 0.3
 NEARER_M = 0.05
 """Someone who has not come nearer by this much was already there, and counts neither as a contact nor a near miss."""
 CONTACT_COSTS_M, NEAR_COSTS_M = 200.0, 20.0
-"""Metres of progress that a contact and a near miss outweigh. They order a list; nothing else depends on them."""
+"""Meters of progress that a contact and a near miss outweigh. They order a list; nothing else depends on them."""
 MOST_PROGRESS_M = 60.0
 CLEARANCE_M = 0.1
 
@@ -149,7 +149,7 @@ class LookAhead:
         return separation(mine, half, theirs, self._half)
 
     def _progress(self, world: World) -> float:
-        """Return the distance travelled along the route since the standstill (m)."""
+        """Return the distance traveled along the route since the standstill (m)."""
         x, y = world.bodies.position[world.actors[self._ego.id].row, :2].tolist()
         points = np.array([[self.seen.ego.x_m, self.seen.ego.y_m], [x, -y]])
         s, _, _ = self._frame.to_road(points)

@@ -19,14 +19,14 @@ from stucksolver.scene.frenet_scene import FrenetScene
 HORIZON_S = 25.0
 """As in the look-ahead."""
 STEP_S = 0.2
-"""Time between the examined poses: half a metre at the usual speed of a plan."""
+"""Time between the examined poses: half a meter at the usual speed of a plan."""
 CRUISE_MPS = 6.0
 """Assumed mean speed after the plan, standing start included."""
 NEARER_M = 0.05
 """Someone who has not come nearer by this much was already there, and does not count."""
 NEAR_M = 0.3
 CONTACT_COSTS_M, NEAR_COSTS_M = 200.0, 20.0
-"""Metres of progress that a contact and a near miss outweigh."""
+"""Meters of progress that a contact and a near miss outweigh."""
 MOST_PROGRESS_M = 60.0
 BESIDE_M = 0.3
 """Someone this far beside the ego's body does not end the free way ahead."""

@@ -1,6 +1,6 @@
 """Makes moments of records of interventions: the scenes of a user's own drives, with the answers of any reasoner.
 
-Such a moment says what a reasoner answered and not how the drive went on, so only the answer is learnt from it.
+Such a moment says what a reasoner answered and not how the drive went on, so only the answer is learned from it.
 """
 
 from __future__ import annotations

@@ -96,7 +96,7 @@ def evaluate(weights: Path, out: Path, groups: dict[str, list[Example]], say: Sa
 
 
 def copy_to(weights: Path, out: Path) -> Path:
-    """Check the weights of a folder and copy what the runtime needs to another one. Raises `WeightsError`."""
+    """Check the weights of a folder and copy what the runtime needs to another one. Raises `StudentWeightsError`."""
     card = StudentNetwork(weights).card
     out.mkdir(parents=True, exist_ok=True)
     (out / WEIGHTS).write_bytes((weights / WEIGHTS).read_bytes())

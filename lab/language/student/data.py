@@ -38,7 +38,7 @@ TUNED = 10
 BEGUN_S = 3.0
 """A vehicle that stands before this time has not set off at all (s): that its wait ends is no achievement to know."""
 BLURRED = 0.3
-"""Share of the moments that are also learnt as the prompt of a language model tells them, which is less exact."""
+"""Share of the moments that are also learned as the prompt of a language model tells them, which is less exact."""
 LEAST_M = -30.0
 """A plan that looks worse than this is simply bad (m)."""
 WORDS_EACH = 3
@@ -204,7 +204,7 @@ def _requests() -> list[Interpretation]:
 
 
 def _guided(moment: DecisionSample, scene: Scene, group: str, words: Vocabulary, reading: Interpretation) -> Example:
-    """Return the moment after a passenger asked for something. Only which plan fits is learnt from it."""
+    """Return the moment after a passenger asked for something. Only which plan fits is learned from it."""
     told = Guidance(text="", time_s=scene.time_s, reading=reading)
     asked = scene.model_copy(update={"guidance": told})
     found = example(moment, asked, group, words)
@@ -213,7 +213,7 @@ def _guided(moment: DecisionSample, scene: Scene, group: str, words: Vocabulary,
 
 
 def _fitting(plans: Sequence[RecoveryPlan], wanted: RecoveryPlan | None) -> NDArray[np.bool_]:
-    """Return which plans are of the same kind as a plan: the same behaviours with the same objects and choices."""
+    """Return which plans are of the same kind as a plan: the same behaviors with the same objects and choices."""
     if wanted is None:
         return np.zeros(len(plans), np.bool_)
     kind = kind_of(wanted)
@@ -221,6 +221,6 @@ def _fitting(plans: Sequence[RecoveryPlan], wanted: RecoveryPlan | None) -> NDAr
 
 
 def kind_of(plan: RecoveryPlan) -> tuple[tuple[object, ...], ...]:
-    """Return what a plan does, without its numbers and its standing behaviours."""
+    """Return what a plan does, without its numbers and its standing behaviors."""
     moving = [behavior for behavior in plan.behaviors if not behavior.stands_still]
     return tuple(tuple(v for _, v in obj if isinstance(v, str)) for obj in moving)

@@ -15,7 +15,7 @@ KINDS = ("ego", *MOST)
 
 
 class Layer(nn.Module):
-    """One layer of attention among rows, with pre-normalisation."""
+    """One layer of attention among rows, with pre-normalization."""
 
     def __init__(self, width: int, heads: int, dropout: float) -> None:
         super().__init__()
@@ -45,7 +45,7 @@ class StudentNet(nn.Module):
     """Rows of a scene and of plans in, logits out. See `stucksolver_language.student.heads.Numbers`.
 
     Args:
-        plan_width: Width of one behaviour of a plan.
+        plan_width: Width of one behavior of a plan.
         width: Width of a row inside the network.
         layers: Number of layers of the encoder.
         heads: Number of heads of each layer.
@@ -73,8 +73,8 @@ class StudentNet(nn.Module):
         Args:
             rows: By kind (batch, rows, width of that kind).
             mask: True for rows that are used (batch, all rows).
-            plans: (batch, plans, SLOTS, width of a behaviour), the last number 1 where there is a behaviour.
-            named: Rows of the objects that the behaviours name (batch, plans, SLOTS).
+            plans: (batch, plans, SLOTS, width of a behavior), the last number 1 where there is a behavior.
+            named: Rows of the objects that the behaviors name (batch, plans, SLOTS).
         """
         parts = [self.into[kind](rows[kind]) + self.kinds[number] for number, kind in enumerate(KINDS)]
         seen = torch.cat(parts, dim=1)

@@ -48,7 +48,7 @@ def fit(taught: Sequence[Example], plan_width: int, settings: StudentTrainOption
 
     Args:
         taught: The examples.
-        plan_width: Width of one behaviour of a plan.
+        plan_width: Width of one behavior of a plan.
         settings: The options.
         say: Called with each line of progress.
 

@@ -47,7 +47,7 @@ HALF_LOOK_S = 0.051
 LEAST_SCORE = 0.3
 """Weaker boxes of the detector are not drawn."""
 HIGHEST_M = 2.5
-"""Returns of this height and above have the same colour."""
+"""Returns of this height and above have the same color."""
 OWN_WIDTH_M = 1.9
 APART_M = 0.62
 """Between two lines of text beside the view from above."""
@@ -64,7 +64,7 @@ OF_LABEL = dict(
         strict=True,
     )
 )
-"""A colour for each label of the detector."""
+"""A color for each label of the detector."""
 
 
 class DrawFrameError(RuntimeError):
@@ -87,7 +87,7 @@ class FrameData:
 
 @dataclass(frozen=True)
 class _Drawn:
-    """An outline from above: centre x, y, length, width (m), yaw (rad) in the vehicle frame, and the words for it."""
+    """An outline from above: center x, y, length, width (m), yaw (rad) in the vehicle frame, and the words for it."""
 
     box: tuple[float, float, float, float, float]
     text: str
@@ -101,8 +101,8 @@ def draw_frame(folder: Path, at_s: float, out: Path) -> Path:
 
     Raises:
         RecordingError: The folder is not a recording.
-        FrameError: There is no such moment, the recording has gaps, or a library is missing.
-        WeightsError: A network cannot be used.
+        DrawFrameError: There is no such moment, the recording has gaps, or a library is missing.
+        NetworkFileError: A network cannot be used.
         OSError: The file cannot be written.
     """
     if not can_plot():
@@ -121,7 +121,7 @@ def moments(recording: Recording) -> Iterator[FrameData]:
     """Run the whole of perception on a recording, ten looks per second with true poses, as the scores are made.
 
     Raises:
-        WeightsError: A network cannot be used.
+        NetworkFileError: A network cannot be used.
     """
     perceiver, buffer = PerceptionPipeline(recording.rig), SweepBuffer()
     picture, begin_s = None, None
@@ -177,7 +177,7 @@ def _save(moment: FrameData, found: Detections, out: Path) -> None:
     _explain(figure)
     drawn = io.BytesIO()
     figure.savefig(drawn, dpi=DPI)
-    # With a palette, the file is a quarter as large. The octree keeps rare colours, those of thin lines among them.
+    # With a palette, the file is a quarter as large. The octree keeps rare colors, those of thin lines among them.
     Image.open(drawn).convert("RGB").quantize(256, Image.Quantize.FASTOCTREE).save(out, "PNG", optimize=True)
 
 
@@ -194,7 +194,7 @@ def _draw_picture(axes: Axes, moment: FrameData) -> None:
 
 
 def _explain(figure: Figure) -> None:
-    """Write what the outlines mean, and the colour of each label."""
+    """Write what the outlines mean, and the color of each label."""
     from matplotlib.lines import Line2D
 
     kinds = [

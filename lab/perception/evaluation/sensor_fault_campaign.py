@@ -77,8 +77,8 @@ def campaign(spec: FaultCampaignSpec, out: TextIO = sys.stderr) -> list[FaultRow
     """Drive the missing routes and return a row for each fault. Progress goes to `out`.
 
     Raises:
-        CampaignError: A fault is unknown.
-        ArmError: The driver or the recovery does not exist, or perception by sensors does not work here.
+        FaultCampaignError: A fault is unknown.
+        SystemSpecError: The driver or the recovery does not exist, or perception by sensors does not work here.
         SuiteError: There is no such suite or route.
         RouteFileError: The route file cannot be read.
         OutputError: The folder cannot be written to.

@@ -20,7 +20,7 @@ from stucksolver_perception.visible_parts import BRAKE, LEFT, RIGHT, SPECIAL_KIN
 NEAREST_M, FARTHEST_M = 4.0, 70.0
 CONE_RAD = math.radians(34.0)
 FROM_LANE_M = 9.0
-"""Objects are at most this far from the centre of a lane, since houses are beyond."""
+"""Objects are at most this far from the center of a lane, since houses are beyond."""
 AT_LIGHT_SHARE, BEFORE_LIGHT_M = 0.5, (4.0, 55.0)
 """Share of egos before a traffic light, and how far before it they are (m)."""
 ALONG_SHARE = 0.75

@@ -61,7 +61,7 @@ def collect(spec: CollectSpec, out: TextIO = sys.stderr) -> CollectResult:
     """Drive the routes that have not been recorded yet. Progress goes to `out`.
 
     Raises:
-        ArmError: There is no such driver.
+        SystemSpecError: There is no such driver.
         SuiteError: There is no such suite or route.
         RouteFileError: The route file cannot be read.
         TownError: A town has no suitable routes.

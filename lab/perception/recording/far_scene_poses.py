@@ -32,7 +32,7 @@ AWAY_M = 8000.0
 
 @dataclass(frozen=True)
 class ActorPose:
-    """A pose in CARLA's world frame (left-handed, metres, degrees), and a speed along the heading."""
+    """A pose in CARLA's world frame (left-handed, meters, degrees), and a speed along the heading."""
 
     x: float
     y: float
@@ -88,7 +88,7 @@ class Places:
         return replace(shifted, pitch_deg=shifted.pitch_deg + random.normal(0.0, PITCH_SIGMA_DEG))
 
     def ahead_of(self, ego: ActorPose, ahead_m: float) -> ActorPose:
-        """Draw the pose of a car that stands in the ego's lane, its centre `ahead_m` ahead, with a small offset."""
+        """Draw the pose of a car that stands in the ego's lane, its center `ahead_m` ahead, with a small offset."""
         side_m, yaw = self._random.normal(0.0, 0.3), math.radians(ego.yaw_deg)
         turned_deg = ego.yaw_deg + self._random.normal(0.0, 1.5)
         there = ego.moved_by(ahead_m)

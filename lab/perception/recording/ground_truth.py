@@ -146,7 +146,7 @@ def ego_pose(actor: carla.ActorSnapshot) -> Floats:
 
 
 def _kind(actor: carla.Actor) -> ObjectKind:
-    """Return the actor's kind as the stack does, except for flaggers, which perception must recognise."""
+    """Return the actor's kind as the stack does, except for flaggers, which perception must recognize."""
     if actor.type_id.startswith(_FLAGGER):
         return ObjectKind.FLAGGER
     return kind_of(actor.type_id, attributes_of(actor))

@@ -15,13 +15,13 @@ REACH_M = 1.8
 STANDS = 0.6
 """Share of the groups that stand still; the others walk together."""
 ASIDE = (0.3, 1.6)
-"""Nearest and farthest place beside the centre of the hero's lane, in widths of the lane."""
+"""Nearest and farthest place beside the center of the hero's lane, in widths of the lane."""
 ROWS = (1, 1, 2, 2, 3)
 """Numbers of rows, each equally likely."""
 
 
 def places_of_a_group(chance: Random) -> list[tuple[float, float]]:
-    """Return where the people of a group stand (m), to the right of its centre and ahead: in one to three rows, each a
+    """Return where the people of a group stand (m), to the right of its center and ahead: in one to three rows, each a
     little out of line. No two are nearer than the least of `APART_M`.
     """
     count, rows = chance.randint(*SIZES), chance.choice(ROWS)

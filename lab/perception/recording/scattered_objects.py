@@ -4,7 +4,7 @@ It places vehicles of all blueprints, standing or driving, with random lamps and
 lanes, shoulders and sidewalks. They belong to the run's actor pool, which destroys them at the end.
 
 Half of the crowds block the lanes, so that everything on wheels soon stands. In the other half the lanes are free, and
-vehicles of all kinds drive in them, also from behind and towards the hero.
+vehicles of all kinds drive in them, also from behind and toward the hero.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ FIRST_M = 12.0
 REACH_M = 350.0
 """Nothing is placed farther along the route: half a minute's drive, and as far as the sensors see."""
 BESIDE_PER_M = 0.28
-"""Objects per metre of route beside the hero's lane, ..."""
+"""Objects per meter of route beside the hero's lane, ..."""
 IN_LANE_PER_M = 0.015
 """... in it, ..."""
 LOW_PER_M = 0.06
@@ -72,7 +72,7 @@ _TRIES = 12
 _ABOVE_M = 2.0
 """Height above a place from which the ground is searched; lower than any bridge."""
 _LIFTS_M = (("static.", 0.0), ("walker.", WALKER_LIFT_M), ("animal.", WALKER_LIFT_M))
-"""Spawn heights by blueprint prefix: props do not fall, and the origin of walkers is at their centre."""
+"""Spawn heights by blueprint prefix: props do not fall, and the origin of walkers is at their center."""
 _APART_M = 0.5
 _SMALL_REACH_M = 0.8
 _LAMPS: tuple[tuple[str, ...], ...] = (
@@ -125,7 +125,7 @@ class ScatteredObjects:
         self._setting, self._cast = setting, setting.cast
         self._random = Random(f"{seed}:crowd")
         self._flows = Random(f"{seed}:{setting.route.length_m:.1f}:flows").random() < 0.5
-        # Their own random numbers: everything else in a crowd is as it was before flaggers signalled.
+        # Their own random numbers: everything else in a crowd is as it was before flaggers signaled.
         self._gestures = Random(f"{seed}:gestures")
         self._kinds = blueprints_by_kind(setting.world.get_blueprint_library())
         self._end_m = min(setting.route.length_m, REACH_M)
@@ -217,7 +217,7 @@ class ScatteredObjects:
     def _put(self, kind: ObjectKind, right_m: Callable[[carla.Waypoint], float]) -> None:
         """Spawn one object of a kind where there is room; give up after some tries.
 
-        `right_m` draws the offset to the right of a lane's centre (m).
+        `right_m` draws the offset to the right of a lane's center (m).
         """
         name = self._random.choice(self._kinds[kind])
         reach_m = REACH_OF_M.get(kind, _SMALL_REACH_M)
@@ -295,7 +295,7 @@ class ScatteredObjects:
         return math.hypot(at.x - centre.x, at.y - centre.y) < 0.5 * lane.lane_width + min(reach_m, 1.5)
 
     def _settle(self, member: ScenarioActor, kind: ObjectKind) -> None:
-        """Set the behaviour of a spawned actor."""
+        """Set the behavior of a spawned actor."""
         if kind in ON_FEET:
             self._walkers.append(_Walkers([member]))
         elif kind in ON_WHEELS:
@@ -305,7 +305,7 @@ class ScatteredObjects:
                 self._cast.open_door(member, getattr(carla.VehicleDoor, self._random.choice(_DOORS)))
 
     def _spawn_traffic(self) -> None:
-        """Spawn driving vehicles of all blueprints on the route's lane and its neighbours."""
+        """Spawn driving vehicles of all blueprints on the route's lane and its neighbors."""
         setting, random = self._setting, self._random
         line = setting.route
         kinds = [kind for kind in ON_WHEELS if self._kinds.get(kind)]

@@ -50,7 +50,7 @@ def spawn_away(world: Any, blueprint: Any, number: int) -> Any:
 
 
 def drawn(random: np.random.Generator, blueprints: Sequence[Any]) -> Any:
-    """Return a random blueprint, with a random colour if it has several."""
+    """Return a random blueprint, with a random color if it has several."""
     blueprint = blueprints[int(random.integers(len(blueprints)))]
     if blueprint.has_attribute("color"):
         colors = blueprint.get_attribute("color").recommended_values

@@ -13,7 +13,7 @@ L = LightState
 
 
 def on(draw: Drawn) -> list[Behavior]:
-    """Random behaviours that drive straight ahead, some of them far."""
+    """Random behaviors that drive straight ahead, some of them far."""
     what = draw.random()
     if what < 0.7:
         return [KeepLane(distance_m=draw.uniform(5.0, 60.0), speed_mps=draw.uniform(1.0, 5.5))]

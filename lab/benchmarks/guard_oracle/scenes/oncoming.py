@@ -12,7 +12,7 @@ from stucksolver.scene import ZoneKind
 
 
 def borrow(draw: Drawn) -> list[Behavior]:
-    """Random behaviours that use the oncoming lane."""
+    """Random behaviors that use the oncoming lane."""
     quick = draw.random() < 0.2
     return [
         BorrowOncomingLane(

@@ -10,7 +10,7 @@ from stucksolver.plan.behaviors import Behavior, ChangeLane, KeepLane, Nudge, Pu
 
 
 def change_to(side: Side) -> Callable[[Drawn], list[Behavior]]:
-    """Random behaviours that change to an adjacent lane."""
+    """Random behaviors that change to an adjacent lane."""
 
     def change(draw: Drawn) -> list[Behavior]:
         return [ChangeLane(side=side, distance_m=draw.uniform(15.0, 60.0), speed_mps=draw.uniform(1.0, 5.5))]

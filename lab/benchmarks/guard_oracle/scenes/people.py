@@ -1,4 +1,4 @@
-"""Pedestrians: visible at the kerb, walking or crossing, or hidden by parked vehicles."""
+"""Pedestrians: visible at the curb, walking or crossing, or hidden by parked vehicles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stucksolver.plan.behaviors import Behavior, Creep, KeepLane, Nudge, PullOve
 
 
 def on(draw: Drawn) -> list[Behavior]:
-    """Random behaviours: straight on, fast or slowly, or slightly to the side."""
+    """Random behaviors: straight on, fast or slowly, or slightly to the side."""
     what = draw.random()
     if what < 0.5:
         return [KeepLane(distance_m=draw.uniform(8.0, 45.0), speed_mps=draw.uniform(1.0, 5.5))]
@@ -24,7 +24,7 @@ def on(draw: Drawn) -> list[Behavior]:
 
 @scene_class("people")
 def people(draw: Drawn) -> Setting:
-    """Visible pedestrians: some stand at the kerb and step off, some walk along, some cross."""
+    """Visible pedestrians: some stand at the curb and step off, some walk along, some cross."""
     street = road(draw, draw.choice(["two_way", "two_way_shoulder", "multi"]))
     setting = Setting(street, propose=on)
     if draw.random() < 0.25:

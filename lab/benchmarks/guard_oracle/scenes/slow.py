@@ -89,7 +89,7 @@ def _add_crossers(draw: Drawn, setting: Setting, s: float, from_left: bool, v: f
 
 
 def _proposals(pace: float, beyond_m: float) -> Callable[[Drawn], list[Behavior]]:
-    """Behaviours that cross the junction at about this pace. `beyond_m`: from our nose to its far side."""
+    """Behaviors that cross the junction at about this pace. `beyond_m`: from our nose to its far side."""
     through_m = beyond_m + LENGTH_M + 0.5
 
     def propose(again: Drawn) -> list[Behavior]:

@@ -24,7 +24,7 @@ def road(draw: Drawn, layout: str, *, bends: float = 0.3, zones: Sequence[tuple[
 
 
 def pose(draw: Drawn, setting: Setting, *, moving: float = 0.35, askew: float = 0.5) -> Setting:
-    """The initial state of the ego: heading error up to 0.5 rad when slow, slightly off its lane's centre."""
+    """The initial state of the ego: heading error up to 0.5 rad when slow, slightly off its lane's center."""
     setting.ego_s = EGO_S
     setting.ego_speed = draw.uniform(0.5, 5.5) if draw.random() < moving else 0.0
     most = 0.5 if setting.ego_speed < 1.0 else 0.5 / setting.ego_speed
@@ -34,7 +34,7 @@ def pose(draw: Drawn, setting: Setting, *, moving: float = 0.35, askew: float = 
 
 
 def blocker(draw: Drawn, on: Road, name: str = "lead") -> Other:
-    """Something that stands in our lane a few metres ahead."""
+    """Something that stands in our lane a few meters ahead."""
     kind = draw.choice([K.CAR, K.CAR, K.VAN, K.TRUCK, K.BICYCLE, K.CONE, K.BARRIER])
     gap = draw.uniform(4.0, 22.0)
     aside = draw.uniform(-1.3, 0.5)

@@ -1,4 +1,4 @@
-"""Average precision of nuScenes: the normalised area under the precision-recall curve above 10 % recall and precision.
+"""Average precision of nuScenes: the normalized area under the precision-recall curve above 10 % recall and precision.
 
 Caesar et al., "nuScenes: A multimodal dataset for autonomous driving", CVPR 2020, section 3.3.
 """

@@ -41,7 +41,7 @@ class LabelScores:
 
 @dataclass(frozen=True)
 class DetectionScores:
-    """All scores; the keys of `by_ring` are (nearest, farthest) in metres."""
+    """All scores; the keys of `by_ring` are (nearest, farthest) in meters."""
 
     samples: int
     mean_average_precision: float | None

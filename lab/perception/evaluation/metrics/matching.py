@@ -1,4 +1,4 @@
-"""Matches detections with objects: greedily by decreasing score, by the distance of centres on the ground.
+"""Matches detections with objects: greedily by decreasing score, by the distance of centers on the ground.
 
 It follows nuScenes (Caesar et al., "nuScenes: A multimodal dataset for autonomous driving", CVPR 2020), with one
 difference: objects that are hardly detectable count neither as misses nor, if detected, as false positives.
@@ -80,7 +80,7 @@ def match(found: Sequence[Detections], reals: Sequence[TruthObjects], label: int
         found: Detections of each sample, in the vehicle frame.
         reals: Objects of the same samples.
         label: Index into `LABELS`.
-        within_m: Largest distance of the centres of a detection and its object.
+        within_m: Largest distance of the centers of a detection and its object.
 
     Returns:
         One row for each detection, except those on objects that are not counted.

@@ -38,7 +38,7 @@ Pair = tuple[str, str | None]
 def score_lights(given: ScoringInput) -> ScoringResult:
     """Score single looks at visible lights that face the camera.
 
-    Raises `WeightsError` and `MissingGroundTruthError`.
+    Raises `NetworkFileError` and `MissingGroundTruthError`.
     """
     from stucksolver_perception.camera.traffic_lights import LightReader
 
@@ -66,7 +66,7 @@ def score_lights(given: ScoringInput) -> ScoringResult:
 def score_attributes(given: ScoringInput) -> ScoringResult:
     """Score single looks at visible objects with their true boxes.
 
-    Raises `WeightsError` and `MissingGroundTruthError`.
+    Raises `NetworkFileError` and `MissingGroundTruthError`.
     """
     from stucksolver_perception.camera.attributes import AttributeReader
 
@@ -129,7 +129,7 @@ def _is_shown(tick: Recorded, light: int, head: Floats, rig: CameraRig) -> bool:
     """Return True if a head, shape (7,), faces the camera and is visible in the mask."""
     assert tick.instances is not None
     lens = rig.mount.to_vehicle()[:3, 3]
-    # A head shows its lamps towards its negative y axis.
+    # A head shows its lamps toward its negative y axis.
     showing = np.array([np.sin(head[6]), -np.cos(head[6])])
     to_lens = lens[:2] - head[:2]
     if float(showing @ to_lens) < LEAST_FACING * float(np.hypot(*to_lens)):

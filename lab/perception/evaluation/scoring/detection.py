@@ -26,7 +26,7 @@ NOTHING = np.zeros((0, 8))
 
 
 def score_lidar(given: ScoringInput) -> ScoringResult:
-    """Score detection on sweeps that are joined with true poses. Raises `WeightsError`."""
+    """Score detection on sweeps that are joined with true poses. Raises `NetworkFileError`."""
     from stucksolver_perception.lidar.detector import LidarDetector
     from stucksolver_perception.lidar.refinement.unexplained_returns import standing_returns, with_unexplained
     from stucksolver_perception.lidar.sweeps import SweepBuffer

@@ -33,7 +33,7 @@ _ANYWAY = 0.1
 
 
 def score_far(given: ScoringInput) -> ScoringResult:
-    """Score the detection of motor vehicles. Raises `WeightsError` and `MissingGroundTruthError`."""
+    """Score the detection of motor vehicles. Raises `NetworkFileError` and `MissingGroundTruthError`."""
     from stucksolver_perception.camera.far_detector import FarDetector
 
     options = {} if given.camera_weights is None else {"folder": given.camera_weights}

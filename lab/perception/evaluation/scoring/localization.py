@@ -1,4 +1,4 @@
-"""Scores the localiser on recordings without gaps."""
+"""Scores the localizer on recordings without gaps."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SETTLE_S = 5.0
 
 
 def score_localisation(given: ScoringInput) -> ScoringResult:
-    """Score localisation. Raises `MissingGroundTruthError` if all recordings have gaps or are too short."""
+    """Score localization. Raises `MissingGroundTruthError` if all recordings have gaps or are too short."""
     whole = [item for item in given.recordings if is_continuous(item)]
     if not whole:
         raise MissingGroundTruthError("localisation: all recordings have gaps; collect some with --every 0")

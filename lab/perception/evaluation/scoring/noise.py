@@ -21,7 +21,7 @@ from stucksolver_perception.recording import Recording
 
 
 def score_noise(given: ScoringInput) -> ScoringResult:
-    """Measure the noise. Raises `WeightsError`, and `MissingGroundTruthError` if all recordings have gaps."""
+    """Measure the noise. Raises `NetworkFileError`, and `MissingGroundTruthError` if all recordings have gaps."""
     whole = [item for item in given.recordings if is_continuous(item)]
     if not whole:
         raise MissingGroundTruthError("noise: all recordings have gaps; collect some with --every 0")

@@ -61,7 +61,7 @@ class _TrackingFrame:
 
 
 def score_tracking(given: ScoringInput) -> ScoringResult:
-    """Score tracking. Raises `WeightsError`, and `MissingGroundTruthError` if all recordings have gaps."""
+    """Score tracking. Raises `NetworkFileError`, and `MissingGroundTruthError` if all recordings have gaps."""
     whole = [item for item in given.recordings if is_continuous(item)]
     if not whole:
         raise MissingGroundTruthError("tracking: all recordings have gaps; collect some with --every 0")

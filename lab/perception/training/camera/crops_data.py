@@ -1,4 +1,4 @@
-"""Labelled crops from recordings, for training and checking the crop network."""
+"""Labeled crops from recordings, for training and checking the crop network."""
 
 from __future__ import annotations
 
@@ -195,7 +195,7 @@ def _kind_label(kind: ObjectKind, own: int, share: float) -> int:
 
 
 def _lamp_labels(seen: VisibleAttributes, *, hidden: bool) -> list[int]:
-    """Off, on or unseen. A blinker is labelled on even in its dark phases, since one image cannot tell them apart."""
+    """Off, on or unseen. A blinker is labeled on even in its dark phases, since one image cannot tell them apart."""
     if hidden:
         return [IGNORE] * len(LAMPS)
     told = [seen.lamps.get(name, IGNORE) for name in LAMPS]

@@ -20,7 +20,7 @@ JOINED = 160
 SEEN = 16 * SQUEEZED + 32
 GESTURE_UNITS = 48
 SHIFT, ZOOM = 0.10, 0.18
-"""Error of a tracker's box: its centre by this fraction of the crop's side, and its side by this fraction."""
+"""Error of a tracker's box: its center by this fraction of the crop's side, and its side by this fraction."""
 COVERED = 0.2
 """Share of crops with a covered patch."""
 LENGTH_FEATURES, BEARING = slice(0, 3), slice(6, 8)
@@ -150,7 +150,7 @@ def augmented(stored: Tensor, features: Tensor, lamps: Tensor) -> tuple[Tensor, 
 
 
 def _relit(pictures: Tensor) -> tuple[Tensor, Tensor]:
-    """Changes brightness, contrast and colour, adds blur and noise, and covers a part of those that are returned."""
+    """Changes brightness, contrast and color, adds blur and noise, and covers a part of those that are returned."""
     n, device = len(pictures), pictures.device
 
     def draw(*shape: int) -> Tensor:

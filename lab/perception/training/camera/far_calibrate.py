@@ -34,7 +34,7 @@ def calibrate(run: Path, check_on: Sequence[Path], jobs: int = 1) -> dict[str, A
     Raises:
         RecordingError: A folder has no recordings.
         ValueError: No image has an instance mask.
-        WeightsError: The network is missing, damaged or of another version.
+        NetworkFileError: The network is missing, damaged or of another version.
     """
     held = load(check_on, jobs)
     outputs, card = _network(run, jobs)

@@ -34,7 +34,8 @@ AHEAD_M = 18.0
 """Nearer actors are left to the LiDAR and excluded from the loss."""
 BOX_FIELDS = ("label", "left", "top", "right", "bottom", "share", "distance", "towards", "actor_id", "width_m")
 """`label`: -1 is excluded from the loss. Edges in px of the image. `towards`: 1 approaching, 0 receding, -1 crossing.
-`distance`: along the ground from the vehicle's reference point to the box's centre (m)."""
+`distance`: along the ground from the vehicle's reference point to the box's center (m).
+"""
 _LABEL_OF = {
     **dict.fromkeys(
         (

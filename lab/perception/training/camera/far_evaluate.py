@@ -32,7 +32,7 @@ FAR_PX = 45.0
 """Cars beyond 40 m have a smaller height in the image."""
 LEAST_SLACK_PX = 4.0
 SLACK = 0.5
-"""A detection is correct if its bottom centre is within this fraction of the box's sides, or `LEAST_SLACK_PX`."""
+"""A detection is correct if its bottom center is within this fraction of the box's sides, or `LEAST_SLACK_PX`."""
 LOOK_S = 0.75
 """Two images of a drive that are closer in time show the same scene."""
 BRIGHTNESS_SHARES, CONTRAST_SHARES = (1 / 3, 2 / 3), (1 / 3, 2 / 3)

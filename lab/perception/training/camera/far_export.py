@@ -20,7 +20,7 @@ OPSET = 17
 TOLERANCE = 5e-3
 """Largest allowed difference between the outputs of onnxruntime and torch."""
 LEAST_PEAK = 0.05
-"""Lower peaks are ignored; on a uniform grey image every cell is a peak."""
+"""Lower peaks are ignored; on a uniform gray image every cell is a peak."""
 TRIED = 4
 """Number of images on which both are compared."""
 

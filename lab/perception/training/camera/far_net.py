@@ -1,7 +1,7 @@
 """The network that finds far vehicles in the strip around the horizon, and its loss.
 
-After CenterNet (Zhou, Wang, Krähenbühl: Objects as Points, 2019): a heatmap whose peaks are box centres, and
-at each peak the box's size, its exact centre, its lower edge, and whether its front or its rear is visible.
+After CenterNet (Zhou, Wang, Krähenbühl: Objects as Points, 2019): a heatmap whose peaks are box centers, and at each
+peak the box's size, its exact center, its lower edge, and whether its front or its rear is visible.
 """
 
 from __future__ import annotations
@@ -18,12 +18,13 @@ from stucksolver_perception.camera.horizon_strip import LABELS, STRIDE
 
 CLASSES = len(LABELS)
 CHANNELS = CLASSES + 6
-"""Heat of each label; log width and log height, horizontal and vertical offset of the centre, offset of the lower edge,
-all in cells; and the logit of facing towards us."""
+"""Heat of each label; log width and log height, horizontal and vertical offset of the center, offset of the lower edge,
+all in cells; and the logit of facing toward us.
+"""
 WIDTHS = (16, 32, 48)
 """Channels at strides of 2, of 4, and of 8 and 16 pixels."""
 MEAN, SPREAD = 9.0, 4.0
-"""Approximate mean and spread of the square roots of pixels; normalises them to about -2 to 2."""
+"""Approximate mean and spread of the square roots of pixels; normalizes them to about -2 to 2."""
 SIGMA_SHARE = 0.17
 """Standard deviation of a Gaussian, as a fraction of the box's side."""
 LEAST_SIGMA = 0.7
@@ -31,13 +32,13 @@ LEAST_SIGMA = 0.7
 PRIOR = -3.5
 """Initial heat logit: boxes are rare."""
 AROUND = tuple((dx, dy) for dy in (-1, 0, 1) for dx in (-1, 0, 1))
-"""Cells around a box's centre that also learn its size, because the peak may be predicted next to its place."""
+"""Cells around a box's center that also learn its size, because the peak may be predicted next to its place."""
 BESIDE = 0.3
-"""Weight of the cells next to the centre."""
+"""Weight of the cells next to the center."""
 SIZE_WEIGHT = 0.5
 """Weight in the loss of the error of log width and log height."""
 MIDDLE_WEIGHT = 0.5
-"""Weight of the error of the centre (cells)."""
+"""Weight of the error of the center (cells)."""
 EDGE_WEIGHT = 1.0
 """Weight of the error of the lower edge, relative to half the box's height."""
 TOWARDS_WEIGHT = 0.2
@@ -123,7 +124,7 @@ class ExportedFarNet(nn.Module):
 
 
 def scaled(pixels: Tensor) -> Tensor:
-    """Normalises the square roots of pixels (0 to 255), so that an unlit car at night also stands out."""
+    """Normalizes the square roots of pixels (0 to 255), so that an unlit car at night also stands out."""
     return (torch.sqrt(pixels) - MEAN) / SPREAD
 
 
@@ -182,7 +183,7 @@ def _targets(
     rows: int,
     columns: int,
 ) -> tuple[Tensor, Tensor]:
-    """Heat (n, classes, rows, columns) with 1 at each centre, and weights (n, 1, rows, columns), 0 where unknown."""
+    """Heat (n, classes, rows, columns) with 1 at each center, and weights (n, 1, rows, columns), 0 where unknown."""
     across = torch.arange(columns, device=label.device) + 0.5
     down = torch.arange(rows, device=label.device) + 0.5
     x, y = ((left + right) / 2.0).floor() + 0.5, ((top + bottom) / 2.0).floor() + 0.5

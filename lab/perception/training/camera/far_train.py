@@ -40,18 +40,18 @@ TOP_RATE = 3e-3
 FURTHER = 0.3
 """The highest learning rate of a further training, relative to that."""
 SETTLED = 64
-"""Half strips on which a restored network gets the statistics of its batch normalisations."""
+"""Half strips on which a restored network gets the statistics of its batch normalizations."""
 WARM_UP = 0.1
 """Fraction of the time in which the rate rises."""
 DECAY = 1e-4
 AVERAGED = 0.998
 """Decay of the moving average of the weights: an average over about the last 1 / (1 - this) steps is shipped."""
 COLOR, LIGHT = 0.1, 0.2
-"""Standard deviations of the log gain of each colour channel and of the overall brightness."""
+"""Standard deviations of the log gain of each color channel and of the overall brightness."""
 HAZE = 0.06
 """Standard deviation of the offset of all pixels, as a fraction of the mean brightness."""
 NOISE = 1.5
-"""Highest standard deviation of the pixel noise (grey levels); an unlit car at night has a contrast of five."""
+"""Highest standard deviation of the pixel noise (gray levels); an unlit car at night has a contrast of five."""
 SAY_EVERY_S = 5.0
 FAR_M = 60.0
 """An image with a visible actor beyond this distance is drawn twice as often."""
@@ -140,7 +140,7 @@ class _Batches:
         return scaled(self._changed(pixels)), boxes, torch.stack([left, top], 1)
 
     def _changed(self, pixels: Tensor) -> Tensor:
-        """Changes brightness and colours, and adds noise. Gain and offset follow the light: night stays readable."""
+        """Changes brightness and colors, and adds noise. Gain and offset follow the light: night stays readable."""
         n, device = len(pixels), self._device
         gain = torch.exp(
             COLOR * torch.randn(n, 3, 1, 1, device=device) + LIGHT * torch.randn(n, 1, 1, 1, device=device)

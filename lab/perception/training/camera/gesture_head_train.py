@@ -101,7 +101,7 @@ def fit(head: nn.Sequential, seen: Tensor, gestures: Tensor, steps: int) -> None
         optimizer.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
         optimizer.step()
-    # The head gets its input without this normalisation from now on.
+    # The head gets its input without this normalization from now on.
     first = head[0]
     assert isinstance(first, nn.Linear)
     with torch.no_grad():

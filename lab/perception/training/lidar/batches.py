@@ -23,7 +23,7 @@ LEAST_KEPT = 0.7
 """At least this fraction of the points is kept when points are dropped."""
 RANGE_NOISE_M = 0.02
 POSE_NOISE_M, SPEED_NOISE_MPS, TURN_NOISE_RPS = 0.01, 0.05, 0.004
-"""Standard deviations of localisation noise: of each pose, and of the speed and turn rate, which grow with age."""
+"""Standard deviations of localization noise: of each pose, and of the speed and turn rate, which grow with age."""
 FORGET = 0.15
 """Fraction of windows that lose some of their older sweeps, as right after a start."""
 
@@ -101,7 +101,7 @@ class WindowStore:
 
 
 def _uneven(points: Tensor, slot: Tensor, slots: int) -> Tensor:
-    """`stucksolver_perception.lidar.sweeps.uneven` for points (n, 3; centimetres) of several sweeps."""
+    """`stucksolver_perception.lidar.sweeps.uneven` for points (n, 3; centimeters) of several sweeps."""
     place = points[:, :2].float() / CENTIMETRE / torch.tensor(CELL_M, device=points.device)
     place = (torch.floor(place) + CELLS // 2).clamp(0, CELLS - 1).long()
     cell, z = (slot * CELLS + place[:, 0]) * CELLS + place[:, 1], points[:, 2].float()

@@ -36,7 +36,7 @@ MARGIN_M, ABOVE_GROUND_M = 0.05, 0.05
 OWN_BODY_M = 1.5
 """A box this close to the ego's reference point is the ego itself."""
 BOX = 10
-"""Fields of a box: centre x, y, z, length, width, height, yaw, velocity x and y (vehicle frame), number of returns."""
+"""Fields of a box: center x, y, z, length, width, height, yaw, velocity x and y (vehicle frame), number of returns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class SweepWindows:
     """All sweeps of some recordings and their windows, with one row per tick or per window."""
 
     points: NDArray[np.int16]
-    """(n, 3) centimetres."""
+    """(n, 3) centimeters."""
     intensity: NDArray[np.uint8]
     start: NDArray[np.int64]
     """(ticks + 1,): index in `points` at which the sweep of each tick starts."""

@@ -19,14 +19,14 @@ from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.measurements import Detections, Floats
 
 NEAR_M = 2.0
-"""A detection is correct if its centre is this close to a body of its label."""
+"""A detection is correct if its center is this close to a body of its label."""
 AROUND_IGNORED_M = 1.0
 """Detections this close to an ignored body are ignored, too."""
 LEAST_SCORE = 0.1
 """The shipped detector drops detections whose calibrated score is below this."""
 RAW = Calibration((1.0,) * len(LABELS), (0.0,) * len(LABELS), (0.01,) * len(LABELS))
 PRIOR_STRENGTH = 4.0
-"""Strength of the prior towards the identity calibration, as a number of detections."""
+"""Strength of the prior toward the identity calibration, as a number of detections."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +123,7 @@ def calibrated(all_labels: Sequence[ScoredDetections]) -> Calibration:
 
 
 def _platt(score: Floats, right: NDArray[np.bool_]) -> tuple[float, float]:
-    """Logistic regression on the logit by Newton's method, regularised towards slope 1 and shift 0."""
+    """Logistic regression on the logit by Newton's method, regularized toward slope 1 and shift 0."""
     share = np.clip(score, 1e-6, 1.0 - 1e-6)
     inputs = np.stack([np.log(share / (1.0 - share)), np.ones(len(share))], axis=1).reshape(-1, 2)
     prior = np.array([1.0, 0.0])

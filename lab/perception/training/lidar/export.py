@@ -48,7 +48,7 @@ RANGES_IN_DRIVE = 4
 """Windows of each recording that are used to set the integer ranges."""
 MOST_RANGES = 48
 MOST_LOST = 0.02
-"""Largest allowed loss of mean AP by quantisation."""
+"""Largest allowed loss of mean AP by quantization."""
 
 
 class ExportError(RuntimeError):
@@ -62,7 +62,7 @@ def export(run: Path, check: Sequence[Path], to: Path = DATA, ranges: Sequence[P
         run: Output folder of `lab.perception.training.lidar.train`.
         check: Held-out recordings, used to compare the networks and to calibrate the scores.
         to: Output folder.
-        ranges: Recordings that set the integer ranges. If empty, the network is not quantised.
+        ranges: Recordings that set the integer ranges. If empty, the network is not quantized.
 
     Returns:
         The content of the card.

@@ -1,4 +1,4 @@
-"""Training targets and loss: each centre is a Gaussian on its label's heatmap, with the box regressed at its peak."""
+"""Training targets and loss: each center is a Gaussian on its label's heatmap, with the box regressed at its peak."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LEAST_HILL, MOST_HILL = 0.55, 1.7
 HILL_REACH = 5
 """Cells on each side over which a Gaussian is drawn."""
 BESIDE = 0.3
-"""Weight of the cells around the centre cell. They learn the same box, because the peak may be predicted there."""
+"""Weight of the cells around the center cell. They learn the same box, because the peak may be predicted there."""
 SAME_BACKWARDS = ("cone", "barrier", "debris")
 """Labels that look the same from behind: their yaw targets lie between -90 and 90 degrees."""
 YAWLESS = ("cone", "debris")
@@ -43,11 +43,11 @@ class Targets:
     """Training targets of b windows."""
 
     heat: Tensor
-    """(b, labels, rows, columns): 1 in the cell of a centre, decreasing around it."""
+    """(b, labels, rows, columns): 1 in the cell of a center, decreasing around it."""
     counted: Tensor
     """(b, 1, rows, columns): 0 on bodies that are neither targets nor background."""
     place: Tensor
-    """(k, 2): window and cell of each regression target, at centres and the cells next to them."""
+    """(k, 2): window and cell of each regression target, at centers and the cells next to them."""
     regressed: Tensor
     """(k, 10)."""
     weight: Tensor

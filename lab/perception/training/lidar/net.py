@@ -1,7 +1,7 @@
-"""The network: points to pillars, pillars to a bird's-eye view, bird's-eye view to object centres and boxes.
+"""The network: points to pillars, pillars to a bird's-eye view, bird's-eye view to object centers and boxes.
 
-CenterPoint (Yin, Zhou, Krähenbühl 2021) on PointPillars (Lang et al. 2019), made small enough for two CPU cores:
-it has one head for all labels, and joins the four pillars of a coarse cell before the first convolution.
+CenterPoint (Yin, Zhou, Krähenbühl 2021) on PointPillars (Lang et al. 2019), made small enough for two CPU cores: it has
+one head for all labels, and joins the four pillars of a coarse cell before the first convolution.
 """
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ def strongest(heat: Tensor, box: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor
 
 
 def restore(file: Path) -> PillarNet:
-    """Return the network of an exported file; its batch normalisations change nothing but add the merged bias.
+    """Return the network of an exported file; its batch normalizations change nothing but add the merged bias.
 
     Raises:
         RestoreError: The file cannot be read, or holds another network.

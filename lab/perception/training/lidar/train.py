@@ -42,7 +42,7 @@ RARE_MOST = 4.0
 CHECKED_IN_DRIVE = 40
 """Windows of each recording that are used in the check."""
 SETTLED_ON = 32
-"""Windows on which a network that was restored from an export gets the statistics of its batch normalisations."""
+"""Windows on which a network that was restored from an export gets the statistics of its batch normalizations."""
 WEIGHTS = "lidar.pt"
 CARD = "lab.language.json"
 FIGURES = ("windows", "steps", "minutes", "seed", "mean_ap")
@@ -84,7 +84,7 @@ def train(options: Options) -> list[dict[str, float | str]]:
         ValueError: The recordings hold no window.
     """
     began = time.monotonic()
-    # Must be read before the GPU is initialised, because the reading processes are forked.
+    # Must be read before the GPU is initialized, because the reading processes are forked.
     windows = load(options.data, options.jobs, every=options.every)
     held_out = load(options.check, options.jobs, most=CHECKED_IN_DRIVE)
     _say(f"read {len(windows)} windows and {len(held_out)} for checking in {time.monotonic() - began:.0f} s")

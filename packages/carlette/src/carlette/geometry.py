@@ -1,4 +1,4 @@
-"""Positions and rotations in CARLA's left-handed world: x ahead, y right, z up; metres and degrees.
+"""Positions and rotations in CARLA's left-handed world: x ahead, y right, z up; meters and degrees.
 
 Yaw is clockwise seen from above, so all planar formulas look as in a right-handed x-y plane.
 """
@@ -76,7 +76,7 @@ class Pose(NamedTuple):
 
 
 class Box(NamedTuple):
-    """A bounding box in an actor's frame: centre, half sizes (m) and rotation."""
+    """A bounding box in an actor's frame: center, half sizes (m) and rotation."""
 
     center: Vector
     extent: Vector

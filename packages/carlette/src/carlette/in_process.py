@@ -1,6 +1,6 @@
 """Worlds that are stepped in this process, without a server or client: for search, training and tests.
 
-This module is the interface; the modules behind it may change. Units and frames are CARLA's: metres, seconds, degrees,
+This module is the interface; the modules behind it may change. Units and frames are CARLA's: meters, seconds, degrees,
 its left-handed world frame. `World.tick()` is one step. `World.fork()` is an independent copy within a few milliseconds
 (the map is shared). `World.traffic` drives some of the cars and is forked too.
 """

@@ -1,4 +1,4 @@
-"""Listens on two neighbouring ports, and sets the options of accepted sockets."""
+"""Listens on two neighboring ports, and sets the options of accepted sockets."""
 
 from __future__ import annotations
 

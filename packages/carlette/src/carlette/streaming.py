@@ -69,7 +69,7 @@ class Subscriber:
     def send(self, *framed: Part) -> None:
         """Queue the parts of a message, the first of which holds its size, and send what the socket takes.
 
-        The parts are not copied, so they must not change afterwards.
+        The parts are not copied, so they must not change afterward.
         """
         for part in framed:
             if len(part):

@@ -96,7 +96,7 @@ def demo(spec: DemoSpec, say: Callable[[str], None]) -> tuple[list[RunLog], Path
     Drives that are finished stay in `out/runs` after an error.
 
     Raises:
-        ArmError: The driver, the recovery or the reasoner does not exist or cannot be asked.
+        SystemSpecError: The driver, the recovery or the reasoner does not exist or cannot be asked.
         StreetError: The map has no suitable street.
         ServerError: The simulator did not start or ended.
         RunError: A drive failed.

@@ -64,7 +64,7 @@ class OpenQuestion(FrozenModel):
     kind: QuestionKind
     text: str
     needs: tuple[str, ...] = ()
-    """What a yes would release: names of behaviours or of rules, as in the ladder's approvals."""
+    """What a yes would release: names of behaviors or of rules, as in the ladder's approvals."""
 
 
 class VehicleReport(FrozenModel):

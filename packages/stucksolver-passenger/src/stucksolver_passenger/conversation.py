@@ -32,7 +32,7 @@ def implies_approval(reading: Interpretation | None, question: Question | None) 
     """True if the passenger has already asked for this very plan.
 
     "Please go round it" need not be answered with "May I go round it?". That holds only if the yes releases nothing but
-    the plan's behaviours. For a rule of the road, such as a solid line, the question is still asked.
+    the plan's behaviors. For a rule of the road, such as a solid line, the question is still asked.
     """
     if question is None or question.to != "passenger" or question.kind is not QuestionKind.APPROVAL:
         return False

@@ -53,7 +53,7 @@ def body_length(head: bytes) -> int:
     """Return the number of bytes that follow a frame's first four.
 
     Raises:
-        FrameError: The frame is too long.
+        SocketMessageError: The frame is too long.
     """
     length = int.from_bytes(head, "big")
     if not 0 < length <= LONGEST:
@@ -65,7 +65,7 @@ def unpacked(body: bytes) -> SocketMessage:
     """Return the frame in the bytes after its length.
 
     Raises:
-        FrameError: The bytes are not a frame.
+        SocketMessageError: The bytes are not a frame.
     """
     head, _, payload = body.partition(b"\n")
     topic, _, vehicle = head.decode("utf-8", "replace").partition(" ")

@@ -44,7 +44,7 @@ class Package:
 
     @property
     def title(self) -> str:
-        """Name, version, licence."""
+        """Name, version, license."""
         return f"{self.name} {self.version} ({self.license})"
 
 

@@ -50,7 +50,7 @@ class Catalogue:
 
 @lru_cache(maxsize=1)
 def load_catalogue() -> Catalogue:
-    """Return the catalogue. It is read once and immutable."""
+    """Return the catalog. It is read once and immutable."""
     vehicles = {model.id: model for model in vehicle_models()}
     props = {model.id: model for model in prop_models()}
     walkers = {model.id: model for model in walker_models()}
@@ -125,8 +125,7 @@ def prop_definition(model: PropModel) -> Definition:
 
 
 def mesh_definition() -> Definition:
-    """A prop whose mesh the client names; carlette has no such meshes and shows a box with half sizes of half a
-    metre.
+    """A prop whose mesh the client names; carlette has no such meshes and shows a box with half sizes of half a meter.
     """
     return Definition(
         "static.prop.mesh",

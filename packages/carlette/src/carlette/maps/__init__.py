@@ -6,4 +6,4 @@ SHIPPED = Path(__file__).parent
 """The folder of the `.xodr` files; a map's name is its file's stem."""
 
 DEMO_TOWN = SHIPPED / "demo_town.xodr"
-"""A small town: a two-way street across a four-lane ring, with two signalised T-junctions."""
+"""A small town: a two-way street across a four-lane ring, with two signalized T-junctions."""

@@ -24,7 +24,7 @@ def paint(kind: xodr.RoadMarkType, color: xodr.RoadMarkColor = _WHITE, *, change
 
 @dataclass(frozen=True)
 class RoadCrossSection:
-    """The cross-section of a road: the same lanes on both sides of its centre line."""
+    """The cross-section of a road: the same lanes on both sides of its center line."""
 
     lanes_each_way: int
     speed_mph: int
@@ -34,13 +34,13 @@ class RoadCrossSection:
 
     @property
     def half_width_m(self) -> float:
-        """From the centre line to the kerb."""
+        """From the center line to the curb."""
         return self.lanes_each_way * LANE_M + SHOULDER_M
 
 
-# CARLA's towns forbid "lane changes" across a centre line in the laneChange attribute even where its broken
-# paint permits overtaking: the attribute is what route planners use to switch lanes, and they would switch
-# into oncoming traffic.
+# CARLA's towns forbid "lane changes" across a center line in the laneChange attribute even where its broken paint
+# permits overtaking: the attribute is what route planners use to switch lanes, and they would switch into
+# oncoming traffic.
 STREET = RoadCrossSection(
     lanes_each_way=1,
     speed_mph=30,
@@ -72,7 +72,7 @@ def two_way_lanes(profile: RoadCrossSection, *, before: bool, after: bool) -> xo
 
 
 def connecting_lanes(links: list[tuple[int, int]]) -> xodr.Lanes:
-    """The lanes of a road inside a junction: one driving lane, and beside the kerb a shoulder and a sidewalk.
+    """The lanes of a road inside a junction: one driving lane, and beside the curb a shoulder and a sidewalk.
 
     `links` has the incoming and the outgoing lane id for each of them, from the driving lane outwards.
     """
@@ -88,7 +88,7 @@ def connecting_lanes(links: list[tuple[int, int]]) -> xodr.Lanes:
 
 
 def _one_side(profile: RoadCrossSection) -> list[xodr.Lane]:
-    """The lanes of one side, from the centre line outwards."""
+    """The lanes of one side, from the center line outwards."""
     inner = [
         _lane(xodr.LaneType.driving, LANE_M, paint(xodr.RoadMarkType.broken, change=True))
         for _ in range(profile.lanes_each_way - 1)

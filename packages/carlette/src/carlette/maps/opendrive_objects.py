@@ -21,7 +21,7 @@ _BEYOND_KERB_M = 1.0
 
 
 def light(arm: RoadEnd, light_id: int) -> Element:
-    """The post at the right kerb of an arm. `orientation` is the way it faces, as in CARLA's towns."""
+    """The post at the right curb of an arm. `orientation` is the way it faces, as in CARLA's towns."""
     side = -1 if arm.at_end else 1
     post = {
         "name": "Signal_3Light_Post01",
@@ -67,7 +67,7 @@ def controller_entry(number: int, sequence: int) -> Element:
 
 
 def crosswalk(arm: RoadEnd, number: int) -> Element:
-    """From kerb to kerb, just inside the junction, so that cars which stop at its edge keep off it."""
+    """From curb to curb, just inside the junction, so that cars which stop at its edge keep off it."""
     ahead = 1 if arm.at_end else -1
     near_m, far_m = (ahead * distance for distance in _CROSSWALK_M)
     half_m = arm.profile.half_width_m + _BEYOND_KERB_M

@@ -1,4 +1,4 @@
-"""Reference lines made of straight pieces and arcs, in the map's right-handed frame (metres, radians)."""
+"""Reference lines made of straight pieces and arcs, in the map's right-handed frame (meters, radians)."""
 
 from __future__ import annotations
 

@@ -22,11 +22,11 @@ class RoadEnd:
     profile: RoadCrossSection
 
     def incoming(self, position: int) -> int:
-        """The id of the `position`-th lane into the junction, counted from the centre line."""
+        """The id of the `position`-th lane into the junction, counted from the center line."""
         return -position if self.at_end else position
 
     def outgoing(self, position: int) -> int:
-        """The id of the `position`-th lane out of the junction, counted from the centre line."""
+        """The id of the `position`-th lane out of the junction, counted from the center line."""
         return -self.incoming(position)
 
 

@@ -1,4 +1,4 @@
-"""Signalised junctions: connecting roads, and a light with its own phase and a crosswalk for each arm."""
+"""Signalized junctions: connecting roads, and a light with its own phase and a crosswalk for each arm."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class SignalisedJunction:
         self.element.add_connection(connection)
 
     def _at_kerb(self, incoming: RoadEnd, lane_in: int, turn_rad: float) -> bool:
-        """True if no other movement is between this one and the kerb."""
+        """True if no other movement is between this one and the curb."""
         turns = [_turn_rad(incoming, other) for other in self.arms if other is not incoming]
         return turn_rad == min(turns) and lane_in == incoming.profile.lanes_each_way
 

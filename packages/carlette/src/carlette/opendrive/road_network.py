@@ -20,7 +20,7 @@ class Ground(NamedTuple):
 
     origin: Vector
     slope_x: float
-    """Rise in z for each metre of x."""
+    """Rise in z for each meter of x."""
     slope_y: float
     kerb_m: float = 0.0
     """Height of the walking surface above the road's (m): sidewalks are higher."""
@@ -72,7 +72,7 @@ class RoadNetwork:
         )
 
     def spawn_points(self) -> list[Pose]:
-        """Places on driving lanes outside junctions, half a metre above the road."""
+        """Places on driving lanes outside junctions, half a meter above the road."""
         driving = self.carla.LaneType.Driving
         sampled = self.map.generate_waypoints(SPAWN_SPACING_M)
         outside = [item for item in sampled if not item.is_junction and item.lane_type == driving]

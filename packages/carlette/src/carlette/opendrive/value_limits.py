@@ -17,7 +17,7 @@ it.
 """
 LONGEST_ROAD_M = 1e5
 LONGEST_OF_ALL_M = 5e6
-"""Total length of all roads (m); the server samples them every few metres."""
+"""Total length of all roads (m); the server samples them every few meters."""
 WIDEST_M = 100.0
 """Width of a lane at the start of each of its stretches (m)."""
 MOST_LANE = 1000

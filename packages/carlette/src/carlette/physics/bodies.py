@@ -14,7 +14,7 @@ from carlette.wire.snapshot import RECORD, Records
 
 @dataclass
 class BodyTable(Table):
-    """Metres, degrees, seconds, in the world frame unless said otherwise."""
+    """Meters, degrees, seconds, in the world frame unless said otherwise."""
 
     position: Floats = field(default_factory=numbers(3))
     rotation: Floats = field(default_factory=numbers(3))
@@ -24,7 +24,7 @@ class BodyTable(Table):
     """Degrees per second about x, y, z."""
     acceleration: Floats = field(default_factory=numbers(3))
     center: Floats = field(default_factory=numbers(3))
-    """Centre of the bounding box, actor frame."""
+    """Center of the bounding box, actor frame."""
     extent: Floats = field(default_factory=numbers(3))
     clearance: Floats = field(default_factory=numbers())
     """Ground clearance: lower objects pass under the body (m)."""

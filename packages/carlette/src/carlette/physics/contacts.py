@@ -43,7 +43,7 @@ class ContactSide(NamedTuple):
     inverse_inertia: float
     """1/(kg·m²)."""
     arm: Planar
-    """From the box's centre to the point of contact."""
+    """From the box's center to the point of contact."""
 
 
 class Shapes(NamedTuple):

@@ -26,7 +26,7 @@ class DoorHinge(NamedTuple):
     """Where a side door is hinged."""
 
     along: float
-    """Front edge of the open door, in half lengths ahead of the box's centre."""
+    """Front edge of the open door, in half lengths ahead of the box's center."""
     side: float
     """-1 left, +1 right."""
     reach_m: float = REACH_M
@@ -84,7 +84,7 @@ class OpenDoors(Table):
             self.delete(index)
 
     def boxes(self, bodies: BodyTable) -> tuple[Floats, Floats]:
-        """Centre and half sizes of each door's box, in the vehicle's frame."""
+        """Center and half sizes of each door's box, in the vehicle's frame."""
         reach = np.maximum(self.reach * self.swing, 0.01)
         base = bodies.center[self.row, 2] - bodies.extent[self.row, 2]
         center = np.stack(

@@ -17,7 +17,7 @@ Indices = NDArray[np.int64]
 
 
 class Boxes(NamedTuple):
-    """Upright boxes: arrays of planar centres, axes, half sizes and heights."""
+    """Upright boxes: arrays of planar centers, axes, half sizes and heights."""
 
     center: Floats
     ahead: Floats
@@ -38,7 +38,7 @@ class Overlap(NamedTuple):
 
 
 def boxes_of(bodies: BodyTable, rows: Indices, shapes: tuple[Floats, Floats] | None = None) -> Boxes:
-    """The bounding boxes of some bodies (or other `shapes` in their frames: centres and half sizes).
+    """The bounding boxes of some bodies (or other `shapes` in their frames: centers and half sizes).
 
     Whatever passes under a body is left out.
     """

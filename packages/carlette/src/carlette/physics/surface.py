@@ -31,7 +31,7 @@ class Surface(Table):
     """The actor's row in `BodyTable`."""
     origin: Floats = field(default_factory=numbers(3))
     slope: Floats = field(default_factory=numbers(2))
-    """Rise in z for each metre of x and of y."""
+    """Rise in z for each meter of x and of y."""
     looked: Floats = field(default_factory=numbers(2))
     """Where the map was last queried; infinity if never."""
     stand: Floats = field(default_factory=numbers())
@@ -39,7 +39,7 @@ class Surface(Table):
     tilts: NDArray[np.bool_] = field(default_factory=flags())
     """True if pitch and roll follow the surface (vehicles)."""
     on_foot: NDArray[np.bool_] = field(default_factory=flags())
-    """True if it steps onto kerbs (walkers): the map is queried at every step."""
+    """True if it steps onto curbs (walkers): the map is queried at every step."""
     weightless: NDArray[np.bool_] = field(default_factory=flags())
     """True if a client switched gravity off."""
 

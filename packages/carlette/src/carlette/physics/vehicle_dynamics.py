@@ -1,8 +1,8 @@
-"""Vehicles: their controls, engines, tyres and steering, stepped together.
+"""Vehicles: their controls, engines, tires and steering, stepped together.
 
-The model is a bicycle model with a sliding body: the tyres pull the lateral velocity and the yaw rate towards those
-of the steered path within their grip, so a car slides when it is hit or steered too fast. It has no suspension and
-cannot roll over.
+The model is a bicycle model with a sliding body: the tires pull the lateral velocity and the yaw rate toward those of
+the steered path within their grip, so a car slides when it is hit or steered too fast. It has no suspension and cannot
+roll over.
 
 The relation of throttle, speed and acceleration follows the public regression of the Lincoln MKZ 2020 in CARLA 0.9.15
 (CARLA garage, PDM-Lite): the drive force grows with the square of the throttle, the engine's drag with the square of
@@ -41,10 +41,10 @@ BITE, BITE_MPS = 2.6, 6.0
 """Brakes hold harder at low speed: by this share of their force at rest, and up to about this speed (m/s)."""
 HAND_BRAKE_MPS2 = 6.0
 TYRE_GRIP_MPS2 = 13.0
-"""Lateral grip with the friction of CARLA's tyres (m/s²); it scales with that friction."""
+"""Lateral grip with the friction of CARLA's tires (m/s²); it scales with that friction."""
 MOST_GRIP_MPS2 = 17.0
 LENGTHWISE_GRIP = 2.0
-"""Longitudinal grip of the tyres, as a multiple of the lateral one: enough for the brakes' force at low speed."""
+"""Longitudinal grip of the tires, as a multiple of the lateral one: enough for the brakes' force at low speed."""
 ROLLING_MPS2 = 0.12
 COAST_MPS2 = 3.9
 """Largest engine drag without throttle (m/s²), for a vehicle that launches with `LAUNCH_MOST_MPS2`."""
@@ -68,12 +68,12 @@ TIGHTEST_RADIUS_M = 3.7
 """Wheel angle at full lock of a vehicle with the wheelbase below: the fit of World on Rails to CARLA's Lincoln."""
 RADIUS_WHEELBASE_M = 2.88
 SCRUB_SHARE = 0.25
-"""Share of the tyres' side force with which the steered front wheels slow the vehicle at full lock."""
+"""Share of the tires' side force with which the steered front wheels slow the vehicle at full lock."""
 STEER_KNOT_KMH = 20.0
 STEER_KNOTS_KMH = STEER_KNOT_KMH * np.arange(10)
 """Speeds at which a vehicle's steering curve is stored (km/h)."""
 SLIP_SHARE = 0.72
-"""Share of the curvature of the path that the wheels point along: CARLA's tyres slip more than a bicycle model's."""
+"""Share of the curvature of the path that the wheels point along: CARLA's tires slip more than a bicycle model's."""
 REVERSE_TOP_MPS = 12.0
 MOST_GEARS = 8
 
@@ -109,7 +109,7 @@ class Vehicles(Table):
     """Deceleration at full brake and speed, m/s²."""
     hand_brake: Floats = field(default_factory=numbers())
     grip: Floats = field(default_factory=numbers())
-    """Largest acceleration that the tyres hold, m/s²."""
+    """Largest acceleration that the tires hold, m/s²."""
     factors: Floats = field(default_factory=numbers(len(STEER_KNOTS_KMH)))
     """Share of the full wheel angle at each of `STEER_KNOTS_KMH`."""
     shift_mps: Floats = field(default_factory=numbers(MOST_GEARS))
@@ -295,7 +295,7 @@ class Vehicles(Table):
         self.steer += bounded(control[:, STEER] - self.steer, -limit, limit)
 
     def _steered_rate(self, angle: Floats, ahead: Floats) -> Floats:
-        """Return the yaw rate (rad/s) of the path that the wheels point along, within the tyres' grip."""
+        """Return the yaw rate (rad/s) of the path that the wheels point along, within the tires' grip."""
         sharpest = RADIUS_WHEELBASE_M / (TIGHTEST_RADIUS_M * self.wheelbase)
         pointed = SLIP_SHARE * np.tan(angle) / (self.wheelbase * sharpest)
         curvature = sharpest * np.tanh(pointed)
@@ -304,7 +304,7 @@ class Vehicles(Table):
         return held
 
     def _lateral(self, wanted: Floats, ahead: Floats, aside: Floats, rate: Floats, dt: float) -> tuple[Floats, Floats]:
-        """Return yaw rate (rad/s) and lateral speed (m/s) after `dt`, moving towards those of the steered path."""
+        """Return yaw rate (rad/s) and lateral speed (m/s) after `dt`, moving toward those of the steered path."""
         change = (wanted - rate) * min(1.0, dt / YAW_LAG_S)
         rate = rate + bounded(change, -MAX_YAW_ACCELERATION * dt, MAX_YAW_ACCELERATION * dt)
         slip = 0.5 * self.wheelbase * rate - aside

@@ -4,7 +4,7 @@
     ["spawn", id, type, {attribute: [type, text]}, parent]  when an actor is first seen
     ["gone", id]
     ["hit", seconds, id, other id, impulse in N·s]
-    ["frame", number, seconds, ids, motion, light ids, light colours]
+    ["frame", number, seconds, ids, motion, light ids, light colors]
 
 `ids` are packed uint32, `motion` packed float32: x y z, pitch yaw roll, vx vy vz of each. A file that ends in the
 middle of an array (its disk was full, its server was killed) is read up to there.

@@ -24,7 +24,7 @@ class ClientSession:
         return self.simulator.world
 
     def actor(self, actor_id: int, method: str) -> Actor:
-        """An actor by id; raises `UnknownActor`."""
+        """An actor by id; raises `UnknownActorError`."""
         return self.world.actor(actor_id, method)
 
     def vehicle(self, actor_id: int, method: str) -> Actor:

@@ -25,7 +25,7 @@ def telemetry(world: World, actor: Actor) -> list[Any]:
     """Return speed (m/s), steer, throttle, brake, engine speed (rpm), gear, drag (N) and 11 numbers for each wheel.
 
     A wheel's numbers are friction, lateral and longitudinal slip (both 0: wheels do not slip one by one here), turning
-    speed (rad/s), tyre load (N), the load as a share of its static one, longitudinal and lateral force (N), the two
+    speed (rad/s), tire load (N), the load as a share of its static one, longitudinal and lateral force (N), the two
     forces as shares of the load, and torque (Nm).
     """
     fleet, index = world.fleet, actor.index

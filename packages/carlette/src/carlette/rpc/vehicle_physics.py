@@ -23,7 +23,7 @@ ABOVE_ZERO = ("mass_kg", "max_rpm", "final_ratio")
 
 
 def physics_control(world: World, actor: Actor) -> list[Any]:
-    """The 17 fields; wheel positions are in the world, in centimetres."""
+    """The 17 fields; wheel positions are in the world, in centimeters."""
     physics = parameters_of_actor(actor)
     return [
         _points(physics.torque_curve),
@@ -57,7 +57,7 @@ def parameters_of_actor(actor: Actor) -> PhysicsParameters:
 
 
 def wheel_places(world: World, actor: Actor) -> list[list[float]]:
-    """The middle of each wheel in the world, in centimetres: front left, front right, rear left, rear right."""
+    """The middle of each wheel in the world, in centimeters: front left, front right, rear left, rear right."""
     physics = parameters_of_actor(actor)
     half_base = float(world.fleet.wheelbase[actor.index]) / 2
     half_track = actor.box.extent.y * 2 * TRACK_SHARE

@@ -27,7 +27,7 @@ _HEADER = struct.Struct("<IIf")
 
 
 class Camera(LateSensor):
-    """A camera. Only `image_size_x`, `image_size_y` and `fov` matter; lens, exposure and colour have no effect."""
+    """A camera. Only `image_size_x`, `image_size_y` and `fov` matter; lens, exposure and color have no effect."""
 
     def __init__(self, settings: SensorAttributes) -> None:
         super().__init__(settings)
@@ -55,7 +55,7 @@ class Camera(LateSensor):
 
 
 class ColorCamera(Camera):
-    """A colour picture."""
+    """A color picture."""
 
     wire_type: ClassVar[int] = 13
 

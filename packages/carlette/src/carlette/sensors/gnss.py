@@ -21,7 +21,7 @@ _FIELDS = ("lat", "lon", "alt")
 
 
 class GeoPoint(NamedTuple):
-    """Degrees and metres."""
+    """Degrees and meters."""
 
     latitude: float
     longitude: float

@@ -33,10 +33,10 @@ def scan(
 ) -> None:
     """The nearest front face on each ray.
 
-    `corners` is (n, 4, 3), flat convex quads in the frames of their bodies; body `i` owns `spans[i, 0]` up to
-    `spans[i, 1]` and is turned by `turns[i]` (3x3) and moved by `shifts[i]` into the sensor's frame. `azimuths` (m) are
+    `corners` is (n, 4, 3), flat convex quads in the frames of their bodies; body `i` owns `spans[i, 0]` up to `spans[i,
+    1]` and is turned by `turns[i]` (3x3) and moved by `shifts[i]` into the sensor's frame. `azimuths` (m) are
     ascending, within -π to π; `tangents` is (1, k) for all columns or (m, k). Writes `nearness` (m, k), one through the
-    distance in metres, where a face is nearer than what it holds, and `hit` (m, k), `base` plus the quad's index.
+    distance in meters, where a face is nearer than what it holds, and `hit` (m, k), `base` plus the quad's index.
     `gaps[base + quad]` gets the distance of each front face's plane: that over the distance of a point is the cosine of
     its incidence.
 
@@ -206,9 +206,9 @@ def place_points(
 ) -> None:
     """Writes x, y, z and intensity of the rays that were kept, channel after channel, each in the order of time.
 
-    `column_of` (m) is the column of each step; `starts` (k) where each row of tangents begins in `points` (n, 4)
-    and `sources` (n), which gets the flat index of the ray; `ways` (m, 2) and `levels` (k, 2) are cosine and sine of
-    azimuths and elevations; `intensity` is (m, k); `off` (m, k) lengthens the rays, metres, unless it is empty.
+    `column_of` (m) is the column of each step; `starts` (k) where each row of tangents begins in `points` (n, 4) and
+    `sources` (n), which gets the flat index of the ray; `ways` (m, 2) and `levels` (k, 2) are cosine and sine of
+    azimuths and elevations; `intensity` is (m, k); `off` (m, k) lengthens the rays, meters, unless it is empty.
     """
     places = starts.copy()
     channels = kept.shape[1]

@@ -64,7 +64,7 @@ class HeadRotation(NamedTuple):
     azimuths: Floats
     """Radians, in the order of time."""
     angle_rad: float
-    """How far the head has turned afterwards."""
+    """How far the head has turned afterward."""
 
 
 class Fan(LateSensor):

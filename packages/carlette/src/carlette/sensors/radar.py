@@ -18,7 +18,7 @@ from carlette.world.world import World
 class RadarSensor(LateSensor):
     """Detections: velocity (m/s, negative = coming closer), azimuth and altitude (rad), depth (m).
 
-    The rays fill an elliptical cone, denser towards its middle, and end on the plane `range` ahead, as in CARLA.
+    The rays fill an elliptical cone, denser toward its middle, and end on the plane `range` ahead, as in CARLA.
     """
 
     wire_type = 9

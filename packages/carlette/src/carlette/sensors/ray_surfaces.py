@@ -28,7 +28,7 @@ class RaySurfaces:
     """Quads of several bodies, grouped by body, each in its body's frame."""
 
     corners: Singles
-    """(n, 4, 3) metres; (b - a) x (d - a) points outwards."""
+    """(n, 4, 3) meters; (b - a) x (d - a) points outwards."""
     normals: Singles
     """(n, 3), unit length."""
     tags: NDArray[np.uint8]
@@ -69,7 +69,7 @@ _static: WeakKeyDictionary[RoadNetwork, RaySurfaces] = WeakKeyDictionary()
 
 
 def static_faces(network: RoadNetwork) -> RaySurfaces:
-    """Roads, kerbs, terrain, signs, buildings and greenery of a map: what the cameras draw of it, without paint."""
+    """Roads, curbs, terrain, signs, buildings and greenery of a map: what the cameras draw of it, without paint."""
     with _building:
         found = _static.get(network)
         if found is None:

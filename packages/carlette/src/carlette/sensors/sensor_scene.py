@@ -25,7 +25,7 @@ class RaySweep(NamedTuple):
     """What a fan of rays hit."""
 
     nearness: Singles
-    """(columns, channels): one through the distance in metres."""
+    """(columns, channels): one through the distance in meters."""
     hit: NDArray[np.int32]
     """(columns, channels): which face; -1 = none."""
     gaps: Singles

@@ -21,7 +21,7 @@ from carlette.world.actor import Actor, ActorKind
 from carlette.world.skeleton import Bone, bones
 
 GREY: Color = (128, 128, 128)
-"""Any colour: rays do not see it."""
+"""Any color: rays do not see it."""
 
 
 def shape_of(actor: Actor) -> Mesh:

@@ -355,7 +355,7 @@ SCENES: dict[str, tuple[Callable[[Studio], CameraView], str]] = {
 """What is set up for each picture, and the camera that looks at it, by name."""
 
 PALETTE = np.zeros((256, 3), np.uint8)
-"""Colours of the tags, as CARLA's `CityScapesPalette` has them."""
+"""Colors of the tags, as CARLA's `CityScapesPalette` has them."""
 PALETTE[:29] = (
     (0, 0, 0), (128, 64, 128), (244, 35, 232), (70, 70, 70), (102, 102, 156), (190, 153, 153), (153, 153, 153),
     (250, 170, 30), (220, 220, 0), (107, 142, 35), (152, 251, 152), (70, 130, 180), (220, 20, 60), (255, 0, 0),

@@ -1,6 +1,6 @@
 """A picture of a LiDAR scan, for the documents: `python -m carlette.tools.lidar_picture docs/images/lidar.png`.
 
-On the left the scan is seen from above and behind the car, on the right from straight above; colours are semantic tags.
+On the left the scan is seen from above and behind the car, on the right from straight above; colors are semantic tags.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ PROPS = (
     ("static.prop.constructioncone", 7.0, -1.3, 0.0),
     ("static.prop.constructioncone", 9.0, -1.5, 0.0),
 )
-"""What stands ahead of the car: metres ahead and to the right, and degrees."""
+"""What stands ahead of the car: meters ahead and to the right, and degrees."""
 
 
 def main() -> None:
@@ -80,7 +80,7 @@ def picture(number: int) -> NDArray[np.uint8]:
 
 
 def scan(number: int) -> tuple[Floats, NDArray[np.uint8]]:
-    """Points (n, 3) in the sensor's frame and their colours (n, 3)."""
+    """Points (n, 3) in the sensor's frame and their colors (n, 3)."""
     world = World(RoadNetwork(find_map("demo_town", map_folders([]))))
     spot = world.roads.spawn_points()[number]
     car = spawn(world, "vehicle.lincoln.mkz_2020", {}, spot)

@@ -63,7 +63,7 @@ class TrafficView:
     points: Ints
     """(cars, points ahead)"""
     gap: Floats
-    """(cars, points ahead) metres from the front bumper to each point."""
+    """(cars, points ahead) meters from the front bumper to each point."""
 
 
 class Traffic:
@@ -96,7 +96,7 @@ class Traffic:
         """The point of its row that each car is at."""
         self.points = np.zeros((count, ROW_POINTS), np.int64)
         self.runs = np.zeros((count, ROW_POINTS))
-        """Metres of each point on the car's route."""
+        """Meters of each point on the car's route."""
         self.speeds = np.zeros((count, ROW_POINTS))
         self.gate = np.full((count, 2), np.inf)
         """Begin and end (m) of the next junction that is not held."""
@@ -188,7 +188,7 @@ class Traffic:
         return TrafficView(rows, index, speed, run, nose, window, self.points[cars, window], gap)
 
     def _sight_points(self, fastest: float) -> int:
-        """How far the fastest car must see; lane points are about a metre apart."""
+        """How far the fastest car must see; lane points are about a meter apart."""
         stopping = fastest * fastest / (2.0 * self.driver.braking_mps2)
         return min(AHEAD_POINTS, int(LEAST_SIGHT_M + fastest * self.driver.headway_s + stopping))
 

@@ -35,7 +35,7 @@ def free_acceleration(driver: IdmParameters, speed: Floats, wanted: Floats) -> F
 
 
 def interaction(driver: IdmParameters, speed: Floats, gap: Floats, leader: Floats) -> Floats:
-    """Return how much a leader `gap` metres ahead reduces the free acceleration (m/s², zero or less)."""
+    """Return how much a leader `gap` meters ahead reduces the free acceleration (m/s², zero or less)."""
     closing = speed * (speed - leader) / (2.0 * math.sqrt(driver.acceleration_mps2 * driver.braking_mps2))
     wanted = driver.standstill_m + np.maximum(0.0, speed * driver.headway_s + closing)
     loss: Floats = -driver.acceleration_mps2 * (wanted / np.maximum(gap, 0.1)) ** 2

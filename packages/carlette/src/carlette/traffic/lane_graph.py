@@ -1,4 +1,4 @@
-"""The driving lanes of a map as arrays: points about every metre, grouped into lanes, linked into a graph."""
+"""The driving lanes of a map as arrays: points about every meter, grouped into lanes, linked into a graph."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class TrafficLaneGraph:
     """All lanes of a map; lane `i` owns the points `first[i]` to `first[i + 1]`. Never changes."""
 
     place: Floats
-    """(points, 3) metres."""
+    """(points, 3) meters."""
     ahead: Floats
     """(points, 2) unit vectors along the lane."""
     along: Floats
@@ -139,7 +139,7 @@ def _key(waypoint: Any) -> Key:
 
 
 def _bend_speeds(place: Floats, yaw: Floats, lane: Ints) -> Floats:
-    """Return speeds (m/s) that keep the lateral acceleration within `SIDE_MPS2`, from the turn over a few metres."""
+    """Return speeds (m/s) that keep the lateral acceleration within `SIDE_MPS2`, from the turn over a few meters."""
     count = len(yaw)
     before = np.maximum(np.arange(count) - BEND_POINTS, 0)
     behind = np.minimum(np.arange(count) + BEND_POINTS, count - 1)

@@ -10,7 +10,7 @@ from carlette.traffic.lane_graph import TrafficLaneGraph
 from carlette.traffic.lane_point_grid import Ints
 
 AHEAD_POINTS = 100
-"""How far cars look ahead, in lane points of about a metre."""
+"""How far cars look ahead, in lane points of about a meter."""
 RENEW_POINTS = 40
 """A car's row is rewritten after this many points."""
 ROW_POINTS = AHEAD_POINTS + RENEW_POINTS + 20

@@ -124,7 +124,7 @@ def _enter_prop(world: World, catalogue: Catalogue, type_id: str, attributes: At
 
 
 def _mesh_box(attributes: Attributes) -> Box:
-    """Return a box of half a metre each way, times the scale: this server has no such meshes."""
+    """Return a box of half a meter each way, times the scale: this server has no such meshes."""
     try:
         scale = float(attributes["scale"][1])
     except (KeyError, ValueError):

@@ -58,12 +58,12 @@ class Lights(Table):
     group: NDArray[np.int64] = field(default_factory=indices())
     color: NDArray[np.int64] = field(default_factory=indices())
     elapsed: Floats = field(default_factory=numbers())
-    """Seconds since the colour changed."""
+    """Seconds since the color changed."""
     times: Floats = field(default_factory=numbers(3))
     """Seconds of green, yellow and red."""
     frozen: NDArray[np.bool_] = field(default_factory=flags())
     by_hand: NDArray[np.bool_] = field(default_factory=flags())
-    """True if a client set the colour: it stays for that colour's time, then the group controls the light again."""
+    """True if a client set the color: it stays for that color's time, then the group controls the light again."""
     center: Floats = field(default_factory=numbers(3))
     """Trigger box, world frame."""
     ahead: Floats = field(default_factory=numbers(2))
@@ -148,7 +148,7 @@ class Signals:
         self.publish(bodies)
 
     def publish(self, bodies: BodyTable) -> None:
-        """Writes colours and times into the records."""
+        """Writes colors and times into the records."""
         lights, record = self.lights, bodies.record
         record["elapsed"][lights.row] = lights.elapsed
         if not self._is_news:

@@ -34,7 +34,7 @@ class ScenarioActor:
     half_width_m: float
     half_height_m: float
     middle_m: tuple[float, float] = (0.0, 0.0)
-    """Centre of the box relative to the actor's origin: forward, right (m)."""
+    """Center of the box relative to the actor's origin: forward, right (m)."""
     is_staged: bool = False
 
     @property

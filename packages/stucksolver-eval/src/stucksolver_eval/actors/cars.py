@@ -46,7 +46,7 @@ _LOW_M = 0.4
 
 @dataclass(eq=False)
 class Car:
-    """One car. Its owner may change the target speed and the flags at any time. Arc lengths `s` are in metres."""
+    """One car. Its owner may change the target speed and the flags at any time. Arc lengths `s` are in meters."""
 
     member: ScenarioActor
     path: LanePath
@@ -155,7 +155,7 @@ class SimulatedCars:
         self.claims.drop(car)
 
     def change_lane(self, car: Car, onto: Any, over_m: float) -> None:
-        """Change to the lane of the waypoint `onto`, which is beside the car, within `over_m` metres."""
+        """Change to the lane of the waypoint `onto`, which is beside the car, within `over_m` meters."""
         place, yaw = onto.transform.location, math.radians(onto.transform.rotation.yaw)
         here = car.state
         right_m = -(here.x - place.x) * math.sin(yaw) + (here.y - place.y) * math.cos(yaw)
@@ -268,7 +268,7 @@ class SimulatedCars:
         return steering.steer(2.0 * lateral / max(dx * dx + dy * dy, 4.0), abs(speed))
 
     def _acceleration(self, car: Car, speed: float) -> float:
-        """Return the acceleration (m/s²): IDM behind the leader, and towards stop lines."""
+        """Return the acceleration (m/s²): IDM behind the leader, and toward stop lines."""
         wish = min(car.wish_mps, car.path.speed_limit())
         if wish < 0.1:
             brake = HARD_MPS2 if car.brakes_hard else SOFT_MPS2

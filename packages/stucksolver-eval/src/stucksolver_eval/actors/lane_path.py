@@ -1,4 +1,4 @@
-"""The path that a simulated car follows: lane centres, extended as it drives, with its junctions and traffic lights."""
+"""The path that a simulated car follows: lane centers, extended as it drives, with its junctions and traffic lights."""
 
 from __future__ import annotations
 
@@ -55,12 +55,12 @@ def stop_lines(lights: Sequence[carla.TrafficLight]) -> StopLines:
 
 
 class LanePath:
-    """A path along lane centres that starts at a waypoint. World frame of CARLA; metres and radians.
+    """A path along lane centers that starts at a waypoint. World frame of CARLA; meters and radians.
 
     Args:
         waypoints: The path runs through these first.
         onward: Chooses the lane at forks; straight on by default.
-        offset_m: Shifts the path to the right of the lane's centre.
+        offset_m: Shifts the path to the right of the lane's center.
         merge: (offset, length): the path starts with this offset to the right, and reaches `offset_m` within `length`.
         ends: True if the path ends at the last of `waypoints`; otherwise it ends where the lanes end.
         stops: Stop points of traffic lights.

@@ -49,7 +49,7 @@ def boxes_touch(actor: ScenarioActor, at: ActorState, other: ScenarioActor, ther
 
 
 def _middle(member: ScenarioActor, state: ActorState) -> tuple[float, float]:
-    """Return the centre of a body's box in CARLA's world frame (m)."""
+    """Return the center of a body's box in CARLA's world frame (m)."""
     ahead, right = member.middle_m
     cos, sin = math.cos(state.yaw_rad), math.sin(state.yaw_rad)
     return state.x + ahead * cos - right * sin, state.y + ahead * sin + right * cos

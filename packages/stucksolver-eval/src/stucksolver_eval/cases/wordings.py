@@ -120,7 +120,7 @@ def _row(draw: ImageDraw.ImageDraw, top: int, wording: Wording, result: CaseResu
 
 
 def _chart(draw: ImageDraw.ImageDraw, left: int, top: int, result: CaseResult) -> None:
-    """Draw the ego's position relative to the first cyclist over time; the grey band shows the cyclists."""
+    """Draw the ego's position relative to the first cyclist over time; the gray band shows the cyclists."""
 
     def at(time_s: float, ahead_m: float) -> tuple[float, float]:
         inside = min(max(ahead_m, -REACH_M), REACH_M)

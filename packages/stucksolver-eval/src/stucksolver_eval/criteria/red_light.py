@@ -82,7 +82,7 @@ def _sides(a: tuple[Point, Point], b: tuple[Point, Point]) -> bool:
 
 
 def _behind(moment: EgoTick, distance_m: float) -> Point:
-    """Return a point behind the ego's centre."""
+    """Return a point behind the ego's center."""
     yaw = math.radians(moment.transform.rotation.yaw)
     place = moment.location
     return place.x - distance_m * math.cos(yaw), place.y - distance_m * math.sin(yaw)
@@ -108,7 +108,7 @@ def _key(waypoint: carla.Waypoint) -> tuple[int, int]:
 
 
 def _before_junction(waypoint: carla.Waypoint) -> carla.Waypoint:
-    """Return the last waypoint before the junction ahead, in steps of half a metre."""
+    """Return the last waypoint before the junction ahead, in steps of half a meter."""
     while not waypoint.is_junction:
         following = waypoint.next(STEP_M)
         if not following or following[0].is_junction:

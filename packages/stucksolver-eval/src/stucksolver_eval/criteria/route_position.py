@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class RouteWalk:
-    """Plain lists of a `RouteLine`, fast for a few points at a time. CARLA's world frame, metres."""
+    """Plain lists of a `RouteLine`, fast for a few points at a time. CARLA's world frame, meters."""
 
     def __init__(self, line: RouteLine) -> None:
         self.change(line)

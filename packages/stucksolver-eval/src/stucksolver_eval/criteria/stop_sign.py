@@ -18,7 +18,7 @@ AGAINST = -0.17
 
 
 class StopSign(NamedTuple):
-    """A sign's trigger box: centre, and half sizes along the world's axes."""
+    """A sign's trigger box: center, and half sizes along the world's axes."""
 
     actor: carla.Actor
     center: Any

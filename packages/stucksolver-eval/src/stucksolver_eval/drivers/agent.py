@@ -24,7 +24,7 @@ class Agent(Protocol):
     """
 
     def set_route(self, route: Sequence[RoutePoint]) -> None:
-        """Take a route, about one point per metre. Called before the first step and whenever the route changes."""
+        """Take a route, about one point per meter. Called before the first step and whenever the route changes."""
 
     def run_step(self) -> Any:
         """Return this tick's `carla.VehicleControl` without applying it. Not called while a recovery plan runs."""

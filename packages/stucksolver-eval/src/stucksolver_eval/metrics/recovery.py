@@ -90,7 +90,7 @@ class RecoveryMetrics:
 
     @property
     def queries_per_km(self) -> float | None:
-        """Queries per kilometre driven."""
+        """Queries per kilometer driven."""
         return self.queries / self.driven_km if self.driven_km > 0 else None
 
 

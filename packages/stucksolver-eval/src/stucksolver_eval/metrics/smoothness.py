@@ -2,7 +2,7 @@
 
 The rule has known errors: samples come at 20 Hz but are taken as 10 Hz, which halves jerks; the yaw rate is in degrees
 per second but compared with bounds in radians; the yaw acceleration is the yaw rate again. `AS_RATED` has these errors,
-`CORRECTED` does not. Bounds: Karnchanachari et al., "Towards learning-based planning: the nuPlan benchmark for
+`CORRECTED` does not. Bounds: Karnchanachari et al., "Toward learning-based planning: the nuPlan benchmark for
 real-world autonomous driving" (2024).
 """
 

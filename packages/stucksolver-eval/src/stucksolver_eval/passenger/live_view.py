@@ -22,7 +22,7 @@ PICTURE_EVERY_S = 0.2
 
 
 class LiveView:
-    """Sends a frame of the top view ten times a second. Positions are in metres, y to the left of x, yaw in degrees."""
+    """Sends a frame of the top view ten times a second. Positions are in meters, y to the left of x, yaw in degrees."""
 
     def __init__(self, desk: PassengerGateway, vehicle: str, world: carla.World, hero: carla.Vehicle) -> None:
         self._desk, self._vehicle, self._world = desk, vehicle, world

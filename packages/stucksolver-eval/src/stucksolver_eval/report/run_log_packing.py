@@ -1,7 +1,7 @@
 """The compact form of runs inside the page; `assets/decode.js` reads it.
 
-Lengths are whole centimetres, times milliseconds, speeds cm/s, angles tenths of a degree. A series of numbers
-is its first value followed by differences, or a single number if it never changes.
+Lengths are whole centimeters, times milliseconds, speeds cm/s, angles tenths of a degree. A series of numbers is its
+first value followed by differences, or a single number if it never changes.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
     python -m stucksolver_eval.result_pages.memory OUT          # writes results/memory.md
 
-A passenger helps at three places where rocks lie from kerb to kerb ("please take another street"). After each of these
+A passenger helps at three places where rocks lie from curb to curb ("please take another street"). After each of these
 lessons the car drives at two other places with other seeds, and nobody speaks. The drives are stored in OUT.
 """
 

@@ -212,7 +212,7 @@ def replaced(page: str, table: str) -> str:
     """Return the page with the table in place of the one whose first three column heads are the same.
 
     Raises:
-        PageError: The page has no such table, or several.
+        ResultPageError: The page has no such table, or several.
     """
     head = _heads(table.splitlines()[0])
     lines = page.splitlines()

@@ -26,7 +26,7 @@ class Scores(BaseModel):
 
 
 class Meta(BaseModel):
-    """Metres, and seconds of game and wall time."""
+    """Meters, and seconds of game and wall time."""
 
     route_length: float
     duration_game: float

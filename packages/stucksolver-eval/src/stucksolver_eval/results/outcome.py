@@ -1,6 +1,6 @@
 """The outcome of one route in addition to the leaderboard's record: the input of the recovery figures.
 
-Times are seconds since the start of the route; places are metres along it.
+Times are seconds since the start of the route; places are meters along it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The data of one run's replay: the map around it, all actors and all decisions.
 
-Everything is in the map's right-handed frame (x east, y north, metres; yaw counter-clockwise in degrees), rounded
-to centimetres when written.
+Everything is in the map's right-handed frame (x east, y north, meters; yaw counter-clockwise in degrees), rounded to
+centimeters when written.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class RunLogFrame(FrozenModel):
     lights: tuple[tuple[float, float, str], ...] = ()
     """(x_m, y_m, state) of traffic lights nearby: `red`, `yellow`, `green`, `off`."""
     path: Polyline = ()
-    """The path of the recovery behaviour that is being driven, if any."""
+    """The path of the recovery behavior that is being driven, if any."""
 
 
 class DecisionMoment(FrozenModel):

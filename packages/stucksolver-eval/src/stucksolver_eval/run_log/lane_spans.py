@@ -27,7 +27,7 @@ class LaneSpan(NamedTuple):
     start_s: float
     end_s: float
     draws_centre: bool
-    """True if this lane draws the road's centre line, which both sides share."""
+    """True if this lane draws the road's center line, which both sides share."""
 
 
 def lane_spans(carla_map: carla.Map, region: shapely.Polygon) -> Iterator[LaneSpan]:

@@ -53,7 +53,7 @@ class _Samples(NamedTuple):
     left: _Points
     right: _Points
     paint: list[tuple[_Paint, _Paint]]
-    """Type and colour of the lines on the left and on the right."""
+    """Type and color of the lines on the left and on the right."""
 
 
 def _sampled(carla_map: carla.Map, span: LaneSpan) -> _Samples:
@@ -109,7 +109,7 @@ def _view(name: str, pieces: Sequence[_Samples], tolerance_m: float) -> MapView:
 
 
 def _markings(piece: _Samples, tolerance_m: float) -> Iterator[Marking]:
-    """Yield the line on the outer side of a lane, and the centre line if this lane draws it."""
+    """Yield the line on the outer side of a lane, and the center line if this lane draws it."""
     yield from _line(piece, [paint[1] for paint in piece.paint], piece.right, tolerance_m)
     if piece.span.draws_centre:
         yield from _line(piece, [paint[0] for paint in piece.paint], piece.left, tolerance_m)

@@ -8,7 +8,7 @@ import io
 from stucksolver.scene import CameraImage
 
 WIDTH_PX = 480
-"""Signs, lights and people are still recognisable; an image takes about 10 kB."""
+"""Signs, lights and people are still recognizable; an image takes about 10 kB."""
 QUALITY = 70
 
 

@@ -47,7 +47,7 @@ class ScenarioPlayer:
 
     Raises:
         ScenarioError: A type does not exist, a parameter is invalid, or a trigger point is not on the route.
-        Unsupported: The map or the blueprint library does not support a scenario.
+        UnsupportedScenarioError: The map or the blueprint library does not support a scenario.
     """
 
     def __init__(

@@ -135,7 +135,7 @@ class Scenario(ABC):
         return self.setting.route.at(self.s_at(distance_m))
 
     def gap_m(self, s_m: float) -> float:
-        """Return the distance along the route from the hero's centre to arc length `s_m` (m)."""
+        """Return the distance along the route from the hero's center to arc length `s_m` (m)."""
         return s_m - self.setting.hero_s_m
 
     def within(self, s_m: float, seconds: float, distance_m: float) -> bool:

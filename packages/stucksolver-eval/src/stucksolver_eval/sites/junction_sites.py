@@ -55,7 +55,7 @@ class JunctionSites:
     from_sides: frozenset[Side] = frozenset()
     """Sides from which traffic must be able to go straight on."""
     rightmost: bool = False
-    """True for the lane at the kerb only, next to a sidewalk."""
+    """True for the lane at the curb only, next to a sidewalk."""
     trigger_m: int = _TRIGGER_BEFORE_M
     """Distance from the trigger to the junction."""
     extra: Extra = field(default=_nothing)
@@ -90,7 +90,7 @@ def site_at(mine: JunctionMovement, trigger_m: int = _TRIGGER_BEFORE_M, end_m: i
 
 
 def _to_exit_lane(mine: JunctionMovement, of: Ways) -> Ways:
-    """Return the movements straight on into the lane that the ego turns into, or its neighbour."""
+    """Return the movements straight on into the lane that the ego turns into, or its neighbor."""
     return [
         item
         for item in straight(of)

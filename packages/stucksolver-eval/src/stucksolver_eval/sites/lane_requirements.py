@@ -74,13 +74,13 @@ def two_ways_by_sidewalk(town: Town, stretch: Path) -> bool:
 
 
 def bend(town: Town, stretch: Path) -> bool:
-    """One lane each way in a bend, where the centre line is usually solid."""
+    """One lane each way in a bend, where the center line is usually solid."""
     slow = 0.0 < town.limit_kmh(stretch[0]) <= _TWO_WAYS_LIMIT_KMH
     return one_lane(town, stretch) and slow and bend_deg(stretch[:60]) >= _SURE_BEND_DEG
 
 
 def one_lane(town: Town, stretch: Path) -> bool:
-    """One wide lane each way, with any centre line."""
+    """One wide lane each way, with any center line."""
     alone = not any(
         same_way(w, side) for w in _ends(stretch) for side in (carla.LaneChange.Left, carla.LaneChange.Right)
     )

@@ -25,7 +25,7 @@ class RideDistanceDraw(IntegerDraw):
     """How far bicycles ride: no farther than the free lane permits."""
 
     def draw(self, random: Random, free_m: int) -> Parameter:
-        """Draw a whole number of metres, limited by the free road."""
+        """Draw a whole number of meters, limited by the free road."""
         longest_m = max(_SHORTEST_RIDE_M, free_m - _BESIDE_THE_RIDE_M)
         return {"value": str(min(random.randint(self.low, self.high), longest_m))}
 

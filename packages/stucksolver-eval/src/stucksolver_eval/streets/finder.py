@@ -58,7 +58,7 @@ class Street:
     obstacle_index: int
     """Index in `waypoints` at which something should block the lane, and its distance from the start (m)."""
     centre_line: Line
-    """Line to the left neighbour near the obstacle: `broken`, `solid`, `none` or `other`."""
+    """Line to the left neighbor near the obstacle: `broken`, `solid`, `none` or `other`."""
     bend_deg: float
     """Largest change of heading between any two points of the stretch."""
     oncoming_m: float
@@ -94,11 +94,11 @@ def find_streets(
     length_m: int = 170,
     obstacle_m: int = 70,
 ) -> list[Street]:
-    """Return streets of a kind, best first: no junctions, a broken centre line, straight and flat, long sight.
+    """Return streets of a kind, best first: no junctions, a broken center line, straight and flat, long sight.
 
     `length_m` is the wanted length from start to destination, and `obstacle_m` from start to obstacle. Shorter streets,
-    down to 110 m, come last. Equally good places are ordered by `seed`; the same seed gives the same list.
-    Streets of one direction are at least 40 m apart. Raises `StreetError` if there is none.
+    down to 110 m, come last. Equally good places are ordered by `seed`; the same seed gives the same list. Streets of
+    one direction are at least 40 m apart. Raises `StreetError` if there is none.
     """
     found = _candidates(carla_map, road, length_m, obstacle_m)
     random.Random(seed).shuffle(found)
@@ -240,7 +240,7 @@ def _street(candidate: _Candidate) -> Street:
 
 
 def _oncoming_m(obstacle: carla.Waypoint) -> float:
-    """Return the length of the left neighbour ahead of the ego, against the neighbour's own direction (m)."""
+    """Return the length of the left neighbor ahead of the ego, against the neighbor's own direction (m)."""
     waypoint = obstacle.get_left_lane()
     if waypoint is None:
         return 0.0

@@ -20,11 +20,11 @@ _LaneKey = tuple[int, int, int]
 
 @dataclass(frozen=True)
 class Stretch:
-    """Part of a chain, `first` to `last`, along which the neighbours stay the same."""
+    """Part of a chain, `first` to `last`, along which the neighbors stay the same."""
 
     kind: StreetKind
     centre_line: Line
-    """The line to the left neighbour."""
+    """The line to the left neighbor."""
     rightmost: bool
     """True if there is no driving lane to the right."""
     first: int
@@ -40,7 +40,7 @@ def lane_runs(carla_map: carla.Map) -> list[list[carla.Waypoint]]:
 
 
 def stretches(chain: Sequence[carla.Waypoint]) -> Iterator[Stretch]:
-    """Yield the parts of a chain with a left neighbour in which to pass."""
+    """Yield the parts of a chain with a left neighbor in which to pass."""
     for neighbours, group in groupby(enumerate(chain), key=lambda item: _neighbours(item[1])):
         places = [place for place, _ in group]
         if neighbours is not None:
@@ -96,7 +96,7 @@ def _key(waypoint: carla.Waypoint) -> _LaneKey:
 
 
 def _neighbours(waypoint: carla.Waypoint) -> tuple[StreetKind, Line, bool] | None:
-    """Return (kind, centre line, rightmost), or None if there is no lane in which to pass."""
+    """Return (kind, center line, rightmost), or None if there is no lane in which to pass."""
     left, right = waypoint.get_left_lane(), waypoint.get_right_lane()
     if not _drivable(left) or min(left.lane_width, waypoint.lane_width) < _MIN_LANE_M:
         return None

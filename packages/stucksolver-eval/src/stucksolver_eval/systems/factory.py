@@ -50,7 +50,7 @@ def check_arm(spec: SystemSpec) -> None:
     """Check an arm.
 
     Raises:
-        ArmError: The driver, the recovery or the reasoner does not exist, or they do not fit together.
+        SystemSpecError: The driver, the recovery or the reasoner does not exist, or they do not fit together.
         LadderError: The ladder cannot be used.
     """
     try:
@@ -105,7 +105,7 @@ def preflight_arm(spec: SystemSpec) -> tuple[str, ...]:
     """Check once that each reasoner responds, and whether signs are read. Returns notes for the user, one line each.
 
     Raises:
-        ArmError: A reasoner does not respond.
+        SystemSpecError: A reasoner does not respond.
     """
     words = [item for item in (spec.recovery, spec.reasoner) if item not in ("", NONE, TIMERS)]
     unread = unavailable_reason() if spec.perception == SENSORS else None
@@ -142,7 +142,7 @@ def make_arm(
         records: Folder for a record of each intervention, if any.
 
     Raises:
-        ArmError: The arm cannot be made.
+        SystemSpecError: The arm cannot be made.
         LadderError: The ladder cannot be used.
     """
     if spec.recovery == NONE:

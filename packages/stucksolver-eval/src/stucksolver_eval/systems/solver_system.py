@@ -19,7 +19,7 @@ from stucksolver_passenger.memory import Memory
 
 Listener = Callable[[Event], None]
 ASKING = "request_assistance"
-"""Name of the behaviour that calls for help."""
+"""Name of the behavior that calls for help."""
 
 
 class SolverSystem:

@@ -46,7 +46,7 @@ class NetworkInterpreter:
         """Version, calibration and thresholds.
 
         Raises:
-            ReaderError: The card cannot be read.
+            InterpreterError: The card cannot be read.
         """
         try:
             card = json.loads((self._folder / "card.json").read_text(encoding="utf-8"))
@@ -68,7 +68,7 @@ class NetworkInterpreter:
             situation: What the vehicle is doing, and its open question.
 
         Raises:
-            ReaderError: The weights cannot be loaded.
+            InterpreterError: The weights cannot be loaded.
         """
         amounts = read_amounts(text)
         reading = self._read(text, situation)

@@ -1,7 +1,7 @@
-"""Reads how far, how fast and how long from a passenger's words: "three metres", "not faster than 10 km/h", "slowly".
+"""Reads how far, how fast and how long from a passenger's words: "three meters", "not faster than 10 km/h", "slowly".
 
 The network does not read numbers, so this grammar does. It reads an amount only where the words before it say that the
-vehicle should drive so far or wait so long; "a lorry 50 metres ahead" is no distance to drive. A speed is always an
+vehicle should drive so far or wait so long; "a truck 50 meters ahead" is no distance to drive. A speed is always an
 upper limit. What is not understood here is left out: a plan then has the parameters that it would have had anyway.
 """
 
@@ -56,7 +56,7 @@ TIMES = (
     (r"seconds?|secs?|sekunden?|secondes?|segundos?|s|秒", 1.0),
 )
 KINDS = {"speed": SPEEDS, "distance": DISTANCES, "time": TIMES}
-"""In this order: "metres per second" is a speed. Each unit with its size in m/s, m or s."""
+"""In this order: "meters per second" is a speed. Each unit with its size in m/s, m or s."""
 LARGEST = {"speed": 40.0, "distance": 200.0, "time": 600.0}
 """An amount beyond this is taken for a mistake and left out (m/s, m, s)."""
 

@@ -1,4 +1,4 @@
-"""What a server and its model support: first guessed from their names, then learnt from their answers."""
+"""What a server and its model support: first guessed from their names, then learned from their answers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stucksolver_language.llm.api_keys import DEPLOYMENT, is_azure_host
 MOST_TOKENS = 1900
 """Limit of an answer (tokens). A normal one takes 300 to 700; one that fills every list and text takes 1,400."""
 THINKING_TOKENS = 8000
-"""The same for a reasoning model, whose thoughts count towards the limit."""
+"""The same for a reasoning model, whose thoughts count toward the limit."""
 Effort = Literal["none", "minimal", "low", "medium", "high"]
 REASONING = re.compile(r"(?:^|/)(?:o\d|gpt-[5-9](?!.*chat))")
 """OpenAI's reasoning models by name: they accept neither `temperature` nor `max_tokens`."""

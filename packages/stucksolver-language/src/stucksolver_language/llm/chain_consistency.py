@@ -25,7 +25,7 @@ def wrong_chain(
         immobilized: The conclusion.
         wait: The reason to wait, if any.
         intent: What the passenger asks for, if anything.
-        moves: True if a behaviour of the plan moves the vehicle.
+        moves: True if a behavior of the plan moves the vehicle.
     """
     if "S2.1" in answers:
         return _with_guidance(answers["S2.1"], immobilized, intent, moves)

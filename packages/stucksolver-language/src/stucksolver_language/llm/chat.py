@@ -101,8 +101,8 @@ class ChatModel(Protocol):
             limit_s: Wall time for the exchange (s).
 
         Raises:
-            TryAgain: The failure may be temporary.
-            GiveUp: The failure will last: it needs a person or another model.
+            TransientReasonerError: The failure may be temporary.
+            PermanentReasonerError: The failure will last: it needs a person or another model.
         """
 
     def cancel(self) -> None:

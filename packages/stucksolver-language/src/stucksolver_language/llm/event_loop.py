@@ -1,4 +1,4 @@
-"""An event loop in its own thread, so that an exchange has a hard time limit and can be cancelled from any thread."""
+"""An event loop in its own thread, so that an exchange has a hard time limit and can be canceled from any thread."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ class Loop:
         """Run `work` for at most `limit_s` (s) and return its result.
 
         Raises:
-            OutOfTime: It took longer than `limit_s` (s).
-            Cancelled: `cancel` was called.
+            DeadlineError: It took longer than `limit_s` (s).
+            Canceled: `cancel` was called.
             Exception: Whatever `work` raises.
         """
         with self._lock:

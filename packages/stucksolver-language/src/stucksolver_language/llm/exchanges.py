@@ -105,8 +105,8 @@ class RecordedChat:
         """Return the recorded reply to the same question.
 
         Raises:
-            GiveUp: The question was never recorded, or it failed when it was.
-            TryAgain: The recorded failure was temporary.
+            PermanentReasonerError: The question was never recorded, or it failed when it was.
+            TransientReasonerError: The recorded failure was temporary.
         """
         key = request_key(request_form(messages, tools, must_call))
         lines = self._answers.get(key)

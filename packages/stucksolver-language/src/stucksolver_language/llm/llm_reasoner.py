@@ -84,7 +84,7 @@ class LanguageModelReasoner:
         self._last: tuple[float, float | None] | None = None
 
     def preflight(self) -> tuple[str, ...]:
-        """Check the model, as in `Preflighted`. It costs one short question that counts towards no budget."""
+        """Check the model, as in `Preflighted`. It costs one short question that counts toward no budget."""
         return preflight_model(self.model)
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:

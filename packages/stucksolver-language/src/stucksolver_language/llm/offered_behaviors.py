@@ -1,4 +1,4 @@
-"""Selects the offered behaviours that make sense in a scene: the others would only lengthen the prompt."""
+"""Selects the offered behaviors that make sense in a scene: the others would only lengthen the prompt."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ OFF_LANE_M = 0.5
 
 
 def known(scene: Scene) -> tuple[AvailableBehavior, ...]:
-    """Return all known behaviours that the stack offers: the same in every scene of a drive."""
+    """Return all known behaviors that the stack offers: the same in every scene of a drive."""
     return tuple(b for b in scene.behaviors if b.name in REGISTRY)
 
 
 def available(scene: Scene) -> tuple[AvailableBehavior, ...]:
-    """Return the behaviours that have something to act on here. The guard still judges each plan."""
+    """Return the behaviors that have something to act on here. The guard still judges each plan."""
     return tuple(b for b in known(scene) if b.name not in NEEDS or NEEDS[b.name](scene))
 
 
 def signature(behavior: AvailableBehavior) -> str:
-    """Return a behaviour with its parameters and their ranges: `change_lane(side left|right, distance_m 15..150)`."""
+    """Return a behavior with its parameters and their ranges: `change_lane(side left|right, distance_m 15..150)`."""
     fields = cast("dict[str, dict[str, Any]]", behavior.parameters["properties"])
     return f"{behavior.name}({', '.join(_parameter(k, v) for k, v in fields.items() if k != 'name')})"
 

@@ -32,7 +32,7 @@ def request_of(
     """Return the body of a request.
 
     Raises:
-        GiveUp: An image is too large.
+        PermanentReasonerError: An image is too large.
     """
     final = next(tool for tool in tools if must_call is None or tool.name == must_call)
     request: dict[str, Any] = {
@@ -104,8 +104,8 @@ def reply_of(answer: Any, asked: str, saw: bool, clean: Callable[[str], str] = s
     """Read an SDK object; what a server left out counts as absent. `clean` makes its text fit to be shown.
 
     Raises:
-        TryAgain: The answer has no choice.
-        GiveUp: A content filter withheld the answer, or the model refuses.
+        TransientReasonerError: The answer has no choice.
+        PermanentReasonerError: A content filter withheld the answer, or the model refuses.
     """
     choices = getattr(answer, "choices", None)
     if not choices:

@@ -1,6 +1,6 @@
 """One short question before a drive: is the server there, and does it accept the key and the model?
 
-What it does not support is learnt here too, so that the first real question loses no time.
+What it does not support is learned here too, so that the first real question loses no time.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ GREY_JPEG = (
     b"////m8H////6/+b9//j/wAALCABAAEABAREA/8QAFAABAAAAAAAAAAAAAAAAAAAAAP/EABQQAQAAAAAAAAAAAAAAAAAAAAD/2gAI"
     b"AQEAAD8AAAAAAAAAAAAAAAAAAAAAAP/Z"
 )
-"""64 x 64 grey pixels in base64."""
+"""64 x 64 gray pixels in base64."""
 
 
 @runtime_checkable
@@ -54,10 +54,10 @@ class _Described(ChatModel, Protocol):
 
 
 def preflight_model(model: ChatModel, limit_s: float = LIMIT_S) -> tuple[str, ...]:
-    """Ask a model one short question and return what was learnt, one line each.
+    """Ask a model one short question and return what was learned, one line each.
 
     Raises:
-        GiveUp: Questions would fail.
+        PermanentReasonerError: Questions would fail.
     """
     model = getattr(model, "inner", model)
     if not isinstance(model, _Described):
@@ -83,7 +83,7 @@ def _asked(model: ChatModel, turns: list[Message], ends_at: float) -> float | No
     """Return None after any answer, otherwise how long to wait for a busy server (s).
 
     Raises:
-        GiveUp: Questions would fail.
+        PermanentReasonerError: Questions would fail.
     """
     try:
         model.chat(turns, [READY], READY.name, ends_at - time.monotonic())
@@ -107,7 +107,7 @@ def _check_context(name: str, takes: ServerCapabilities, context: int | None) ->
     """Check that a long question and its answer fit into the context.
 
     Raises:
-        GiveUp: They do not fit.
+        PermanentReasonerError: They do not fit.
     """
     schema = 0 if takes.dialect is Dialect.JSON_SCHEMA else SCHEMA_TOKENS
     needed = PROMPT_TOKENS + schema + takes.most_tokens

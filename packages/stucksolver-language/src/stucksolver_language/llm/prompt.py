@@ -61,13 +61,13 @@ def messages(scene: Scene) -> list[Message]:
 
 
 def system_text(scene: Scene) -> str:
-    """Return the fixed text, then the parameters and meanings of the stack's behaviours: the same during a drive."""
+    """Return the fixed text, then the parameters and meanings of the stack's behaviors: the same during a drive."""
     meanings = [f"{signature(b)}: {REGISTRY[b.name].summary}" for b in known(scene)]
     return "\n".join([ROLE, "", "Behaviors (parameters with their ranges):", *meanings])
 
 
 def user_text(scene: Scene) -> str:
-    """Return the scene as text, and which behaviours are available in it."""
+    """Return the scene as text, and which behaviors are available in it."""
     return f"{scene_text(scene)}\nbehaviors available now: {', '.join(b.name for b in available(scene))}"
 
 

@@ -1,10 +1,10 @@
-"""The functions that a model may call, derived from the decision's types, the offered behaviours and the scene's ids.
+"""The functions that a model may call, derived from the decision's types, the offered behaviors and the scene's ids.
 
-They cannot express an unavailable behaviour, an unknown object or an unknown waypoint. They stay within the subset of
+They cannot express an unavailable behavior, an unknown object or an unknown waypoint. They stay within the subset of
 JSON Schema for strict structured output (every field required, no others, no defaults), except for `maxLength`, which
 is removed for servers that refuse it. What differs between scenes is in the definitions at the end, so that prompt
-caches match the part before. Lists and texts are bounded, since a small model may repeat one item until its tokens
-are used up.
+caches match the part before. Lists and texts are bounded, since a small model may repeat one item until its tokens are
+used up.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def _plan() -> Schema:
 
 
 def _behavior(name: str, parameters: Schema) -> Schema:
-    """Return a behaviour's own schema without titles and defaults, its ids restricted to those of the scene."""
+    """Return a behavior's own schema without titles and defaults, its ids restricted to those of the scene."""
     fields = {key: _field(key, value) for key, value in parameters["properties"].items() if key != "name"}
     return _object({"name": {"type": "string", "enum": [name]}, **fields})
 

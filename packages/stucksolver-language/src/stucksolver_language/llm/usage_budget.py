@@ -92,7 +92,7 @@ class UsageLimits:
         """Check the budget.
 
         Raises:
-            BudgetSpent: A bound has been reached.
+            BudgetExceededError: A bound has been reached.
         """
         for name, bound in self._bounds.items():
             spent = self.spent[name]

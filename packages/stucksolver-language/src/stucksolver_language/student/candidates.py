@@ -1,6 +1,6 @@
-"""The plans that a scene offers: all its behaviours, with parameters on a grid.
+"""The plans that a scene offers: all its behaviors, with parameters on a grid.
 
-The grid is made from the schemas in the scene, which come from the registry: a new behaviour needs no change here.
+The grid is made from the schemas in the scene, which come from the registry: a new behavior needs no change here.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from stucksolver.scene import Scene
 from stucksolver_language.llm.offered_behaviors import available
 
 STEPS, PAIR_STEPS = 2, 1
-"""Values of each number in plans of one and of two behaviours. The guard's bounds are coarser than a finer grid."""
+"""Values of each number in plans of one and of two behaviors. The guard's bounds are coarser than a finer grid."""
 GETS_ON_M = 5.0
 """A plan leads at least this far (m): the detector's own measure of progress. A shorter one ends where it began."""
 MOST_IDS = 3
 """Number of objects or waypoints that are tried for each parameter that names one."""
 CALLS = frozenset({"request_assistance"})
-"""Behaviours that ask a person. In a search there is nobody to ask."""
+"""Behaviors that ask a person. In a search there is nobody to ask."""
 AWAY_M, AWAY_MPS = (15.0, 20.0), (1.08, 1.8)
 """How far (m) and how fast (m/s) a short lane change goes before the way back. A search over a wider grid found that
 the guard accepts only short and slow ones where something blocks the other lane as well. At 0.8 m/s a plan
@@ -35,13 +35,13 @@ Values = tuple[Any, ...]
 
 
 def candidates(scene: Scene) -> tuple[RecoveryPlan, ...]:
-    """Return the plans among which the student chooses: each behaviour that moves the vehicle on, alone and after each
+    """Return the plans among which the student chooses: each behavior that moves the vehicle on, alone and after each
     of those that prepare another one, and short changes of lane with the way back.
 
     Waiting is not among them, since it is a choice of its own.
 
     Args:
-        scene: The scene, with the behaviours that the stack offers.
+        scene: The scene, with the behaviors that the stack offers.
     """
     fitting = {item.name for item in available(scene)}
     moving = [item for item in offered(scene, STEPS) if item.name in fitting and not item.stands_still]
@@ -81,10 +81,10 @@ def _gets_on(behavior: Behavior) -> bool:
 
 
 def offered(scene: Scene, steps: int) -> tuple[Behavior, ...]:
-    """Return every offered behaviour at every point of the grid.
+    """Return every offered behavior at every point of the grid.
 
     Args:
-        scene: The scene, with the behaviours that the stack offers.
+        scene: The scene, with the behaviors that the stack offers.
         steps: How many values of each number to try, spread evenly on a logarithmic scale between its bounds.
     """
     found: list[Behavior] = []
@@ -101,7 +101,7 @@ def offered(scene: Scene, steps: int) -> tuple[Behavior, ...]:
 
 
 def _parsed(data: dict[str, Any]) -> Behavior | None:
-    """Return the behaviour, or None if the parameters are valid one by one but not together."""
+    """Return the behavior, or None if the parameters are valid one by one but not together."""
     try:
         return parse_behavior(data)
     except ValidationError:

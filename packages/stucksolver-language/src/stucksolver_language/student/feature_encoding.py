@@ -42,7 +42,7 @@ VERSION = 1
 MOST = {"objects": 24, "lanes": 8, "controls": 4, "attempts": 4}
 """Rows of each kind. Farther objects and older attempts are left out."""
 SLOTS = 4
-"""Behaviours of a plan that are told apart; later ones are not seen."""
+"""Behaviors of a plan that are told apart; later ones are not seen."""
 Floats = NDArray[np.float32]
 
 
@@ -89,7 +89,7 @@ def encode_plans(
     The row of an object that is not named, or has no row, is the number of object rows.
 
     Raises:
-        KeyError: A behaviour is not in the vocabulary.
+        KeyError: A behavior is not in the vocabulary.
     """
     found = np.zeros((len(plans), SLOTS, words.width + 1), np.float32)
     named = np.full((len(plans), SLOTS), MOST["objects"], np.int64)
@@ -98,7 +98,7 @@ def encode_plans(
     for number, plan in enumerate(plans):
         for slot, behavior in enumerate(plan.behaviors[:SLOTS]):
             if behavior not in known:
-                # Plans share behaviours, so each is written only once.
+                # Plans share behaviors, so each is written only once.
                 ids_in = (places[v] for k, v in behavior if k.endswith("_id") and v in places)
                 known[behavior] = [*words.row(behavior), 1.0], next(ids_in, MOST["objects"])
             found[number, slot], named[number, slot] = known[behavior]

@@ -47,7 +47,7 @@ class Card(FrozenModel):
     Attributes:
         name: Name of the model.
         versions: Versions with which it was trained.
-        vocabulary: Behaviours and parameters that it knows. Other behaviours are not proposed.
+        vocabulary: Behaviors and parameters that it knows. Other behaviors are not proposed.
         temperature: The hazards' logits are divided by this.
         sha256: Digest of the weights.
         trained: How it was trained, for people: data, command, seed.
@@ -72,7 +72,7 @@ def read_card(folder: Path) -> Card:
     """Return the card of a folder of weights, if they can be used here.
 
     Raises:
-        WeightsError: There is none, or it belongs to another version.
+        StudentWeightsError: There is none, or it belongs to another version.
     """
     path = folder / CARD
     try:
@@ -101,7 +101,7 @@ class StudentNetwork:
         threads: Cores to use. More than one does not make it faster at this size.
 
     Raises:
-        WeightsError: The weights cannot be used.
+        StudentWeightsError: The weights cannot be used.
     """
 
     def __init__(self, folder: Path = DATA, threads: int = 1) -> None:
@@ -113,7 +113,7 @@ class StudentNetwork:
         """Return the numbers for one scene and its plans; calibrated. The same input always gives the same output.
 
         Raises:
-            KeyError: A plan has a behaviour that is not in the card's vocabulary.
+            KeyError: A plan has a behavior that is not in the card's vocabulary.
         """
         return self.run(scene, *encode_plans(plans, scene.ids, self.card.vocabulary))
 

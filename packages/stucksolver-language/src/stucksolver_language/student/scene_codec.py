@@ -2,7 +2,7 @@
 
 The first line is the version, then comes one JSON list per row: a letter, then the values of that row's fields in the
 order of `FIELDS`. Numbers have at most three decimals. The camera's image is left out, and so are the schemas of the
-behaviours, which follow from their names.
+behaviors, which follow from their names.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ DUTIES = frozenset({WaitReason.LIGHT, WaitReason.STOP_SIGN, WaitReason.PEOPLE, W
 """Where the rules of the road make the vehicle wait, it waits, however likely the wait is to end."""
 
 IN_LANE = frozenset({"back_up", "creep", "follow_vehicle", "keep_lane"})
-"""Behaviours that keep to the lane: plans of only these do not get past what stands in it."""
+"""Behaviors that keep to the lane: plans of only these do not get past what stands in it."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class DistilledReasoner:
         choice: How it chooses.
 
     Raises:
-        WeightsError: The weights cannot be used here.
+        StudentWeightsError: The weights cannot be used here.
     """
 
     def __init__(self, folder: Path = DATA, choice: SelectionPolicy | None = None) -> None:

@@ -1,4 +1,4 @@
-"""The names with which plans are written as numbers, derived from the registry of behaviours."""
+"""The names with which plans are written as numbers, derived from the registry of behaviors."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from stucksolver.scene.base_model import FrozenModel
 
 
 class Vocabulary(FrozenModel):
-    """Names of behaviours and of their parameters. A network keeps the one with which it was trained in its card.
+    """Names of behaviors and of their parameters. A network keeps the one with which it was trained in its card.
 
     Attributes:
-        behaviors: Names of behaviours.
+        behaviors: Names of behaviors.
         numbers: Names of parameters that are numbers or yes-or-no.
         choices: `name=value` of each value of a parameter that is a choice.
     """
@@ -24,14 +24,14 @@ class Vocabulary(FrozenModel):
 
     @property
     def width(self) -> int:
-        """How many numbers describe one behaviour."""
+        """How many numbers describe one behavior."""
         return len(self.behaviors) + 2 * len(self.numbers) + len(self.choices)
 
     def row(self, behavior: Behavior) -> list[float]:
-        """Return one behaviour as numbers: its name, each number with a 1 if it is given, and its choices.
+        """Return one behavior as numbers: its name, each number with a 1 if it is given, and its choices.
 
         Raises:
-            KeyError: The behaviour is not in the vocabulary.
+            KeyError: The behavior is not in the vocabulary.
         """
         if behavior.name not in self.behaviors:
             raise KeyError(behavior.name)

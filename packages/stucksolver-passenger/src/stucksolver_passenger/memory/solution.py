@@ -26,7 +26,7 @@ KINDS: tuple[tuple[type, GuidanceIntent], ...] = (
     (KeepLane, GuidanceIntent.GO),
     (Creep, GuidanceIntent.GO),
 )
-"""Kinds of plans, the most significant behaviour first: a vehicle that backs up to swing out overtakes.
+"""Kinds of plans, the most significant behavior first: a vehicle that backs up to swing out overtakes.
 
 Pulling over, letting someone out and calling for help are requests or last resorts and are not remembered.
 """

@@ -39,7 +39,7 @@ BEHAVIORS: dict[str, PlanPhrase] = {
     "hazard_lights": PlanPhrase("switch on the hazard lights", "switching on the hazard lights"),
     "request_assistance": PlanPhrase("stop and call the operator", "calling the operator"),
 }
-"""By the behaviour's name in the registry."""
+"""By the behavior's name in the registry."""
 
 
 def future_phrase(plan: RecoveryPlan) -> str:

@@ -53,7 +53,7 @@ class PageOptions:
         """Check the options.
 
         Raises:
-            PageError: The page cannot be served with them.
+            ServerOptionsError: The page cannot be served with them.
         """
         try:
             ipaddress.ip_address(self.listen)
@@ -75,7 +75,7 @@ class PageOptions:
         """Return a listening socket.
 
         Raises:
-            PageError: The address cannot be used.
+            ServerOptionsError: The address cannot be used.
         """
         family = socket.AF_INET6 if ":" in self.listen else socket.AF_INET
         found = socket.socket(family, socket.SOCK_STREAM)

@@ -44,8 +44,8 @@ class PassengerServer:
     """Starts the server when entered and ends it when left. The server also ends when this process does.
 
     Raises:
-        PageError: It cannot listen.
-        ServerDied: Its process ended unexpectedly.
+        ServerOptionsError: It cannot listen.
+        ServerExitedError: Its process ended unexpectedly.
     """
 
     def __init__(self, options: PageOptions | None = None, tokens: Tokens | None = None) -> None:

@@ -122,7 +122,7 @@ class RequestFilter:
         """Return the request's body.
 
         Raises:
-            Refused: The request fails a check.
+            RequestRejectedError: The request fails a check.
         """
         if place is not None:
             place.received(0)  # its head may have come together with the request before it
@@ -144,7 +144,8 @@ class RequestFilter:
         """Check who is asked, who asks, and the address.
 
         Raises:
-            Refused: The request is for another host, or from a page of another site, or its address is too long.
+            RequestRejectedError: The request is for another host, or from a page of another site, or its address is
+                too long.
         """
         if headers.get("host", "").lower() not in self._hosts:
             raise RequestRejectedError(
@@ -163,7 +164,7 @@ def _single(scope: Scope) -> dict[str, str]:
     """Return the request's headers by name.
 
     Raises:
-        Refused: A header that matters occurs twice.
+        RequestRejectedError: A header that matters occurs twice.
     """
     found: dict[str, str] = {}
     for raw_name, raw_value in scope["headers"]:
@@ -178,7 +179,7 @@ async def _body(told: str, receive: Receive, most: int) -> bytes:
     """Return the body up to the limit.
 
     Raises:
-        Refused: It is longer. The rest is not read.
+        RequestRejectedError: It is longer. The rest is not read.
     """
     if told.isdecimal() and (len(told) > LENGTH_DIGITS or int(told) > most):
         raise RequestRejectedError(413, f"At most {most} bytes are read.")

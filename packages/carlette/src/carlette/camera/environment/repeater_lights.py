@@ -19,7 +19,7 @@ from carlette.opendrive.road_network import RoadNetwork
 from carlette.opendrive.signals import LIGHT_TYPE, Signal, read_signals
 
 EYE_BACK_M, EYE_UP_M = 3.7, 1.6
-"""A front camera, seen from the stop line, when the car's nose is two metres short of it."""
+"""A front camera, seen from the stop line, when the car's nose is two meters short of it."""
 WIDEST_TAN, STEEPEST_TAN = math.tan(math.radians(38.0)), math.tan(math.radians(24.0))
 """Within a picture of 800x450 pixels and 90 degrees, off its edge."""
 LANE_M = 3.5

@@ -1,4 +1,4 @@
-"""The road's surface as meshes: lanes, kerbs and sidewalks, and the paint along lanes."""
+"""The road's surface as meshes: lanes, curbs and sidewalks, and the paint along lanes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _FLOORS: dict[str, tuple[Color, int]] = {
     "tram": (ASPHALT, tags.RAIL_TRACK),
     "rail": (ASPHALT, tags.RAIL_TRACK),
 }
-"""Lane type to colour and tag; all others are asphalt."""
+"""Lane type to color and tag; all others are asphalt."""
 _RAISED = {"sidewalk": KERB_M, "walking": KERB_M, "median": KERB_M}
 
 
@@ -64,7 +64,7 @@ class Pavement:
 
 
 def pave(roads: list[SampledRoad]) -> Pavement:
-    """Lanes, kerbs and paint of all roads."""
+    """Lanes, curbs and paint of all roads."""
     made = Pavement()
     for road in roads:
         for section in road.sections:

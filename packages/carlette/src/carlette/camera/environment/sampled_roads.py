@@ -65,7 +65,7 @@ class SampledLane:
 
 @dataclass(frozen=True)
 class SampledSection:
-    """A stretch of road with the same lanes; `lanes` from the centre outwards, left ones (positive ids) first."""
+    """A stretch of road with the same lanes; `lanes` from the center outwards, left ones (positive ids) first."""
 
     start: float
     end: float

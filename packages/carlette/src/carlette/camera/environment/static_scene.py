@@ -46,7 +46,7 @@ class Chunk:
     _faded: dict[str, tuple[float, Bytes]] = field(default_factory=dict)
 
     def colors(self, layer: str, light: Light) -> Bytes:
-        """Colours (B G R A) of a layer's corners in this light, (n, 4, 4); kept until the light changes."""
+        """Colors (B G R A) of a layer's corners in this light, (n, 4, 4); kept until the light changes."""
         kept = self._lit.get(layer)
         if kept is None or kept[0] is not light:
             mesh = self.layers[layer]
@@ -56,7 +56,7 @@ class Chunk:
         return kept[1]
 
     def faded(self, layer: str, light: Light, share: float) -> Bytes:
-        """Return the same with this share of the haze's colour; the last result is cached."""
+        """Return the same with this share of the haze's color; the last result is cached."""
         colors = self.colors(layer, light)
         kept = self._faded.get(layer)
         if kept is None or kept[0] != share:

@@ -11,7 +11,7 @@ from carlette.geometry import Box
 
 @dataclass(frozen=True)
 class Breed:
-    """Colours and proportions of a four-legged animal, in its length and height."""
+    """Colors and proportions of a four-legged animal, in its length and height."""
 
     coat: Color
     muzzle: Color

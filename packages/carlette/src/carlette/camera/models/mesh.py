@@ -1,6 +1,6 @@
-"""Meshes of flat-coloured quads, and a builder for them.
+"""Meshes of flat-colored quads, and a builder for them.
 
-Frames are CARLA's: x ahead, y right, z up, metres. A triangle is a quad whose last two corners are the same.
+Frames are CARLA's: x ahead, y right, z up, meters. A triangle is a quad whose last two corners are the same.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Mesh:
     """`n` quads: the unchanging part of an object's appearance."""
 
     corners: Singles
-    """(n, 4, 3) metres; (b - a) x (d - a) points outwards."""
+    """(n, 4, 3) meters; (b - a) x (d - a) points outwards."""
     normals: Singles
     """(n, 3), unit length."""
     colors: Bytes
@@ -34,7 +34,7 @@ class Mesh:
     tags: Bytes
     """(n,): semantic tag (`CityObjectLabel`)."""
     fade: Bytes | None = None
-    """(n, 4): alpha of each corner if it varies across a quad; None if the colour's alpha applies everywhere."""
+    """(n, 4): alpha of each corner if it varies across a quad; None if the color's alpha applies everywhere."""
 
     def __len__(self) -> int:
         return len(self.corners)
@@ -79,7 +79,7 @@ class Mesh:
 
 
 def quads(corners: ArrayLike, color: Color, tag: int = 0, *, glow: bool = False, alpha: int = 255) -> Mesh:
-    """Quads of one colour; `corners` is (n, 4, 3)."""
+    """Quads of one color; `corners` is (n, 4, 3)."""
     points: Singles = np.ascontiguousarray(corners, np.float32).reshape(-1, 4, 3)
     count = len(points)
     return Mesh(
@@ -315,12 +315,12 @@ _SQUARE = ((1, 1), (1, -1), (-1, -1), (-1, 1))
 
 
 def shade(color: Color, factor: float) -> Color:
-    """A darker or lighter colour."""
+    """A darker or lighter color."""
     return (_byte(color[0] * factor), _byte(color[1] * factor), _byte(color[2] * factor))
 
 
 def mix(first: Color, second: Color, share: float) -> Color:
-    """Between two colours; `share` is that of the second."""
+    """Between two colors; `share` is that of the second."""
     return (
         _byte(first[0] + (second[0] - first[0]) * share),
         _byte(first[1] + (second[1] - first[1]) * share),

@@ -1,4 +1,4 @@
-"""Colours and outlines that props share."""
+"""Colors and outlines that props share."""
 
 from __future__ import annotations
 

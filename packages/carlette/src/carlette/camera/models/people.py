@@ -27,7 +27,7 @@ Joints = Mapping[str, Point]
 
 @dataclass(frozen=True)
 class Clothes:
-    """Colours of one person."""
+    """Colors of one person."""
 
     skin: Color
     hair: Color

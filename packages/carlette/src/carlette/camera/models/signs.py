@@ -107,7 +107,7 @@ def _corners(count: int, radius: float, first_deg: float) -> list[tuple[float, f
 def _ring(
     builder: Builder, middle: Point, shape: Sequence[tuple[float, float]], rim: Color, inside: Color, share: float
 ) -> None:
-    """A plate of that shape with a rim; grey on its back."""
+    """A plate of that shape with a rim; gray on its back."""
     for offset, part, color in ((0.0, 1.0, rim), (0.012, share, inside)):
         points = [(middle[0] + offset, middle[1] + y * part, middle[2] + z * part) for y, z in shape]
         builder.face(points, color, FRONT)

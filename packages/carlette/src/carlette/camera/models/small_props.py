@@ -110,7 +110,7 @@ def rubble(builder: Builder, box: Box, name: str) -> None:
 
 
 def ball(builder: Builder, box: Box, name: str) -> None:
-    """A ball in two colours."""
+    """A ball in two colors."""
     del name
     r, (cx, cy, cz) = box.extent.z, box.center
     levels = ((-1.0, 0.3), (-0.5, 0.87), (0.0, 1.0), (0.5, 0.87), (1.0, 0.3))
@@ -121,7 +121,7 @@ def ball(builder: Builder, box: Box, name: str) -> None:
 
 
 def tyre(builder: Builder, box: Box, name: str) -> None:
-    """A tyre that lies flat."""
+    """A tire that lies flat."""
     del name
     low = low_of(box)
     builder.cylinder((0, 0, low), (0, 0, low + 2 * box.extent.z), box.extent.x, (28, 28, 30), sides=14)

@@ -132,7 +132,7 @@ def sign(builder: Builder, box: Box, name: str) -> None:
 
 
 def plain(builder: Builder, box: Box, name: str) -> None:
-    """A box in a colour of its own."""
+    """A box in a color of its own."""
     color = Random(name).choice(((150, 120, 90), (110, 120, 132), (134, 104, 110), (120, 134, 104), (160, 150, 130)))
     (hx, hy, hz), (cx, cy, cz) = box.extent, box.center
     low: list[Point] = [(cx + a * hx, cy + b * hy, cz - hz) for a, b in RING]

@@ -9,7 +9,7 @@ from carlette.camera.models.vehicle_body import BUMPER, FIRE_RED, GLASS, SCHOOL_
 
 
 def build_truck(builder: Builder, type_id: str, frame: BodyDimensions, wheelbase_m: float, color: Color) -> None:
-    """A cab and a load: fire engine, drinks lorry or a plain box."""
+    """A cab and a load: fire engine, drinks truck or a plain box."""
     fire, cola = "firetruck" in type_id, "carlacola" in type_id
     paint = FIRE_RED if fire else ((206, 30, 36) if cola else color)
     height, top = frame.high - frame.low, frame.high

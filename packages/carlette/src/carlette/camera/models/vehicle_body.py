@@ -31,7 +31,7 @@ class Style:
     belt: float = 0.62
     roof_half: float = 0.74
     wheel: float = 0.335
-    """Radius in metres."""
+    """Radius in meters."""
     pillars: tuple[float, ...] = (0.0, 0.47, 0.94)
 
 

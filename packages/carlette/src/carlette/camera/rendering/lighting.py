@@ -35,7 +35,7 @@ DARK_BELOW_DEG = 8.0
 
 @dataclass(frozen=True)
 class Light:
-    """The light at one moment. Colours are 0 to 255. Hashable, so that lit meshes can be cached."""
+    """The light at one moment. Colors are 0 to 255. Hashable, so that lit meshes can be cached."""
 
     sun: tuple[float, float, float]
     """Direction to the sun (or the moon), world frame."""
@@ -47,7 +47,7 @@ class Light:
     horizon: Color
     fog: Color
     fog_per_m: float
-    """0 = clear air; at a distance d the share of the fog's colour is 1 - exp(-d * fog_per_m)."""
+    """0 = clear air; at a distance d the share of the fog's color is 1 - exp(-d * fog_per_m)."""
     wet: float
     """0 dry, 1 soaked."""
     puddles: float
@@ -57,7 +57,7 @@ class Light:
     is_dark: bool
 
     def lit(self, normals: Singles, colors: Bytes, glow: NDArray[np.bool_], tags: Bytes | None = None) -> Bytes:
-        """Colours of quads as they look in this light: (n, 4) uint8."""
+        """Colors of quads as they look in this light: (n, 4) uint8."""
         facing = np.maximum(normals @ np.array(self.sun, np.float32), 0.0)
         # The sky is brighter than the ground.
         sky = 0.86 + 0.14 * normals[:, 2]

@@ -1,9 +1,9 @@
 """The inner loops of the rasteriser, compiled by numba on first use; the machine code is cached for later runs.
 
-A quad is drawn where it covers the centre of a pixel. The depth buffer holds nearness, the inverse of the distance
+A quad is drawn where it covers the center of a pixel. The depth buffer holds nearness, the inverse of the distance
 ahead: it is linear across the picture on every plane, and precise where that matters, close to the camera. An edge that
 two quads share is computed from the same two points in the same order, so that no pixel between them is missed or drawn
-twice. Colours that vary across a quad are interpolated on each of its two triangles as in Olano and Greer, "Triangle
+twice. Colors that vary across a quad are interpolated on each of its two triangles as in Olano and Greer, "Triangle
 Scan Conversion using 2D Homogeneous Coordinates" (1997), which is correct in perspective.
 """
 
@@ -49,7 +49,7 @@ def draw_quads(
     """Draws `corners` (n, 4, 3) in `shades` (n, 4) uint32, one for each corner, into `pixels` and `nearness` (h, w).
 
     `matrix` (4, 4) maps into the camera's frame (x ahead, y right, z up); `across` and `up` are half the picture's
-    width and height at a distance of one metre. Shades are mixed in by their alpha or, where it `adds`, added as light.
+    width and height at a distance of one meter. Shades are mixed in by their alpha or, where it `adds`, added as light.
     """
     height, width = pixels.shape
     lens = (0.5 * width / across, 0.5 * height / up, 0.5 * width, 0.5 * height)

@@ -1,4 +1,4 @@
-"""The software rasteriser: a colour buffer, a depth buffer, and quads that the CPU draws into them."""
+"""The software rasteriser: a color buffer, a depth buffer, and quads that the CPU draws into them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Raster:
     def begin(self, view: CameraView, scale: int = 1) -> Pixels:
         """Begins a picture with an empty depth buffer, `scale` times as large each way as the view's.
 
-        Returns the colour buffer, uint32 (height, width), first row on top, its bytes in the order of `draw`'s colours:
+        Returns the color buffer, uint32 (height, width), first row on top, its bytes in the order of `draw`'s colors:
         fill it with a background, and copy what must outlive the next `begin`.
         """
         size = view.height * scale, view.width * scale
@@ -67,7 +67,7 @@ class Raster:
         self._matrix = np.ascontiguousarray(matrix, np.float32)
 
     def blend(self, *, add: bool = False) -> None:
-        """From now on colours are mixed into the picture by their alpha, as after `begin`, or added to it as light.
+        """From now on colors are mixed into the picture by their alpha, as after `begin`, or added to it as light.
 
         Added light never gets brighter than white: d + s (1 - d).
         """
@@ -78,7 +78,7 @@ class Raster:
         self._tests_depth = wanted
 
     def depth(self) -> Singles:
-        """Distances ahead of the camera's plane in metres: (height, width), 1000 where nothing was drawn."""
+        """Distances ahead of the camera's plane in meters: (height, width), 1000 where nothing was drawn."""
         metres: Singles = np.where(self._nearness > _FARTHEST, np.reciprocal(self._nearness), np.float32(FAR_M))
         return metres
 

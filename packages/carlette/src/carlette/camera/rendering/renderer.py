@@ -1,4 +1,4 @@
-"""Draws a frame: the static scene, the actors' parts and the sky, as colours, depths, tags or ids."""
+"""Draws a frame: the static scene, the actors' parts and the sky, as colors, depths, tags or ids."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class CapturedScene:
 
 
 class Renderer:
-    """Draws pictures, one at a time. It caches its buffers and lit colours between frames."""
+    """Draws pictures, one at a time. It caches its buffers and lit colors between frames."""
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -68,7 +68,7 @@ class Renderer:
         self._colors: OrderedDict[tuple[int, int, Light], tuple[Mesh, Bytes]] = OrderedDict()
 
     def rgb(self, shot: CapturedScene, view: CameraView) -> Bytes:
-        """Colours: (height, width, 4) uint8, bytes B G R A."""
+        """Colors: (height, width, 4) uint8, bytes B G R A."""
         from carlette.camera.rendering.quad_rasterizer import halved  # numba takes half a second to load
 
         scale = 2 if view.width * view.height <= SUPERSAMPLED_PIXELS else 1
@@ -81,7 +81,7 @@ class Renderer:
         return _bytes(picture)
 
     def depth(self, shot: CapturedScene, view: CameraView) -> Singles:
-        """Distances ahead of the camera's plane in metres, (height, width); 1000 where there is only sky."""
+        """Distances ahead of the camera's plane in meters, (height, width); 1000 where there is only sky."""
         with self._lock:
             self._raster.begin(view)
             self._draw_flat(self._raster, shot, view, _tag_color)
@@ -162,7 +162,7 @@ class Renderer:
                     raster.draw(mesh.corners, _expanded_code(mesh), into)
 
     def _part_colors(self, part: RenderPart, light: Light) -> Bytes:
-        """Lit colours of a part; kept for its heading in steps of six degrees."""
+        """Lit colors of a part; kept for its heading in steps of six degrees."""
         turn = part.matrix[:3, :3]
         heading = round(math.degrees(math.atan2(turn[1, 0], turn[0, 0])) / 6.0) % 60
         steep = round(float(turn[2, 0]) * 8) * 64 + round(float(turn[2, 1]) * 8) * 1024
@@ -230,7 +230,7 @@ def _seen_chunks(static_scene: StaticScene, view: CameraView, reach_m: float = R
 
 
 def _hazed(chunk: Chunk, layer: str, distance: float, view: CameraView, light: Light) -> Bytes:
-    """Colours of a chunk seen through the air."""
+    """Colors of a chunk seen through the air."""
     colors = chunk.colors(layer, light)
     if light.fog_per_m <= CLEAR_PER_M:
         share = round((1.0 - math.exp(-max(distance - 40.0, 0.0) * light.fog_per_m)) * 32) / 32
@@ -240,7 +240,7 @@ def _hazed(chunk: Chunk, layer: str, distance: float, view: CameraView, light: L
 
 
 def _veiled(colors: Bytes, gap: Singles, light: Light) -> Bytes:
-    """Colours (n, 4, 4) of corners at the offsets `gap` (n, 4, 3) from the eye, seen through fog."""
+    """Colors (n, 4, 4) of corners at the offsets `gap` (n, 4, 3) from the eye, seen through fog."""
     away: Singles = np.sqrt(np.einsum("nij,nij->ni", gap, gap))
     share = (255.0 - 255.0 * np.exp(-away * np.float32(light.fog_per_m))).astype(np.uint16)[..., None]
     fog = np.array([light.fog[2], light.fog[1], light.fog[0], 255], np.uint16)
@@ -261,7 +261,7 @@ def _hazed_part(colors: Bytes, part: RenderPart, view: CameraView, light: Light)
 
 
 def _water(mesh: Mesh, light: Light) -> tuple[Singles, Bytes]:
-    """Puddles that are there at this wetness, in the colour of the sky they mirror."""
+    """Puddles that are there at this wetness, in the color of the sky they mirror."""
     there = mesh.colors[:, 3] <= light.puddles * 100
     red, green, blue = (int(0.55 * a + 0.35 * b) for a, b in zip(light.horizon, light.zenith, strict=True))
     colors = np.empty((int(there.sum()), 4, 4), np.uint8)

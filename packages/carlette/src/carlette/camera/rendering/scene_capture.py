@@ -64,7 +64,7 @@ def static_scene_of(roads: RoadNetwork) -> StaticScene:
 
 @lru_cache(maxsize=1)
 def the_renderer() -> Renderer:
-    """The renderer of this process, so that cameras share its buffers and lit colours."""
+    """The renderer of this process, so that cameras share its buffers and lit colors."""
     return Renderer()
 
 

@@ -42,7 +42,7 @@ DISTANCE_M = 880.0
 STEPS = 256
 _LOWEST = -0.25
 OVERCAST = 0.8
-"""Above this share of clouds they are one grey ceiling."""
+"""Above this share of clouds they are one gray ceiling."""
 
 
 def fill_sky(buffer: NDArray[np.uint32], view: CameraView, light: Light) -> None:
@@ -68,7 +68,7 @@ def _steps(rise: Singles) -> NDArray[np.int64]:
 
 @lru_cache(maxsize=32)
 def _gradient(light: Light) -> NDArray[np.uint32]:
-    """Colours by the sine of the elevation, as little-endian B G R A."""
+    """Colors by the sine of the elevation, as little-endian B G R A."""
     table = np.empty(STEPS, np.uint32)
     for step in range(STEPS):
         rise = _LOWEST + (step + 0.5) / STEPS * (1.0 - _LOWEST)

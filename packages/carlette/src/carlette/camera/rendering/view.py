@@ -30,7 +30,7 @@ class CameraView:
 
     @property
     def tangents(self) -> tuple[float, float]:
-        """Half the picture's width and height at a distance of one metre."""
+        """Half the picture's width and height at a distance of one meter."""
         across = math.tan(math.radians(self.fov_deg) / 2)
         return across, across * self.height / self.width
 

@@ -25,7 +25,7 @@ class LaneMovement:
     outgoing: StreetEnd
     lane_out: int
     at_kerb: bool
-    """True if no other movement is between it and the kerb."""
+    """True if no other movement is between it and the curb."""
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,7 @@ class PlannedStreet:
     section: CrossSection
     via: tuple[Pose2D, ...] = ()
     heights: tuple[tuple[float, float], ...] = ()
-    """(share of the length, height in metres) between the two nodes' own heights; level at each."""
+    """(share of the length, height in meters) between the two nodes' own heights; level at each."""
     crossings: tuple[StreetCrossing, ...] = ()
     blocks: tuple[RoadsidePlot, ...] = ()
 

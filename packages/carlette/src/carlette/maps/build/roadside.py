@@ -104,7 +104,7 @@ def _phases(junction: Junction) -> list[list[StreetEnd]]:
 
 
 def _beside(arm: StreetEnd, before_end_m: float, leaving: bool = False) -> dict[str, str]:
-    """A place at the right kerb of traffic that approaches the node (or leaves it), facing that traffic."""
+    """A place at the right curb of traffic that approaches the node (or leaves it), facing that traffic."""
     forward = arm.at_end is not leaving
     lanes = arm.outgoing if leaving else arm.incoming
     t = sum(lane.width_m for lane in lanes if lane.kind != "sidewalk") + _BEHIND_KERB_M
@@ -128,7 +128,7 @@ def _signal(
     element.attrib.update(zOffset="0.0", roll="0.0", pitch="0.0", dynamic="yes" if dynamic else "no")
     element.attrib.update(country="OpenDRIVE", type=kind, subtype="-1", value=number(value), text="")
     if kind == LIMIT:
-        # The German catalogue numbers speed signs 274-30 and so on; CARLA creates signs only for these subtypes.
+        # The German catalog numbers speed signs 274-30 and so on; CARLA creates signs only for these subtypes.
         element.attrib.update(subtype=f"{value:g}", unit="km/h")
     element.attrib.update(height="1.16" if dynamic else "2.5", width="0.525" if dynamic else "0.8")
     SubElement(element, "validity", fromLane=str(min(lanes)), toLane=str(max(lanes)))
@@ -143,8 +143,7 @@ def _reference(light_id: int) -> Element:
 
 
 def _crosswalk_at(arm: StreetEnd, object_id: int) -> Element:
-    """A crosswalk from kerb to kerb, just inside the junction, so that cars that stop at its edge do not stand on
-    it.
+    """A crosswalk from curb to curb, just inside the junction, so that cars that stop at its edge do not stand on it.
     """
     ahead = 1 if arm.at_end else -1
     near_m, far_m = (ahead * distance for distance in _CROSSWALK_M)

@@ -21,7 +21,7 @@ class LaneMarking:
     paint: Literal["broken", "solid", "solid solid", "curb", "none"]
     color: Literal["white", "yellow"] = "white"
     between_directions: bool = False
-    """The centre line of a two-way street: route planners must never change lanes across it, broken or not."""
+    """The center line of a two-way street: route planners must never change lanes across it, broken or not."""
 
     @property
     def change(self) -> str:

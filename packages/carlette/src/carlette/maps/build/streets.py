@@ -142,7 +142,7 @@ def mark_element(mark: LaneMarking) -> Element:
 
 
 def number(value: float) -> str:
-    """Round to 10 nanometres, since the last bits of a sine differ between machines."""
+    """Round to 10 nanometers, since the last bits of a sine differ between machines."""
     return repr(round(float(value), 8) + 0.0)
 
 

@@ -4,7 +4,7 @@ It is a ring of two lanes each way and a street of one lane each way across it:
 
         ring north
       +------------+
-     J100        J200      signalised T-junctions
+     J100        J200      signalized T-junctions
       +--street----+
       |            |
       +------------+
@@ -38,7 +38,7 @@ _NORTH_M = 190.0
 _SOUTH_M = -150.0
 _STREET = [Segment(220.0), arc(500.0, math.radians(10)), Segment(220.0)]
 _DECIMALS = 9
-"""Written precision (nanometres): the last bits of a sine differ between machines."""
+"""Written precision (nanometers): the last bits of a sine differ between machines."""
 
 
 def town_xml() -> str:

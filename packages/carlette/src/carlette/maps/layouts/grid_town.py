@@ -1,16 +1,15 @@
-"""A town of avenues and streets in a grid, 1120 m by 780 m, with every kind of junction and kerb.
+"""A town of avenues and streets in a grid, 1120 m by 780 m, with every kind of junction and curb.
 
         0      280     560     840    1120
-    780  .--------T-------L-------T--------.      T  stop or yield on the stem
-         |        |       |       =        |      L  traffic lights
-    520  T========R=======L=======S========T      R  roundabout
-         |        #       |       =        |      S  all-way stop
-    260  L--------L-------L-------L--------L      =  bicycle lanes
-         |        #       |       |        |      #  parking lanes
+    780  .--------T-------L-------T--------.      T  stop or yield on the stem |        |       |       =        |
+        L  traffic lights
+    520  T========R=======L=======S========T      R  roundabout |        #       |       =        |      S  all-way stop
+    260  L--------L-------L-------L--------L      =  bicycle lanes |        #       |       |        |      #
+        parking lanes
       0  '--------T-------L-------T--------'
 
-The outer ring and the row at 260 have two lanes each way, and so has the column at 560, where the outermost lane
-is for buses. North of the roundabout is a one-way street; School Street is the southern end of the fourth column.
+The outer ring and the row at 260 have two lanes each way, and so has the column at 560, where the outermost lane is for
+buses. North of the roundabout is a one-way street; School Street is the southern end of the fourth column.
 """
 
 from __future__ import annotations
@@ -81,7 +80,7 @@ def _control(column: int, row: int, bearing_deg: float) -> Control:
 
 
 def _ring_road() -> list[PlannedStreet]:
-    """The four sides and corners, anticlockwise from the south-west."""
+    """The four sides and corners, counterclockwise from the south-west."""
     streets = []
     sides = [
         ("South Avenue", [(1, 0), (2, 0), (3, 0)], _EAST),
@@ -153,7 +152,7 @@ def _ring_nodes() -> list[JunctionNode]:
 
 
 def _roundabout() -> list[PlannedStreet]:
-    """One street for each quarter of the ring, anticlockwise, between the nodes where the arms meet it."""
+    """One street for each quarter of the ring, counterclockwise, between the nodes where the arms meet it."""
     streets = []
     for bearing_deg in (_EAST, _NORTH, _WEST, _SOUTH):
         following = (bearing_deg + 90) % 360
@@ -163,7 +162,7 @@ def _roundabout() -> list[PlannedStreet]:
 
 
 def _on_ring(bearing_deg: float, beyond_deg: float) -> End:
-    """The end of a quarter that lies this much further round (anticlockwise) than the node of an arm."""
+    """The end of a quarter that lies this much further round (counterclockwise) than the node of an arm."""
     half = math.radians(beyond_deg / 2)
     chord_m = 2 * _RING_M * math.sin(abs(half))
     outward_deg = bearing_deg + beyond_deg + math.copysign(90, beyond_deg)

@@ -48,7 +48,7 @@ def plan() -> Plan:
 
 
 def _main_road() -> list[PlannedStreet]:
-    """Anticlockwise from A; between B and C, C and D, E and F, F and A it turns by 90 degrees."""
+    """Counterclockwise from A; between B and C, C and D, E and F, F and A it turns by 90 degrees."""
     return [
         PlannedStreet("Valley Road", End("A", _EAST), End("K", _WEST), RURAL, heights=((0.5, -2.0),)),
         PlannedStreet("Valley Road", End("K", _EAST), End("B", _WEST), RURAL),

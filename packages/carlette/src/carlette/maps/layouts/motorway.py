@@ -46,7 +46,7 @@ def plan() -> Plan:
 
 
 def _order(carriageway: str) -> tuple[str, ...]:
-    """Both sides, as traffic meets them: anticlockwise on the outer carriageway."""
+    """Both sides, as traffic meets them: counterclockwise on the outer carriageway."""
     return _SIDES if carriageway == "outer" else _SIDES[::-1]
 
 

@@ -18,7 +18,7 @@ from carlette.world.spawn import spawn
 methods = Methods()
 
 MOST_TEXT = 20_000
-"""Most characters of all of an actor's attributes together; a colour camera has 1,000."""
+"""Most characters of all of an actor's attributes together; a color camera has 1,000."""
 
 
 @methods.value("get_actor_definitions")

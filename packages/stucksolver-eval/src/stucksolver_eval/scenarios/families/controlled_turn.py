@@ -43,7 +43,7 @@ class LitTurn(PlainTurn):
         self.free_lights()
 
     def _lights(self) -> Iterator[None]:
-        """Script: show the hero one colour first, then the other."""
+        """Script: show the hero one color first, then the other."""
         own: list[Any] = list(self.own_lights)
         self.hold_lights(green=own if self.lit == "green" else [])
         yield from self.wait(FIRST_S)

@@ -34,7 +34,7 @@ def lane_of(waypoint: carla.Waypoint, kind: carla.LaneType, direction: str = "ri
             return None
         if there.lane_type == kind:
             return there
-        # On the other side of the road's centre, left and right are swapped.
+        # On the other side of the road's center, left and right are swapped.
         if direction == "left" and there.lane_id * here.lane_id < 0:
             return lane_of(there, kind, "right")
         here = there

@@ -72,7 +72,7 @@ class Obstacle(Scenario):
         return 1.0 if self.direction == "right" else -1.0
 
     def park(self, blueprint: str, distance_m: float, offset: float, **options: Any) -> ScenarioActor:
-        """Spawn a vehicle with the hand brake on. `offset` from the lane's centre is a share of half the lane width."""
+        """Spawn a vehicle with the hand brake on. `offset` from the lane's center is a share of half the lane width."""
         waypoint = self.ahead(distance_m)
         shift_m = self.sign * offset * waypoint.lane_width / 2.0
         member = self.cast.must_spawn(blueprint, beside(waypoint, shift_m), **options)
@@ -80,7 +80,7 @@ class Obstacle(Scenario):
         return member
 
     def prop(self, blueprint: str, distance_m: float, right_m: float, turn_deg: float = 0.0) -> ScenarioActor:
-        """Spawn a prop `right_m` from the lane's centre towards the obstacle's side."""
+        """Spawn a prop `right_m` from the lane's center toward the obstacle's side."""
         place = beside(self.ahead(distance_m), self.sign * right_m, turn_deg=turn_deg)
         return self.cast.must_spawn(blueprint, place, lift_m=0.0, role="scenario")
 

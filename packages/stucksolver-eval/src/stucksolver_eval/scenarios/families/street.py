@@ -25,7 +25,7 @@ def into_gear(vehicle: carla.Vehicle) -> None:
 
 
 class StreetScenario(Scenario):
-    """Base: the situation is `distance` beyond the trigger; `oncoming` cars come towards the hero, and no others."""
+    """Base: the situation is `distance` beyond the trigger; `oncoming` cars come toward the hero, and no others."""
 
     timeout_s = None
     suspends = frozenset({"wrong_lane"})

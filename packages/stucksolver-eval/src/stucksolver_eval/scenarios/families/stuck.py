@@ -65,7 +65,7 @@ class StuckScenario(Scenario):
     def put(
         self, blueprint: str, ahead_m: float = 0.0, right_m: float = 0.0, turn_deg: float = 0.0, **options: Any
     ) -> ScenarioActor:
-        """Spawn an actor `ahead_m` beyond `distance` and `right_m` from the lane's centre; vehicles are parked."""
+        """Spawn an actor `ahead_m` beyond `distance` and `right_m` from the lane's center; vehicles are parked."""
         place = beside(self.ahead(self.distance_m + ahead_m), right_m, turn_deg=turn_deg)
         lift_m = WALKER_LIFT_M if blueprint.startswith("walker.") else 0.0 if "static." in blueprint else 0.3
         member = self.cast.must_spawn(blueprint, place, lift_m=lift_m, **options)

@@ -24,7 +24,7 @@ class Flow:
         spacing_m: Range from which each distance between two vehicles is drawn.
         constant: Vehicles hold their speed, like CARLA's actor flows, until one has touched the hero; otherwise they
             brake for vehicles ahead.
-        offset_m: Offset of the path to the right of the lane's centre.
+        offset_m: Offset of the path to the right of the lane's center.
         kinds: Blueprints to draw from; ordinary cars if empty.
         most: Largest number of vehicles at a time.
     """

@@ -69,7 +69,7 @@ class DynamicObjectCrossing(Scenario):
         self._offset_m = edge_m(lane, self.direction) + blocker.half_width_m + KERB_M
         self.cast.bring(blocker, beside(lane, sign * self._offset_m), lift_m=0.0)
         ahead_m = blocker.half_length_m + BEHIND_M
-        # Facing the road, turned towards the hero by the angle.
+        # Facing the road, turned toward the hero by the angle.
         turn_deg = -sign * (90.0 + self.angle_deg)
         place = beside(lane, sign * self._offset_m, ahead_m, turn_deg=turn_deg)
         walker = self.cast.must_spawn(self.random.choice(ADULTS), place, lift_m=WALKER_LIFT_M)

@@ -23,7 +23,7 @@ CONES_M = 6.0
 
 @scenario
 class InvadingTurn(TwoWayObstacle):
-    """Oncoming cars cross the centre line because of cones on their side; the hero must keep right."""
+    """Oncoming cars cross the center line because of cones on their side; the hero must keep right."""
 
     type = "InvadingTurn"
     placed = SuitePlacement(

@@ -13,7 +13,7 @@ from stucksolver_eval.scenarios.registry import scenario
 WALKERS = ("walker.pedestrian.0001", "walker.pedestrian.0017", "walker.pedestrian.0022")
 """Three adults of the same size with different looks: in CARLA each blueprint has one look."""
 PLACES_M = ((2.5, 5.5), (4.0, -6.5), (3.2, 8.0))
-"""Distances beyond the stop line and to the right of the lane's centre; they cross to the other side."""
+"""Distances beyond the stop line and to the right of the lane's center; they cross to the other side."""
 WALK_MPS = 0.9
 PAST_M = 4.0
 SET_OFF_S = 6.0

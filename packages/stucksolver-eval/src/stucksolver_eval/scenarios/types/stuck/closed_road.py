@@ -23,7 +23,7 @@ FOR_VEHICLES = carla.LaneType.Driving | carla.LaneType.Parking | carla.LaneType.
 
 @scenario
 class ClosedRoad(StuckScenario):
-    """The road is closed from kerb to kerb: leave the route and reach the destination another way."""
+    """The road is closed from curb to curb: leave the route and reach the destination another way."""
 
     type = "ClosedRoad"
     placed: ClassVar[SuitePlacement | None] = SuitePlacement("immobilized", 3140, closed_streets, only_in="grid_town")

@@ -20,7 +20,7 @@ WALK_MPS = 1.0
 
 @scenario
 class ToyInLane(StuckScenario):
-    """A toy lies in the only lane and a child stands at the kerb; after a while it fetches the toy: wait."""
+    """A toy lies in the only lane and a child stands at the curb; after a while it fetches the toy: wait."""
 
     type = "ToyInLane"
     placed = SuitePlacement("immobilized", 3040, LaneSites(one_lane), {"distance": IntegerDraw(40, 48)})
