@@ -38,7 +38,7 @@ class ConfidenceThresholds:
     stay: float
     """Lowest probability of a reading that keeps the vehicle where it is."""
     reroute: float
-    """Lowest probability of a request for another route, which by itself begins no maneuvere."""
+    """Lowest probability of a request for another route, which by itself begins no maneuver."""
 
 
 def read_fields(logits: Numbers, doubt: ConfidenceThresholds, reader: str) -> Interpretation:

@@ -96,7 +96,7 @@ def rejection_sentence(verdict: Verdict, scene: Scene | None) -> str:
 
 
 def abort_sentence(codes: tuple[RejectCode, ...]) -> str:
-    """Return why a running maneuvere was ended; without codes a person wanted it."""
+    """Return why a running maneuver was ended; without codes a person wanted it."""
     if not codes:
         return "I have ended that."
     return f"I have ended that: {REFUSALS[codes[0]].why.format(who='somebody')}."

@@ -20,7 +20,7 @@ CLEARS_MPS = 6.0
 
 @scenario
 class RoadBlockedForAMinute(StuckScenario):
-    """A truck and a car maneuvere side by side and block the whole road; after a minute it is free: wait."""
+    """A truck and a car maneuver side by side and block the whole road; after a minute it is free: wait."""
 
     type = "RoadBlockedForAMinute"
     placed = SuitePlacement("immobilized", 3130, LaneSites(two_ways), {"distance": IntegerDraw(40, 48)})
