@@ -74,4 +74,4 @@ def test_scoring_without_moments_says_what_to_do(tmp_path, capsys):
 
 def test_exported_weights_are_checked_first(tmp_path, capsys):
     assert main(["distill", "export", "--weights", str(tmp_path), "--out", str(tmp_path / "out")], table=COMMANDS) == 2
-    assert "no student is there" in capsys.readouterr().err
+    assert "no student in folder" in capsys.readouterr().err

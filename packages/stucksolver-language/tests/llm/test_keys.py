@@ -80,7 +80,7 @@ FOREIGN = [
 def test_key_is_not_sent_to_another_server(url):
     found = credentials_for(url)
     assert found.headers == {}
-    assert "is sent no key" in found.note and KEY not in found.note
+    assert "gets no key" in found.note and KEY not in found.note
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ def test_key_is_not_sent_to_another_server(url):
     ],
 )
 def test_address_that_parsers_read_differently_is_refused(url):
-    with pytest.raises(ValueError, match="is not an address"):
+    with pytest.raises(ValueError, match="not an address"):
         origin_of(url)
 
 
@@ -146,7 +146,7 @@ def test_entry_that_cannot_be_read_is_named_by_its_number(monkeypatch, entry):
 def test_server_of_ones_own_is_asked_without_a_key_and_says_so(server):
     reasoner = make_reasoner(f"openai:reader@{server.url}")
     (note,) = preflight(reasoner, "it")
-    assert "is sent no key" in note and "--send-key" in note and server.url in note
+    assert "gets no key" in note and "--send-key" in note and server.url in note
     assert reasoner.decide(ReasonerRequest(scene(), deadline_s=20.0)).decision.plan is not None
     assert all(not {"authorization", "api-key", "openai-organization"} & headers.keys() for headers in server.headers)
 
@@ -344,6 +344,6 @@ def test_send_key_is_no_setting(tmp_path):
 
 @pytest.mark.integration
 def test_send_key_without_a_server_or_a_key_says_what_is_missing(tmp_path):
-    assert "no server is named" in stucksolver("cases", "--send-key", folder=tmp_path).stderr
+    assert "no server" in stucksolver("cases", "--send-key", folder=tmp_path).stderr
     words = ("cases", "--send-key", "--reasoner", "openai:m@http://h/v1")
-    assert "there is no key" in stucksolver(*words, folder=tmp_path, OPENAI_API_KEY="").stderr
+    assert "no key" in stucksolver(*words, folder=tmp_path, OPENAI_API_KEY="").stderr

@@ -165,7 +165,7 @@ def test_what_is_wrong_is_quoted_once_and_then_it_is_right(server, what):
 def test_an_answer_that_stays_wrong_is_a_failure_after_one_repair(server):
     sc = scene()
     server.faults.extend([spoilt(sc, SPOILED["an extra field"])] * 5)
-    with pytest.raises(ReasonerError, match="unusable answer"):
+    with pytest.raises(ReasonerError, match="invalid answer"):
         reasoner(server).decide(ReasonerRequest(sc))
     assert len(server.requests) == 2
 
@@ -186,7 +186,7 @@ def test_a_body_that_is_no_completion_is_a_failure_of_ours_not_a_crash(server, b
 
 def test_a_refusal_is_told_as_such(server):
     server.faults.append(Fault(message={"role": "assistant", "content": None, "refusal": "I cannot help with that"}))
-    with pytest.raises(PermanentReasonerError, match="refuses"):
+    with pytest.raises(PermanentReasonerError, match="declines"):
         reasoner(server).decide(ReasonerRequest(scene()))
 
 
@@ -235,7 +235,7 @@ def test_a_question_that_is_withdrawn_ends_before_the_answer(server):
     asking.cancel()
     thread.join(50.0)
     assert not thread.is_alive()
-    assert "withdrawn" in str(failures[0])
+    assert "canceled" in str(failures[0])
 
 
 # ---- what to set

@@ -88,7 +88,7 @@ def scene(x=60.0, **update):
 def test_a_preflight_finds_out_that_it_cannot_see(url):
     reasoner = make_reasoner(f"openai:smollm2@{url}")
     (note,) = reasoner.preflight()
-    assert "sends no pictures" in note and "image input is not supported" in note
+    assert "omits pictures" in note and "image input is not supported" in note
 
 
 def test_a_named_function_is_answered_in_prose_and_a_schema_is_kept_to(url):

@@ -125,8 +125,7 @@ def prop_definition(model: PropModel) -> Definition:
 
 
 def mesh_definition() -> Definition:
-    """A prop whose mesh the client names; carlette has no such meshes and shows a box with half sizes of half a meter.
-    """
+    """A prop whose mesh the client names; carlette has no such meshes and shows a box with half sizes of half a meter."""
     return Definition(
         "static.prop.mesh",
         (

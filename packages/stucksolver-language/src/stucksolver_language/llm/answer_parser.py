@@ -1,4 +1,4 @@
-"""Reads a model's answer: tolerant about text around the JSON, strict about the JSON itself."""
+"""Parses a model's answer: tolerant of text around the JSON, strict about the JSON itself."""
 
 from __future__ import annotations
 
@@ -32,15 +32,17 @@ from stucksolver_language.llm.offered_behaviors import available
 from stucksolver_language.llm.tool_schema import MOST_BEHAVIORS, MOST_CONTROLS, MOST_PARTICIPANTS, steps_of
 
 FORMAT = "llm-decide-2"
-"""Version of recorded answers; increased when an answer that was valid before can no longer be read."""
+"""Version of recorded answers. It increases when an answer that was valid before can no longer be parsed."""
 FORMAT_1 = "llm-decide-1"
-"""The version before the answers to the chain's questions were compared with its conclusion."""
+"""The version before the parser compared the answers to the chain's questions with its conclusion."""
 MOST_CHARACTERS = 40_000
+"""Longest answer that is parsed (characters). Ours: about 25 times a normal answer."""
 MOST_ERRORS = 3
+"""Maximum number of errors in the message for the model. Ours."""
 
 
 class AnswerError(ReasonerError):
-    """An answer that is not a decision about this scene. The message can be quoted to the model."""
+    """The answer is not a decision about this scene. The message can be quoted to the model."""
 
 
 class _Step(FrozenModel):
@@ -98,7 +100,7 @@ def parse_answer(text: str, scene: Scene, *, chain: bool = True) -> Decision:
 
     Args:
         text: The model's answer.
-        scene: The scene that it is about.
+        scene: The scene to which the answer belongs.
         chain: Compare the answers to the questions S2.1 to S2.5 with the conclusion.
 
     Raises:
@@ -120,10 +122,10 @@ def parse_answer(text: str, scene: Scene, *, chain: bool = True) -> Decision:
 
 
 def parse_plan(text: str, scene: Scene) -> RecoveryPlan:
-    """Parse the plan in a question to the guard.
+    """Parse the plan in a query to the guard.
 
     Raises:
-        AnswerError: The text holds no plan for this scene.
+        AnswerError: The text contains no plan for this scene.
     """
     behaviors = _read(_PlanQuestion, text).behaviors
     wrong = _wrong_behaviors(behaviors, scene)
@@ -155,7 +157,7 @@ def _worded(error: Any) -> str:
     return f"{where}: {error['msg']}" if where else str(error["msg"])
 
 
-# ---- does it fit the scene?
+# ---- comparison with the scene
 
 
 def _wrong_steps(analysis: _Analysis, scene: Scene) -> list[str]:
@@ -198,7 +200,7 @@ def _contradictions(answer: _Answer, scene: Scene) -> list[str]:
     return wrong
 
 
-# ---- to the decision's own type
+# ---- conversion to a decision
 
 
 def _decision(answer: _Answer, scene: Scene) -> Decision:
@@ -217,7 +219,7 @@ def _decision(answer: _Answer, scene: Scene) -> Decision:
 
 
 def _observation(seen: _Observation, scene: Scene) -> Observation:
-    """Return the observation with measured distances: the model is not asked for numbers that are known."""
+    """Return the observation with measured distances. The model does not estimate numbers that are measured."""
     by_id = {o.id: o for o in scene.objects}
     return Observation(
         controls=tuple(

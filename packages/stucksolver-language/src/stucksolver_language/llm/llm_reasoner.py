@@ -31,19 +31,23 @@ from stucksolver_language.llm.tool_schema import CHECK_PLAN, DECIDE, check_tool,
 from stucksolver_language.llm.usage_budget import CHARACTERS_FOR_A_TOKEN, PRICES, UsageLimits, estimate
 
 FIRST_PAUSE_S = 0.25
+"""Pause before the first retry (s). It doubles with each retry. Ours."""
 EPISODE_PAUSE_S = 60.0
+"""Time without a query after which a new budget begins (s). Ours."""
 EPISODE_PROGRESS_M = 15.0
+"""Progress after which a new budget begins (m): the distance that counts as a recovery."""
 
 
 @dataclass(frozen=True)
 class ModelSettings:
-    """How long and how often a model is asked."""
+    """Limits of one decision."""
 
     deadline_s: float = 5.0
-    """For one decision, repairs and retries included (s). A deadline in the request takes precedence."""
+    """Wall time for one decision, with repairs and retries (s). A deadline in the request takes precedence."""
     repairs: int = 1
+    """Number of invalid answers that are quoted to the model for repair. Ours."""
     checks: int = 2
-    """Number of questions to the guard before the model must decide. Only if the request has a check."""
+    """Number of queries to the guard before the model must decide. Applies only if the request has a check. Ours."""
 
 
 @dataclass
@@ -61,7 +65,7 @@ class _Talk:
     usage: Usage | None = None
     model: str | None = None
     saw: bool = True
-    """False if there was an image but it was not sent."""
+    """False if an image existed but was not sent."""
 
     def add(self, usage: Usage) -> None:
         self.usage = usage if self.usage is None else self.usage + usage
@@ -71,7 +75,10 @@ class _Talk:
 
 
 class LanguageModelReasoner:
-    """Makes a reasoner of any `ChatModel`. `decide` runs in the solver's worker thread; `cancel` comes from another."""
+    """Turns any `ChatModel` into a reasoner.
+
+    `decide` runs in the solver's worker thread, `cancel` in another thread.
+    """
 
     def __init__(
         self, model: ChatModel, *, settings: ModelSettings | None = None, purse: UsageLimits | None = None
@@ -84,15 +91,14 @@ class LanguageModelReasoner:
         self._last: tuple[float, float | None] | None = None
 
     def preflight(self) -> tuple[str, ...]:
-        """Check the model, as in `Preflighted`. It costs one short question that counts toward no budget."""
+        """Check the model with one short query that counts toward no budget, as the solver requires before a drive."""
         return preflight_model(self.model)
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
-        """Ask the model, as in `Reasoner`. Without a deadline in the request, that of the settings applies.
+        """Query the model, as in `Reasoner`. Without a deadline in the request, the one in the settings applies.
 
         Raises:
-            ReasonerError: There was no answer in time, the budget is spent, or the answer is still invalid after
-                repair.
+            ReasonerError: The answer was late, the budget is spent, or the answer is still invalid after repair.
         """
         scene = request.scene
         self._cancelled.clear()
@@ -116,7 +122,7 @@ class LanguageModelReasoner:
         return ReasonerAnswer(decision, self.name, self._trace(talk, first))
 
     def cancel(self) -> None:
-        """Cancel the query under way; callable from any thread."""
+        """Cancel the running query. Any thread may call this."""
         self._cancelled.set()
         self.model.cancel()
 
@@ -140,13 +146,13 @@ class LanguageModelReasoner:
                 self._repair(talk, reply, error)
 
     def _ask(self, talk: _Talk) -> ChatReply:
-        """Run one exchange, and retry after a pause if the failure may be temporary and the deadline allows."""
+        """Run one exchange. Retry after a pause if the failure may be temporary and the deadline allows it."""
         pause, broken = FIRST_PAUSE_S, False
         tools = self._tools(talk)
         must = DECIDE if len(tools) == 1 else None
         while True:
             if self._cancelled.is_set():
-                raise PermanentReasonerError("the question was withdrawn")
+                raise PermanentReasonerError("the query was canceled")
             try:
                 reply = self.model.chat(talk.turns, tools, must, talk.left_s())
             except TransientReasonerError as error:
@@ -156,7 +162,7 @@ class LanguageModelReasoner:
                 broken = error.trouble is TransientKind.BROKEN
                 wait = max(pause, error.after_s or 0.0)
                 if talk.left_s() <= wait:
-                    raise ReasonerError(f"{error}; the deadline of {talk.limit_s:g} s is over") from error
+                    raise ReasonerError(f"{error}; the deadline of {talk.limit_s:g} s has passed") from error
                 self._cancelled.wait(wait)
                 pause *= 2
                 continue
@@ -170,7 +176,7 @@ class LanguageModelReasoner:
             return reply
 
     def _failed(self, talk: _Talk, tools: list[Tool], error: TransientReasonerError | PermanentReasonerError) -> None:
-        """Count a question that was sent, even if its answer came too late."""
+        """Count a query that was sent, even if its answer was late."""
         paid = error.paid if isinstance(error, PermanentReasonerError) else error.trouble is TransientKind.LATE
         if paid:
             talk.add(estimate(talk.turns, tools, MOST_TOKENS))
@@ -200,19 +206,20 @@ class LanguageModelReasoner:
         try:
             said = talk.check(parse_plan(answer, talk.scene))
         except AnswerError as error:
+            # The model gets the error as the result of the check, and can correct the plan.
             said = f"not a plan: {error}"
         talk.turns += _told(reply, said)
 
     def _repair(self, talk: _Talk, reply: ChatReply, error: AnswerError) -> None:
-        """Quote the error to the model once; after that it is a failure."""
+        """Quote the error to the model once. A second invalid answer is a failure."""
         if talk.repairs_left == 0:
-            raise ReasonerError(f"{self.model.name} gave an unusable answer: {error}") from error
+            raise ReasonerError(f"{self.model.name} gave an invalid answer: {error}") from error
         talk.repairs_left -= 1
         self.purse.check()
         talk.turns += _told(reply, f"That answer cannot be used: {error}. Answer again, complete and corrected.")
 
     def _note_episode(self, scene: Scene) -> None:
-        """Begin a new episode after 60 s without a question or 15 m of progress since the last."""
+        """Start a new budget after 60 s without a query, or after 15 m of progress since the last query."""
         left, last = scene.ego.distance_to_destination_m, self._last
         self._last = (scene.time_s, left)
         if last is None:
@@ -223,7 +230,7 @@ class LanguageModelReasoner:
 
 
 def _chosen(reply: ChatReply) -> tuple[str, bool]:
-    """Return the answer's text, and whether it asks the guard.
+    """Return the text of the answer, and whether it queries the guard.
 
     A call to an unknown function is parsed like any answer and fails.
     """
@@ -235,7 +242,7 @@ def _chosen(reply: ChatReply) -> tuple[str, bool]:
 
 
 def _cut_off(reply: ChatReply) -> str:
-    """Return why an answer was cut off; if it had not begun, the model was still thinking."""
+    """Return why an answer was cut off. An answer without text was cut off while the model was still thinking."""
     count = f"{reply.usage.output_tokens} tokens" if reply.usage else "the token limit"
     if not reply.calls and not reply.text.strip():
         return f"it was cut off at {count} before it began, while the model was thinking; allow more with #tokens=N"
@@ -243,7 +250,7 @@ def _cut_off(reply: ChatReply) -> str:
 
 
 def _told(reply: ChatReply, text: str) -> list[Message]:
-    """Return the reply and our answer to it in the protocol's form, which answers each call, or else the text."""
+    """Return the reply and the response to it in the protocol's form, which answers each call, or else the text."""
     said = Message("assistant", reply.text, calls=reply.calls)
     if reply.calls:
         return [said, *(Message("tool", text, call_id=call.id) for call in reply.calls)]

@@ -1,4 +1,4 @@
-"""Selects the offered behaviors that make sense in a scene: the others would only lengthen the prompt."""
+"""Selects the offered behaviors that make sense in a scene. The others would only lengthen the prompt."""
 
 from __future__ import annotations
 
@@ -17,15 +17,16 @@ from stucksolver.scene import (
 )
 
 OFF_LANE_M = 0.5
+"""Lateral offset from which `rejoin_route` is offered (m). Ours."""
 
 
 def known(scene: Scene) -> tuple[AvailableBehavior, ...]:
-    """Return all known behaviors that the stack offers: the same in every scene of a drive."""
+    """Return all known behaviors that the stack offers. They are the same in every scene of a run."""
     return tuple(b for b in scene.behaviors if b.name in REGISTRY)
 
 
 def available(scene: Scene) -> tuple[AvailableBehavior, ...]:
-    """Return the behaviors that have something to act on here. The guard still judges each plan."""
+    """Return the behaviors that have an object or a lane to act on here. The guard still checks each plan."""
     return tuple(b for b in known(scene) if b.name not in NEEDS or NEEDS[b.name](scene))
 
 
@@ -48,7 +49,7 @@ def _parameter(name: str, schema: dict[str, Any]) -> str:
 
 
 def _bound(parts: list[dict[str, Any]], which: str) -> str | None:
-    """Return the bound, with `>` or `<` if the bound itself is excluded."""
+    """Return the bound, with `>` or `<` if the range excludes it."""
     for part in parts:
         if which in part:
             return f"{part[which]:g}"

@@ -1,7 +1,7 @@
-"""Reads the scene of a prompt back: the inverse of `scene_text`, for a model of ours behind a chat server.
+"""Parses the scene from a prompt: the inverse of `scene_text`, for a local model behind a chat server.
 
-The prompt rounds to one decimal and leaves numbers out. A scene read from it has an object's place and motion along
-the road only: its velocity and heading across the road are 0, and it is unknown when it moved last.
+The prompt rounds to one decimal and omits numbers. In a parsed scene, objects have a position and motion along the road
+only: their velocity and heading across the road are 0, and the time of their last motion is unknown.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ APPLIES = {"applies": True, "not for us": False, "applies?": None}
 
 
 class PromptError(ValueError):
-    """A text is not the scene of a prompt. The message says which line is wrong."""
+    """The text is not the scene of a prompt. The message says which line is wrong."""
 
 
 def read_prompt(text: str) -> Scene:
@@ -57,7 +57,7 @@ def read_prompt(text: str) -> Scene:
     for number, line in enumerate(text.strip().splitlines(), 1):
         part = _taken(found, part, number, line)
     if "ego" not in found:
-        raise PromptError("the text has no line that begins with `ego:`, so it is not a scene")
+        raise PromptError("not a scene: the text has no line that begins with `ego:`")
     try:
         return Scene.model_validate(found)
     except ValidationError as error:
@@ -65,7 +65,7 @@ def read_prompt(text: str) -> Scene:
 
 
 def _taken(found: dict[str, Any], part: str, number: int, line: str) -> str:
-    """Take one line as `_line` does. Raises `PromptError`."""
+    """Parse one line as `_line` does. Raises `PromptError`."""
     try:
         return _line(found, part, line)
     except (ValueError, TypeError, LookupError, StopIteration) as error:
@@ -73,7 +73,7 @@ def _taken(found: dict[str, Any], part: str, number: int, line: str) -> str:
 
 
 def _line(found: dict[str, Any], part: str, line: str) -> str:
-    """Take one line, and return the part of the text to which the next lines belong."""
+    """Parse one line, and return the section of the text that the next lines belong to."""
     says = PASSENGER.match(line)
     if line.startswith("ego: "):
         found["ego"], found["route_command"], found["speed_limit_mps"] = _ego(_matched(EGO, line))
@@ -183,7 +183,7 @@ def _object(told: dict[str, str | None], ego: dict[str, Any]) -> dict[str, Any]:
 
 
 def _marked(told: dict[str, str | None], prefix: str) -> list[str]:
-    """Return the rest of each mark of an object that begins so."""
+    """Return the rest of each mark of an object that starts with `prefix`."""
     return [mark.removeprefix(prefix) for mark in (told["marks"] or "").split() if mark.startswith(prefix)]
 
 
@@ -209,7 +209,7 @@ def _starts(group: str) -> list[dict[str, Any]]:
     place = iter(words)
     for word in place:
         if not found and word in ("at", "reaches", "dead"):
-            # A place whose id is its lane's is listed without an id.
+            # A waypoint whose id equals its lane's id is listed without an id.
             found.append({"id": lane, "lane_id": lane, "x_m": 0.0, "y_m": 0.0, "distance_m": 0.0})
         if word == "at":
             found[-1]["distance_m"] = found[-1]["x_m"] = float(next(place))

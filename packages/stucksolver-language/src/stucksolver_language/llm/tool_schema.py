@@ -1,10 +1,9 @@
 """The functions that a model may call, derived from the decision's types, the offered behaviors and the scene's ids.
 
-They cannot express an unavailable behavior, an unknown object or an unknown waypoint. They stay within the subset of
-JSON Schema for strict structured output (every field required, no others, no defaults), except for `maxLength`, which
-is removed for servers that refuse it. What differs between scenes is in the definitions at the end, so that prompt
-caches match the part before. Lists and texts are bounded, since a small model may repeat one item until its tokens are
-used up.
+They cannot express an unavailable behavior, an unknown object or an unknown waypoint. They use the subset of JSON
+Schema for strict structured output (every field required, no others, no defaults), except for `maxLength`, which is
+removed for servers that reject it. Definitions that differ between scenes come last, so that prompt caches match the
+part before. Lists and texts are bounded, since a small model may repeat one item until its tokens are used up.
 """
 
 from __future__ import annotations
@@ -20,8 +19,11 @@ from stucksolver_language.llm.offered_behaviors import available, known
 DECIDE = "decide"
 CHECK_PLAN = "check_plan"
 MOST_BEHAVIORS = 6
+"""Maximum number of behaviors in a plan. Ours."""
 MOST_CONTROLS = 6
+"""Maximum number of traffic controls in an observation. Ours."""
 MOST_PARTICIPANTS = 8
+"""Maximum number of participants in an observation. Ours."""
 MOST_TEXT = 240
 """Longest text (characters): one or two sentences."""
 
@@ -38,7 +40,7 @@ def decide_tool(scene: Scene) -> Tool:
 
 
 def check_tool(scene: Scene) -> Tool:
-    """Return the function that asks the guard about a plan before the model commits to it."""
+    """Return the function that queries the guard about a plan before the model commits to it."""
     parameters = _object({"behaviors": _plan()})
     parameters["$defs"] = _definitions(scene)
     return Tool(CHECK_PLAN, "Ask whether the safety guard would accept these behaviors now.", parameters)

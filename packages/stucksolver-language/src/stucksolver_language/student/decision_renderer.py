@@ -1,4 +1,4 @@
-"""Makes a decision, with its prose, of a chain of codes: the measured numbers come from the scene."""
+"""Renders a chain of codes as a decision with prose. The measured numbers come from the scene."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stucksolver.scene.wording import whereabouts
 from stucksolver_language.student.chain_codec import ChainError, ReasoningChain
 
 HELD_BY = frozenset(WaitReason) - {WaitReason.AT_DESTINATION, WaitReason.UNKNOWN_STOPPED, WaitReason.NO_SAFE_WAY}
-"""Reasons that S2.4 asks for."""
+"""Reasons to wait that belong to question S2.4."""
 
 
 def render(chain: ReasoningChain, scene: Scene) -> Decision:

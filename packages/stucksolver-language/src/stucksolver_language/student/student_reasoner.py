@@ -1,4 +1,4 @@
-"""The student as a reasoner: it waits where the wait will end by itself, and else proposes the most promising plan."""
+"""The student as a reasoner. It waits if the wait will end without a plan, and otherwise proposes the best plan."""
 
 from __future__ import annotations
 
@@ -39,26 +39,27 @@ from stucksolver_language.student.network import DATA, StudentNetwork
 from stucksolver_language.student.scene_codec import write_scene
 
 DUTIES = frozenset({WaitReason.LIGHT, WaitReason.STOP_SIGN, WaitReason.PEOPLE, WaitReason.YIELD})
-"""Where the rules of the road make the vehicle wait, it waits, however likely the wait is to end."""
+"""Reasons that oblige the vehicle to wait by the rules of the road, no matter when the wait will end."""
 
 IN_LANE = frozenset({"back_up", "creep", "follow_vehicle", "keep_lane"})
-"""Behaviors that keep to the lane: plans of only these do not get past what stands in it."""
+"""Behaviors that keep to the lane. A plan of only these cannot pass an object that blocks the lane."""
 
 
 @dataclass(frozen=True)
 class SelectionPolicy:
-    """How the student chooses. Set by hand; docs/distilled.md says what follows from it.
+    """Rules by which the student chooses. Set manually; docs/distilled.md describes the consequences.
 
     Attributes:
-        soon: A wait that ends within 10 s with at least this probability is waited for.
-        longest_s: After so long a stop it waits no longer, whatever it expects (s): an expectation that is always wrong
-            must not hold the vehicle for ever.
-        margin: A plan is preferred to the rules' plan if it is worth this much more (10 m of progress). With the
-            default the rules' plan comes first: on held-out data the others were worth less where it was accepted.
-        unlikely: A plan that the guard accepts with a smaller probability is not asked about.
-        tried: Number of plans about which the guard is asked.
-        instead: Where the rules ask a person for help, a plan that the guard accepts is proposed instead if it is worth
-            at least this (10 m): less would only move the place at which help is needed.
+        soon: Lowest probability that a wait ends within 10 s, for which the student waits.
+        longest_s: Longest stop for which it waits (s). The limit holds for any prediction: one that is always wrong
+            must not hold the vehicle indefinitely.
+        margin: Lowest advantage in value over the rules' plan from which another plan is preferred (10 m of
+            progress). With the default the rules' plan comes first: on held-out data the others were worth less where
+            it was accepted.
+        unlikely: Lowest probability that the guard accepts a plan, for which the guard is queried.
+        tried: Maximum number of plans about which the guard is queried.
+        instead: Lowest value of an accepted plan that is proposed where the rules request assistance (10 m). A smaller
+            one would only move the position at which help is needed.
     """
 
     soon: float = 0.5
@@ -70,11 +71,11 @@ class SelectionPolicy:
 
 
 class DistilledReasoner:
-    """Reasons with a small network of our own, in milliseconds, on one core of a CPU.
+    """Reasons with a small network, in milliseconds, on one core of a CPU.
 
     Args:
         folder: Folder of the weights and their card.
-        choice: How it chooses.
+        choice: Rules by which it chooses.
 
     Raises:
         StudentWeightsError: The weights cannot be used here.
@@ -90,7 +91,7 @@ class DistilledReasoner:
         """Return the decision for a scene. The same scene and the same verdicts of the guard give the same answer.
 
         Raises:
-            ReasonerError: The scene cannot be written as text: it has numbers that are none.
+            ReasonerError: The scene cannot be written as text, because it has values that are not numbers.
         """
         began = time.perf_counter()
         try:
@@ -138,7 +139,7 @@ class DistilledReasoner:
         )
 
     def _wait(self, scene: Scene, numbers: StudentOutput, soon: float, said: WaitReason | None) -> WaitReason | None:
-        """Return why waiting is right, or None if it is not. `said` is what the rules say."""
+        """Return why waiting is right, or None if it is not. `said` is the reason that the rules give."""
         if scene.ego.at_destination:
             return WaitReason.AT_DESTINATION
         choice = self._choice
@@ -177,8 +178,9 @@ class DistilledReasoner:
     def _ranked(
         self, scene: Scene, plans: tuple[RecoveryPlan, ...], numbers: StudentOutput, own: RecoveryPlan | None
     ) -> list[RecoveryPlan]:
-        """Return the plans worth asking about, best first. What was tried in this episode comes last, unless the rules
-        propose it again.
+        """Return the plans for the guard, best first.
+
+        Plans that failed before in this intervention come last, unless the rules propose them again.
         """
         accepted = 1.0 / (1.0 + np.exp(-numbers.accepted.astype(np.float64)))
         shares = np.exp(numbers.prior.astype(np.float64) - float(numbers.prior.max()))
@@ -191,7 +193,7 @@ class DistilledReasoner:
             stays = blocked and IN_LANE.issuperset(b.name for b in plan.behaviors)
             if (accepted[number] < self._choice.unlikely or stays) and not ours:
                 continue
-            # A passenger's words choose the plan; without words what it is worth does.
+            # With guidance, the match with the utterance ranks the plans; without guidance, their value does.
             worth = fits[number] if scene.guidance is not None else float(numbers.value[number])
             score = accepted[number] * worth + (self._choice.margin if ours else 0.0)
             again = not ours and tuple(b.name for b in plan.behaviors) in tried
@@ -200,8 +202,10 @@ class DistilledReasoner:
 
 
 def held_by_law(scene: Scene) -> bool:
-    """True if the rules of the road keep the vehicle where it is, however long it has stood: a light, a closed gate, or
-    someone who goes first. The rules' reasoner asks for help there once the wait is too long.
+    """True if the rules of the road hold the vehicle, however long it has been stopped.
+
+    The reasons are a light, a closed gate, or a road user with right of way. There the rule-based reasoner requests
+    assistance when the wait is too long.
     """
     lead = blocker(scene)
     gated = lead is not None and lead.kind is ObjectKind.CROSSING_GATE
@@ -209,14 +213,14 @@ def held_by_law(scene: Scene) -> bool:
 
 
 def _wanted(scene: Scene) -> bool:
-    """True if something may be done: the passenger asks for it, or the vehicle does not get on."""
+    """True if a plan is permitted: the passenger requests it, or the vehicle makes no progress."""
     if scene.guidance is not None:
         return _asked(scene) in REQUESTS
     return (scene.ego.speed_mps < MOVING_MPS or loops(scene)) and not scene.ego.at_destination
 
 
 def _unheld(scene: Scene, said: Decision) -> bool:
-    """True if the rules find nothing that holds the vehicle, nor anything to do, so there is nothing to get past."""
+    """True if the rules find neither a reason to wait nor a plan, so there is nothing to pass."""
     nothing = said.plan is None and said.analysis.wait is None
     return nothing and scene.guidance is None and not loops(scene)
 
@@ -227,7 +231,7 @@ def _asked(scene: Scene) -> GuidanceIntent:
 
 
 def _cause(scene: Scene, numbers: StudentOutput, said: CauseCode | None) -> CauseCode:
-    """Return the cause: that of the rules if they know one, else the network's."""
+    """Return the cause: that of the rules if they find one, else the network's."""
     if loops(scene):
         return CauseCode.LOOP
     if said not in (None, CauseCode.UNKNOWN):
@@ -243,7 +247,7 @@ def _participants(encoded: EncodedScene, numbers: StudentOutput) -> tuple[tuple[
 
 
 def _parse(text: str, scene: Scene) -> Decision:
-    """Return a recorded answer again as a decision."""
+    """Return a recorded answer as a decision."""
     try:
         return render(read_chain(text), scene)
     except ChainError as error:

@@ -143,8 +143,7 @@ def _reference(light_id: int) -> Element:
 
 
 def _crosswalk_at(arm: StreetEnd, object_id: int) -> Element:
-    """A crosswalk from curb to curb, just inside the junction, so that cars that stop at its edge do not stand on it.
-    """
+    """A crosswalk from curb to curb, just inside the junction, so that cars that stop at its edge do not stand on it."""
     ahead = 1 if arm.at_end else -1
     near_m, far_m = (ahead * distance for distance in _CROSSWALK_M)
     return _crosswalk(arm, arm.station(0.0), (near_m, far_m), object_id)
