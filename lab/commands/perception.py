@@ -134,7 +134,7 @@ def _collect(options: argparse.Namespace) -> int:
 
 def _eval(options: argparse.Namespace) -> int:
     from lab.perception.evaluation.scoring.evaluate import evaluate_perception
-    from lab.perception.evaluation.scoring.part import ScoringInput
+    from lab.perception.evaluation.scoring.scoring_part import ScoringInput
     from stucksolver.atomic_files import OutputError
     from stucksolver_perception.recording import RecordingError
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lab.perception.evaluation.metrics.confusion import ConfusionMatrix, confusion
-from lab.perception.evaluation.scoring.part import (
+from lab.perception.evaluation.scoring.scoring_part import (
     MissingGroundTruthError,
     ScoringInput,
     ScoringResult,

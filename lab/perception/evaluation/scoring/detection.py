@@ -9,7 +9,7 @@ import numpy as np
 from lab.perception.evaluation.metrics.detection import DetectionScores, LabelScores, detection_scores, mean_of
 from lab.perception.evaluation.metrics.matching import TruthObjects
 from lab.perception.evaluation.metrics.pedestrian_recall import MARGIN_M, NEAR_M, PedestrianRecall, coverage
-from lab.perception.evaluation.scoring.part import (
+from lab.perception.evaluation.scoring.scoring_part import (
     ScoringInput,
     ScoringResult,
     StageTimer,

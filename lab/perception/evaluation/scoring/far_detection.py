@@ -8,7 +8,7 @@ import numpy as np
 
 from lab.perception.evaluation.metrics.range_recall import RangeBin, recall_by_range
 from lab.perception.evaluation.metrics.rectangles import matched, overlaps
-from lab.perception.evaluation.scoring.part import (
+from lab.perception.evaluation.scoring.scoring_part import (
     MissingGroundTruthError,
     ScoringInput,
     ScoringResult,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from lab.perception.evaluation.metrics.pose_errors import PoseErrors, pose_errors, rms
-from lab.perception.evaluation.scoring.part import (
+from lab.perception.evaluation.scoring.scoring_part import (
     MissingGroundTruthError,
     ScoringInput,
     ScoringResult,

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from lab.perception.evaluation.metrics.detector_noise import LabelNoise, detector_noise
 from lab.perception.evaluation.metrics.matching import TruthObjects
-from lab.perception.evaluation.scoring.part import (
+from lab.perception.evaluation.scoring.scoring_part import (
     MissingGroundTruthError,
     ScoringInput,
     ScoringResult,

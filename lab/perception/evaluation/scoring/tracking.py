@@ -11,7 +11,7 @@ import numpy as np
 from lab.perception.evaluation.metrics.amota import amota, best_threshold
 from lab.perception.evaluation.metrics.clear_mot import MotCounts, TrackedFrame, assign, clear_mot
 from lab.perception.evaluation.metrics.matching import ANY_LABEL, TruthObjects
-from lab.perception.evaluation.scoring.part import (
+from lab.perception.evaluation.scoring.scoring_part import (
     MissingGroundTruthError,
     ScoringInput,
     ScoringResult,
