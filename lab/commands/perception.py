@@ -1,4 +1,4 @@
-"""`stucksolver perception`: records drives, trains perception on them, and scores it."""
+"""`python -m lab perception`: records drives, trains perception on them, and scores it."""
 
 from __future__ import annotations
 

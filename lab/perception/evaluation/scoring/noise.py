@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from lab.perception.evaluation.metrics.detector_noise import LabelNoise, detector_noise
 from lab.perception.evaluation.metrics.matching import TruthObjects
+from lab.perception.evaluation.scoring.samples import is_continuous, looks_of, reals_of, true_pose
 from lab.perception.evaluation.scoring.scoring_part import (
     MissingGroundTruthError,
     ScoringInput,
@@ -15,7 +16,6 @@ from lab.perception.evaluation.scoring.scoring_part import (
     plain,
     table,
 )
-from lab.perception.evaluation.scoring.samples import is_continuous, looks_of, reals_of, true_pose
 from stucksolver_perception.measurements import Detections
 from stucksolver_perception.recording import Recording
 
