@@ -248,7 +248,7 @@ def main() -> None:
     """Reads signs, or the pictures of drives."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--weather", choices=sorted(WEATHERS), default="clear")
-    parser.add_argument("--drives", type=Path, help="folder of recordings (`stucksolver perception collect`)")
+    parser.add_argument("--drives", type=Path, help="folder of recordings (`python -m lab perception collect`)")
     parser.add_argument("--every", type=int, default=5, help="of each drive's pictures, every so many")
     parser.add_argument("--save", type=Path, help="folder for the crops in which a word was found")
     given = parser.parse_args()

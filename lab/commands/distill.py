@@ -1,4 +1,4 @@
-"""`stucksolver distill`: collects what the student learns from, trains it, scores it, and exports it."""
+"""`python -m lab distill`: collects what the student learns from, trains it, scores it, and exports it."""
 
 from __future__ import annotations
 

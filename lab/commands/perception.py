@@ -1,4 +1,4 @@
-"""`stucksolver perception`: records drives, trains perception on them, and scores it."""
+"""`python -m lab perception`: records drives, trains perception on them, and scores it."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def _collect(options: argparse.Namespace) -> int:
 
 def _eval(options: argparse.Namespace) -> int:
     from lab.perception.evaluation.scoring.evaluate import evaluate_perception
-    from lab.perception.evaluation.scoring.part import ScoringInput
+    from lab.perception.evaluation.scoring.scoring_part import ScoringInput
     from stucksolver.atomic_files import OutputError
     from stucksolver_perception.recording import RecordingError
 

@@ -9,7 +9,7 @@ searches/NAME.json       the plans that the guard accepts there, best first, and
 drives/NAME/NUMBER/      one exact drive each
 labels.jsonl             one line for each exact drive
 best.json                the best plans, for `--recovery teacher:DIR`
-moments/                 the same as examples for the student, for `stucksolver distill train --data DIR`
+moments/                 the same as examples for the student, for `python -m lab distill train --data DIR`
 report.html              how much better than the rules the best plans are
 
 Completed steps are skipped, so the same command continues a campaign that was interrupted. What has been begun is

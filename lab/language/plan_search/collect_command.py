@@ -1,4 +1,4 @@
-"""`python -m lab.language.plan_search.collect_command`: the same as `stucksolver distill collect`."""
+"""`python -m lab.language.plan_search.collect_command`: the same as `python -m lab distill collect`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `stucksolver distill train`, `eval` and `export` do."""
+"""What `python -m lab distill train`, `eval` and `export` do."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class StudentJob:
     """Options of a training.
 
     Attributes:
-        data: Folders that `stucksolver distill collect --waits` filled.
+        data: Folders that `python -m lab distill collect --waits` filled.
         out: Folder for the weights, their card and the scores.
         apart: Maps, and routes as `SUITE/ID`, that are held out as a whole.
         minutes, steps, seed: As in `lab.language.student.train.Settings`.
@@ -109,7 +109,7 @@ def _groups(data: Sequence[Path], apart: Sequence[str], seed: int) -> dict[str, 
     for example in examples(files_in(data), vocabulary(), apart, seed):
         found.setdefault(example.group, []).append(example)
     if not found:
-        raise ValueError("there are no moments in these folders: run `stucksolver distill collect --waits` first")
+        raise ValueError("there are no moments in these folders: run `python -m lab distill collect --waits` first")
     return found
 
 

@@ -106,7 +106,7 @@ def _number(text: str) -> int:
 
 
 def files_in(folders: Iterable[Path]) -> list[Path]:
-    """Return the files of moments in folders that `stucksolver distill collect --waits` filled, in order."""
+    """Return the files of moments in folders that `python -m lab distill collect --waits` filled, in order."""
     return sorted(path for folder in folders for path in folder.rglob("*.jsonl.gz"))
 
 

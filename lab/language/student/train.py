@@ -1,4 +1,4 @@
-"""Trains the student: `stucksolver distill train --data DIR --out OUT`. Needs torch; a CPU is enough."""
+"""Trains the student: `python -m lab distill train --data DIR --out OUT`. Needs torch; a CPU is enough."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ def export_networks(run: Path, check: Sequence[Path], to: Path | None, only: Seq
             _copy([run / name / file for file in network.files], target)
         found.append(target)
     if not found:
-        raise TrainingError(f"{run} contains no trained network; train some with `stucksolver perception train`")
+        raise TrainingError(f"{run} contains no trained network; train some with `python -m lab perception train`")
     return found
 
 

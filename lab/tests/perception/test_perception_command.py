@@ -1,4 +1,4 @@
-"""`stucksolver perception` refuses what cannot be done, before anything is done."""
+"""`python -m lab perception` refuses what cannot be done, before anything is done."""
 
 from __future__ import annotations
 

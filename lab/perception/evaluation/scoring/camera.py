@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from lab.perception.evaluation.metrics.confusion import ConfusionMatrix, confusion
-from lab.perception.evaluation.scoring.part import (
+from lab.perception.evaluation.scoring.samples import body_boxes, in_body, mask_id, visible_rectangles
+from lab.perception.evaluation.scoring.scoring_part import (
     MissingGroundTruthError,
     ScoringInput,
     ScoringResult,
@@ -17,7 +18,6 @@ from lab.perception.evaluation.scoring.part import (
     plain,
     table,
 )
-from lab.perception.evaluation.scoring.samples import body_boxes, in_body, mask_id, visible_rectangles
 from stucksolver.scene.objects import Gesture
 from stucksolver.scene.surroundings import LightState
 from stucksolver_perception.camera.crops import windows_of

@@ -9,7 +9,8 @@ import numpy as np
 from lab.perception.evaluation.metrics.detection import DetectionScores, LabelScores, detection_scores, mean_of
 from lab.perception.evaluation.metrics.matching import TruthObjects
 from lab.perception.evaluation.metrics.pedestrian_recall import MARGIN_M, NEAR_M, PedestrianRecall, coverage
-from lab.perception.evaluation.scoring.part import (
+from lab.perception.evaluation.scoring.samples import TURN_S, reals_of, true_pose
+from lab.perception.evaluation.scoring.scoring_part import (
     ScoringInput,
     ScoringResult,
     StageTimer,
@@ -18,7 +19,6 @@ from lab.perception.evaluation.scoring.part import (
     plain,
     table,
 )
-from lab.perception.evaluation.scoring.samples import TURN_S, reals_of, true_pose
 from stucksolver_perception.measurements import Detections
 
 NOTHING = np.zeros((0, 8))

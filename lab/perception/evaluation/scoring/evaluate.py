@@ -17,7 +17,7 @@ from lab.perception.evaluation.scoring.detection import score_lidar
 from lab.perception.evaluation.scoring.far_detection import score_far
 from lab.perception.evaluation.scoring.localization import score_localisation
 from lab.perception.evaluation.scoring.noise import score_noise
-from lab.perception.evaluation.scoring.part import (
+from lab.perception.evaluation.scoring.scoring_part import (
     MissingGroundTruthError,
     ScoringInput,
     ScoringResult,

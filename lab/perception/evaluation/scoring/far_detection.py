@@ -8,7 +8,8 @@ import numpy as np
 
 from lab.perception.evaluation.metrics.range_recall import RangeBin, recall_by_range
 from lab.perception.evaluation.metrics.rectangles import matched, overlaps
-from lab.perception.evaluation.scoring.part import (
+from lab.perception.evaluation.scoring.samples import body_boxes, mask_id, visible_rectangles
+from lab.perception.evaluation.scoring.scoring_part import (
     MissingGroundTruthError,
     ScoringInput,
     ScoringResult,
@@ -17,7 +18,6 @@ from lab.perception.evaluation.scoring.part import (
     plain,
     table,
 )
-from lab.perception.evaluation.scoring.samples import body_boxes, mask_id, visible_rectangles
 from stucksolver.scene.objects import MOTOR_VEHICLES
 from stucksolver_perception.measurements import CameraFrame, Floats
 from stucksolver_perception.recording import KINDS, Recorded

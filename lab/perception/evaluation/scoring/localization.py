@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from lab.perception.evaluation.metrics.pose_errors import PoseErrors, pose_errors, rms
-from lab.perception.evaluation.scoring.part import (
+from lab.perception.evaluation.scoring.samples import is_continuous
+from lab.perception.evaluation.scoring.scoring_part import (
     MissingGroundTruthError,
     ScoringInput,
     ScoringResult,
@@ -17,7 +18,6 @@ from lab.perception.evaluation.scoring.part import (
     plain,
     table,
 )
-from lab.perception.evaluation.scoring.samples import is_continuous
 from stucksolver_perception.measurements import GnssFix, ImuSample, WheelSpeed
 from stucksolver_perception.recording import Recorded, Recording
 

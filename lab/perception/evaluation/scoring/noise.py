@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 from lab.perception.evaluation.metrics.detector_noise import LabelNoise, detector_noise
 from lab.perception.evaluation.metrics.matching import TruthObjects
-from lab.perception.evaluation.scoring.part import (
+from lab.perception.evaluation.scoring.samples import is_continuous, looks_of, reals_of, true_pose
+from lab.perception.evaluation.scoring.scoring_part import (
     MissingGroundTruthError,
     ScoringInput,
     ScoringResult,
@@ -15,7 +16,6 @@ from lab.perception.evaluation.scoring.part import (
     plain,
     table,
 )
-from lab.perception.evaluation.scoring.samples import is_continuous, looks_of, reals_of, true_pose
 from stucksolver_perception.measurements import Detections
 from stucksolver_perception.recording import Recording
 

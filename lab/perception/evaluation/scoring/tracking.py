@@ -11,7 +11,8 @@ import numpy as np
 from lab.perception.evaluation.metrics.amota import amota, best_threshold
 from lab.perception.evaluation.metrics.clear_mot import MotCounts, TrackedFrame, assign, clear_mot
 from lab.perception.evaluation.metrics.matching import ANY_LABEL, TruthObjects
-from lab.perception.evaluation.scoring.part import (
+from lab.perception.evaluation.scoring.samples import TURN_S, is_continuous, looks_of, reals_of, true_pose
+from lab.perception.evaluation.scoring.scoring_part import (
     MissingGroundTruthError,
     ScoringInput,
     ScoringResult,
@@ -20,7 +21,6 @@ from lab.perception.evaluation.scoring.part import (
     plain,
     table,
 )
-from lab.perception.evaluation.scoring.samples import TURN_S, is_continuous, looks_of, reals_of, true_pose
 from stucksolver_perception.lidar_labels import LABELS
 from stucksolver_perception.recording import Recorded, Recording
 

@@ -75,7 +75,7 @@ class Driver:
 @pytest.fixture
 def made(tmp_path, monkeypatch):
     facts = SimpleNamespace(opening=lambda *_: {}, tick=lambda: {"time": 1.0}, give=None)
-    monkeypatch.setattr(recovery_client, "Facts", lambda *_: facts)
+    monkeypatch.setattr(recovery_client, "WorldData", lambda *_: facts)
     started = []
 
     def make(clock, answers, end, **options):
@@ -255,7 +255,7 @@ class Says:
 @pytest.fixture
 def told_by(monkeypatch):
     facts = SimpleNamespace(opening=lambda *_: {}, tick=lambda: {"time": 1.0}, give=None)
-    monkeypatch.setattr(recovery_client, "Facts", lambda *_: facts)
+    monkeypatch.setattr(recovery_client, "WorldData", lambda *_: facts)
     monkeypatch.setattr(recovery_client, "SolverProcess", Says)
 
     def make(*answers):

@@ -346,7 +346,7 @@ def test_the_student_can_be_named_wherever_the_rules_can():
 
 def test_missing_weights_are_named_with_the_remedy(tmp_path):
     with pytest.raises(
-        ReasonerNameError, match=r"no student in folder: .*; train it again with `stucksolver distill train`"
+        ReasonerNameError, match=r"no student in folder: .*; train it again with `python -m lab distill train`"
     ):
         make_reasoner(f"distilled:{tmp_path}")
 
@@ -364,7 +364,7 @@ def test_weights_of_another_version_are_named_with_the_remedy(tmp_path, change, 
         shutil.copy(DATA / name, tmp_path)
     card = json.loads((tmp_path / CARD).read_text())
     (tmp_path / CARD).write_text(json.dumps({**card, **change}))
-    with pytest.raises(ReasonerNameError, match=rf"{told}.*stucksolver distill train"):
+    with pytest.raises(ReasonerNameError, match=rf"{told}.*python -m lab distill train"):
         make_reasoner(f"distilled:{tmp_path}")
 
 

@@ -189,7 +189,9 @@ def recordings(folder: Path) -> list[Recording]:
         return [Recording(folder)]
     found = [Recording(file.parent) for file in sorted(folder.glob("**/drive.json"))]
     if not found:
-        raise RecordingError(f"{folder}: there are no recordings here; make some with `stucksolver perception collect`")
+        raise RecordingError(
+            f"{folder}: there are no recordings here; make some with `python -m lab perception collect`"
+        )
     return found
 
 

@@ -25,6 +25,9 @@ from stucksolver_language.llm.chat import (
     Usage,
 )
 
+TRANSIENT, PERMANENT = "TryAgain", "GiveUp"
+"""How stored exchanges name the two kinds of error."""
+
 FILE = "exchanges.jsonl"
 IMAGES = "images"
 
@@ -58,13 +61,11 @@ class RecordingChat:
         try:
             reply = self.inner.chat(messages, tools, must_call, limit_s)
         except TransientReasonerError as error:
-            told = {"error": "TransientReasonerError", "text": str(error), "trouble": error.trouble.value}
+            told = {"error": TRANSIENT, "text": str(error), "trouble": error.trouble.value}
             self._keep(messages, tools, must_call, told)
             raise
         except PermanentReasonerError as error:
-            self._keep(
-                messages, tools, must_call, {"error": "PermanentReasonerError", "text": str(error), "paid": error.paid}
-            )
+            self._keep(messages, tools, must_call, {"error": PERMANENT, "text": str(error), "paid": error.paid})
             raise
         self._keep(messages, tools, must_call, {"reply": dataclasses.asdict(reply)})
         return reply
@@ -118,7 +119,7 @@ class RecordedChat:
             raise PermanentReasonerError("this query is not among the recorded ones; record it again with --exchanges")
         # The last answer to a query stays, because a resumed run repeats that query.
         line = lines.popleft() if len(lines) > 1 else lines[0]
-        if line.get("error") == "TransientReasonerError":
+        if line.get("error") == TRANSIENT:
             raise TransientReasonerError(line["text"], TransientKind(line.get("trouble", TransientKind.BUSY.value)))
         if "error" in line:
             raise PermanentReasonerError(line["text"], paid=line.get("paid", False))

@@ -26,7 +26,7 @@ from stucksolver_language.student.vocabulary import Vocabulary
 
 DATA = Path(__file__).with_name("data")
 WEIGHTS, CARD = "student.onnx", "student.json"
-REMEDY = "train it again with `stucksolver distill train`, or install stucksolver again"
+REMEDY = "train it again with `python -m lab distill train`, or install stucksolver again"
 
 
 class StudentWeightsError(ValueError):

@@ -14,7 +14,7 @@ ALONG_M = np.array([0.15, 0.20, 0.10, 0.12, 0.20, 0.06, 0.10, 0.10])
 
 It is how much the error changes within a second. A constant error displaces an object and its past alike, and does not
 look like motion. From look to look the error changes a third to a half as much. All numbers in this file, and those of
-`existence.py`, are those that `stucksolver perception eval --only noise` prints, rounded up, for drives in Town02 and
+`existence.py`, are those that `python -m lab perception eval --only noise` prints, rounded up, for drives in Town02 and
 Town10HD, where the detector was not trained, and for three routes of held-out scenario types.
 """
 ACROSS_M = np.array([0.10, 0.12, 0.08, 0.12, 0.10, 0.06, 0.10, 0.08])

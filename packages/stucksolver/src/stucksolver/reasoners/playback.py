@@ -86,7 +86,7 @@ def _played(decision: Decision, plan: RecoveryPlan) -> Decision:
 
 
 def read_book(folder: Path) -> PlanTable:
-    """Read the book of a folder that `stucksolver distill collect` filled.
+    """Read the book of a folder that `python -m lab distill collect` filled.
 
     Raises:
         ReasonerNameError: There is none, or it cannot be read.
@@ -96,7 +96,7 @@ def read_book(folder: Path) -> PlanTable:
         return PlanTable.model_validate_json(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ReasonerNameError(
-            f"no plans in {folder}: {error}; `stucksolver distill collect` writes {BOOK}"
+            f"no plans in {folder}: {error}; `python -m lab distill collect` writes {BOOK}"
         ) from error
     except ValidationError as error:
         raise ReasonerNameError(f"{path} is not a book of plans: {error.errors()[0]['msg']}") from error

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -126,7 +126,7 @@ class _Again:
         guard = Guard(policy_of(data["policy"], self._path))
         self._setup = SolverSetup(guard, ladder, names, data["ask_back"], observe_only)
         state = state_of(data["state"], ladder, frozenset(names), observe_only=observe_only)
-        self._state = state.evolve(scene=self._scene(data["state"]["scene"]))
+        self._state = replace(state, scene=self._scene(data["state"]["scene"]))
 
     def _road(self, number: int, data: dict[str, Any]) -> None:
         self._unpacker.add_road(data["road"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -48,7 +49,7 @@ FORMER_NAMES = {
     "words_escalation": "guidance_escalation",
 }
 """Names of fields in records of earlier versions."""
-SELDOM = {"barred_m": None, "stop_said_s": None, "letting_out": False}
+SELDOM: Data = {"barred_m": None, "stop_said_s": None, "letting_out": False}
 """More of them, which are left out if they have these values."""
 
 
@@ -94,17 +95,19 @@ def state_of(data: Data, ladder: Ladder, reasoners: frozenset[str], *, observe_o
     onset, words, trigger = data["onset"], data.get("words"), data["trigger"]
     if onset is not None:
         began_s, began_m = map(of_finite, onset)
-        first = first.evolve(progress=type(first.progress)(first.progress.recovered_m, (began_s, began_m)))
+        first = replace(first, progress=type(first.progress)(first.progress.recovered_m, (began_s, began_m)))
     if words is not None:
-        first = first.evolve(words=ActiveGuidance(Guidance.model_validate(words["said"]), words["since_s"]))
-    return first.evolve(
+        first = replace(first, words=ActiveGuidance(Guidance.model_validate(words["said"]), words["since_s"]))
+    seldom: Data = {name: data.get(name, usual) for name, usual in SELDOM.items()}
+    return replace(
+        first,
         escalation=_escalation_of(first.escalation, data["escalation"]),
         guidance_escalation=_escalation_of(first.guidance_escalation, data["guidance_escalation"]),
         trigger=None if trigger is None else Trigger(trigger),
         doubts=MappingProxyType(dict(data.get("doubts", {}))),
         claims=MappingProxyType({Claim(name): until_s for name, until_s in data.get("claims", {}).items()}),
         **{name: data[name] for name in SIMPLE},
-        **{name: data.get(name, usual) for name, usual in SELDOM.items()},
+        **seldom,
     )
 
 

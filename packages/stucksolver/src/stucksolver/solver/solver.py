@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Generic, TypeVar
 
@@ -220,7 +221,7 @@ class StuckSolver:
     def close(self) -> None:
         """Drop the question under way. Nothing more is asked unless `step` is called again."""
         if isinstance(self._state.activity, Querying):
-            self._state = self._state.evolve(activity=Monitoring())
+            self._state = replace(self._state, activity=Monitoring())
         self._put_to_work()
 
     def __enter__(self) -> StuckSolver:

@@ -51,7 +51,7 @@ def add_claim(turn: PendingTransition, reading: Interpretation) -> bool:
     until_s = turn.now_s + turn.setup.ladder.words.claims_s
     gone = frozenset(old for new in reading.claims for old in TAKES_BACK.get(new, ()))
     kept = {claim: until for claim, until in turn.state.claims.items() if claim not in gone}
-    turn.set(claims=MappingProxyType({**kept, **dict.fromkeys(reading.claims, until_s)}))
+    turn.state = replace(turn.state, claims=MappingProxyType({**kept, **dict.fromkeys(reading.claims, until_s)}))
     _set_patience(turn, reading)
     if Claim.RETURNING_SOON in reading.claims:
         _wait_for_who_returns(turn)
@@ -64,12 +64,14 @@ def _take_back(turn: PendingTransition, reading: Interpretation) -> None:
     """Drop what the words deny, and bar driving over what they warn of."""
     if not turn.state.claims.keys().isdisjoint(reading.denied):
         kept = {claim: until for claim, until in turn.state.claims.items() if claim not in reading.denied}
-        turn.set(claims=MappingProxyType(kept))
+        turn.state = replace(turn.state, claims=MappingProxyType(kept))
     if reading.danger:
-        turn.set(barred_m=turn.status.progress_m)
+        turn.state = replace(turn.state, barred_m=turn.status.progress_m)
         running = turn.state.activity
         if isinstance(running, Executing) and any(b.name in BARRED.barred for b in running.execution.plan.behaviors):
-            turn.set(activity=replace(running, execution=running.execution.withdrawn(), withdrawn=True))
+            turn.state = replace(
+                turn.state, activity=replace(running, execution=running.execution.withdrawn(), withdrawn=True)
+            )
 
 
 def active_claims(state: State, now_s: float) -> tuple[Claim, ...]:
@@ -89,7 +91,7 @@ def _set_patience(turn: PendingTransition, reading: Interpretation) -> None:
     asked = turn.setup.ladder.words.patience
     for claim, factor in ((Claim.HURRY, asked.hurry), (Claim.NO_HURRY, asked.no_hurry)):
         if claim in reading.claims:
-            turn.set(escalation=replace(turn.state.escalation, patience=factor))
+            turn.state = replace(turn.state, escalation=replace(turn.state.escalation, patience=factor))
 
 
 def _wait_for_who_returns(turn: PendingTransition) -> None:
@@ -101,6 +103,6 @@ def _wait_for_who_returns(turn: PendingTransition) -> None:
     if isinstance(state.activity, AwaitingApproval):
         turn.withdraw_question()
     if isinstance(state.activity, AwaitingGap):
-        turn.set(activity=Monitoring())
+        turn.state = replace(turn.state, activity=Monitoring())
     until_s = max(state.escalation.quiet_until_s, turn.now_s + turn.setup.ladder.words.expire_s)
-    turn.set(words=None, escalation=replace(turn.state.escalation, quiet_until_s=until_s))
+    turn.state = replace(turn.state, words=None, escalation=replace(turn.state.escalation, quiet_until_s=until_s))

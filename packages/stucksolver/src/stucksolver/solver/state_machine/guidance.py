@@ -57,7 +57,7 @@ def end_words(turn: PendingTransition, how: str) -> None:
     in_force = turn.state.words
     assert in_force is not None
     _dismiss(turn, in_force.words, how)
-    turn.set(words=None, history=turn.state.history.without_attempts())
+    turn.state = replace(turn.state, words=None, history=turn.state.history.without_attempts())
 
 
 def _expired(turn: PendingTransition) -> bool:
@@ -84,7 +84,7 @@ def _understand(turn: PendingTransition, words: Guidance) -> None:
     if intent in (GuidanceIntent.YES, GuidanceIntent.NO) and _is_answered(turn, intent, words):
         return
     if intent in STAYS:
-        turn.set(stop_said_s=_said_s(turn, words))
+        turn.state = replace(turn.state, stop_said_s=_said_s(turn, words))
     if intent is GuidanceIntent.NONE and _warns_a_plan(turn, reading):
         _take(turn, words)
         _hold_back(turn, reading)
@@ -97,7 +97,7 @@ def _understand(turn: PendingTransition, words: Guidance) -> None:
         _ask_back(turn, words)
     else:
         _take(turn, words)
-        turn.set(clarification_asked=False)
+        turn.state = replace(turn.state, clarification_asked=False)
         if intent in STAYS and turn.state.words is not None:
             _hold_back(turn, reading)
 
@@ -141,15 +141,18 @@ def _take(turn: PendingTransition, words: Guidance) -> None:
     """Follow these words from now on and drop everything that was about to be done for another reason."""
     state = turn.state
     if state.letting_out and words.reading is not None and words.reading.intent in REQUESTS:
-        turn.set(letting_out=False, detector_ignored_until_s=turn.now_s)  # it stood because somebody got out
-    turn.set(
+        turn.state = replace(
+            turn.state, letting_out=False, detector_ignored_until_s=turn.now_s
+        )  # it stood because somebody got out
+    turn.state = replace(
+        turn.state,
         words=ActiveGuidance(words, turn.now_s),
         guidance_escalation=state.guidance_escalation.reset(),
         escalation=replace(state.escalation, quiet_until_s=turn.now_s),
         history=state.history.without_attempts(),
     )
     if isinstance(state.activity, AwaitingGap):
-        turn.set(activity=Monitoring())
+        turn.state = replace(turn.state, activity=Monitoring())
     turn.drop_query()
     if state.question is not None and state.question.kind is not QuestionKind.ASSISTANCE:
         turn.withdraw_question()
@@ -165,12 +168,14 @@ def _hold_back(turn: PendingTransition, reading: Interpretation) -> None:
     """
     running = turn.state.activity
     if isinstance(running, Executing):
-        turn.set(activity=replace(running, execution=running.execution.withdrawn(), withdrawn=True))
+        turn.state = replace(
+            turn.state, activity=replace(running, execution=running.execution.withdrawn(), withdrawn=True)
+        )
     refuses = reading.negated or reading.intent in (GuidanceIntent.NO, GuidanceIntent.FOLLOW)
     named_s = None if reading.limits is None else reading.limits.wait_s
     wait_s = turn.setup.ladder.words.expire_s if named_s is None else max(named_s, LEAST_WAIT_S)
     until = math.inf if refuses or turn.state.letting_out else turn.now_s + wait_s
-    turn.set(escalation=replace(turn.state.escalation, quiet_until_s=until))
+    turn.state = replace(turn.state, escalation=replace(turn.state.escalation, quiet_until_s=until))
     end_words(turn, "the plan is given up" if isinstance(running, Executing) else "nothing is begun")
 
 
@@ -178,7 +183,7 @@ def _ask_back(turn: PendingTransition, words: Guidance) -> None:
     """Unclear words move nothing; ask the passenger once what was meant."""
     _dismiss(turn, words, "not understood")
     if not turn.state.clarification_asked:
-        turn.set(clarification_asked=True)
+        turn.state = replace(turn.state, clarification_asked=True)
         turn.tell(EventKind.ASKED_BACK, turn.setup.ask_back)
 
 

@@ -60,8 +60,8 @@ def after_plan(turn: PendingTransition) -> bool:
     stays = not _clear(turn)
     hard = turn.view is not None and abs(turn.view.ego.speed_mps) > turn.setup.guard.policy.stopping.rests_mps
     brake = turn.view.ego.limits.max_braking_mps2 if hard and turn.view is not None else None
-    turn.set(posture=Holding(turn.now_s, brake) if stays else Driving())
-    turn.note(handed_back=True, course=())
+    turn.state = replace(turn.state, posture=Holding(turn.now_s, brake) if stays else Driving())
+    turn.note(lambda under_way: replace(under_way, handed_back=True, course=()))
     return stays
 
 
@@ -80,8 +80,8 @@ def stay(turn: PendingTransition) -> Directive:
 
 
 def _let_go(turn: PendingTransition, why: str) -> Directive:
-    turn.set(posture=Driving())
-    turn.note(handed_back=True, course=())
+    turn.state = replace(turn.state, posture=Driving())
+    turn.note(lambda under_way: replace(under_way, handed_back=True, course=()))
     turn.tell(EventKind.RELEASED, why)
     return CONTINUE
 
@@ -105,13 +105,13 @@ def watch(turn: PendingTransition) -> Directive:
     if view is None:
         return CONTINUE
     course = _course(under_way.course, view, turn.now_s)
-    turn.note(course=course)
+    turn.note(lambda under_way: replace(under_way, course=course))
     touched = turn.setup.guard.about_to_touch(view, _curvature_per_m(course, view))
     if touched is None:
         return CONTINUE
     brake = view.ego.limits.max_braking_mps2
-    turn.set(posture=Holding(turn.now_s, brake))
-    turn.note(near_contacts=under_way.near_contacts + 1, course=())
+    turn.state = replace(turn.state, posture=Holding(turn.now_s, brake))
+    turn.note(lambda under_way: replace(under_way, near_contacts=under_way.near_contacts + 1, course=()))
     turn.tell(EventKind.HELD, touched.detail)
     return stand(brake)
 
@@ -161,11 +161,11 @@ def end_stop(turn: PendingTransition) -> None:
     elif turn.now_s - posture.since_s >= HOLD_S:
         _end(turn, f"stopped for {HOLD_S:g} s: the driver drives, and help stays called", calls_on=True)
     else:
-        turn.set(posture=replace(posture, gap_m=nearest, free_since_s=since))
+        turn.state = replace(turn.state, posture=replace(posture, gap_m=nearest, free_since_s=since))
 
 
 def _end(turn: PendingTransition, why: str, *, calls_on: bool) -> None:
     turn.drop_query()
     human_in_the_loop.release(turn, why, calls_on=calls_on)
-    turn.set(posture=Driving())
-    turn.note(stop_is_spent=True)
+    turn.state = replace(turn.state, posture=Driving())
+    turn.note(lambda under_way: replace(under_way, stop_is_spent=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from stucksolver.guard import NOBODY
 from stucksolver.ladder import CallAssistance, Resume
@@ -60,7 +61,7 @@ def request_approval(turn: PendingTransition, judged: Admission, answer: Reasone
     """Ask a person to approve a plan that lacks only this approval."""
     need = judged.need
     assert need is not None
-    turn.set(activity=AwaitingApproval(answer))
+    turn.state = replace(turn.state, activity=AwaitingApproval(answer))
     what = " and ".join(name.replace("_", " ") for name in need.what)
     text = f"{answer.decision.rationale}. May I? It needs your yes for: {what}"
     within = turn.setup.ladder.asking.approval_within_s
@@ -83,8 +84,11 @@ def handle_unanswered(turn: PendingTransition, question: Question) -> None:
     else:
         if question.plan is not None:
             told = f"no answer from the {question.to}"
-            turn.set(
-                history=turn.state.history.with_attempt(question.plan, AttemptOutcome.REJECTED, turn.stack_s, text=told)
+            turn.state = replace(
+                turn.state,
+                history=turn.state.history.with_attempt(
+                    question.plan, AttemptOutcome.REJECTED, turn.stack_s, text=told
+                ),
             )
         turn.failed()
 
@@ -95,15 +99,15 @@ def record_approval(turn: PendingTransition, question: Question) -> None:
     assert question.plan is not None and under_way is not None
     key = signature(question.plan)
     yes = with_approval(under_way.approved.get(key, NOBODY), question.to, question.needs)
-    turn.note(approved={**under_way.approved, key: yes})
+    turn.note(lambda under_way: replace(under_way, approved={**under_way.approved, key: yes}))
 
 
 def record_declined_plan(turn: PendingTransition, question: Question) -> None:
     """Bar a plan that a person denied for the rest of this intervention."""
     assert question.plan is not None
-    turn.set(activity=Monitoring())
+    turn.state = replace(turn.state, activity=Monitoring())
     history = turn.state.history.denied(question.plan)
-    turn.set(history=history.with_attempt(question.plan, AttemptOutcome.DECLINED, turn.stack_s))
+    turn.state = replace(turn.state, history=history.with_attempt(question.plan, AttemptOutcome.DECLINED, turn.stack_s))
     turn.failed()
 
 
@@ -116,7 +120,7 @@ def stop_for_assistance(turn: PendingTransition, move: CallAssistance, gap_m: fl
     why = blockage_text(turn)
     assert not isinstance(state.posture, MinimalRisk)
     stop = MinimalRisk(SafeStop(reason=why), state.posture, turn.now_s, gap_m)
-    turn.set(posture=stop)
+    turn.state = replace(turn.state, posture=stop)
     turn.tell(EventKind.STOPPED, f"minimal risk condition: {why}")
     call_for_help(turn, why)
     turn.pause(turn.now_s + move.look_every_s)
@@ -153,12 +157,12 @@ def release(turn: PendingTransition, why: str, *, calls_on: bool = False) -> Non
     """End the stop. The rung stays until the hand-back is verified. `calls_on` keeps the call for help open."""
     posture, move = turn.state.posture, turn.state.escalation.move
     if isinstance(posture, MinimalRisk):
-        turn.set(posture=posture.was)
-    turn.note(tried_aside=False, handed_back=True, course=())
+        turn.state = replace(turn.state, posture=posture.was)
+    turn.note(lambda under_way: replace(under_way, tried_aside=False, handed_back=True, course=()))
     if not calls_on:
         turn.withdraw_question()
     turn.tell(EventKind.RELEASED, why)
-    turn.set(detector_ignored_until_s=turn.now_s)  # it stood because it was told to stand
+    turn.state = replace(turn.state, detector_ignored_until_s=turn.now_s)  # it stood because it was told to stand
     turn.pause(turn.now_s + (move.look_every_s if isinstance(move, CallAssistance) else 0.0))
 
 
@@ -166,8 +170,8 @@ def helped_out(turn: PendingTransition, yes: bool) -> Directive:
     """Handle the operator's answer to the call for help."""
     if yes:
         release(turn, "the operator lets it try again")
-        turn.note(stop_is_spent=False)
-        turn.set(escalation=turn.state.escalation.reset())
+        turn.note(lambda under_way: replace(under_way, stop_is_spent=False))
+        turn.state = replace(turn.state, escalation=turn.state.escalation.reset())
     return turn.resting
 
 

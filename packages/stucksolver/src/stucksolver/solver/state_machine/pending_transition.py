@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
 
 from stucksolver.guard import Verdict
 from stucksolver.immobilization import Trigger
 from stucksolver.ladder.rung_actions import Person
-from stucksolver.plan import Continue, SafeStop
+from stucksolver.plan import Continue, RecoveryPlan, SafeStop
 from stucksolver.reasoners import ReasonerAnswer
-from stucksolver.scene import Guidance, Status, Surroundings
+from stucksolver.scene import Guidance, Interpretation, Status, Surroundings
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.events import Event, EventKind, StepOutput
 from stucksolver.solver.questions import Question, QuestionKind
@@ -34,13 +35,6 @@ class PendingTransition:
         self.told: list[StepOutput] = []
         self.reply = inputs.reply
         """A person's yes or no that has not been handled yet."""
-
-    def set(self, **changes: object) -> None:
-        """Change fields of the state."""
-        before = self.state
-        # Most fields keep their value on a tick, and comparing is cheaper than creating a new state.
-        if any(getattr(before, name) is not value for name, value in changes.items()):
-            self.state = before.evolve(**changes)
 
     # ---- the tick
 
@@ -76,7 +70,7 @@ class PendingTransition:
     def sight(self) -> SurroundingsInput:
         """What the senses show. The first look decides for the whole tick."""
         sight = self.inputs.look()
-        self.set(senses_fault=sight.fault)
+        self.state = replace(self.state, senses_fault=sight.fault)
         return sight
 
     @property
@@ -107,7 +101,7 @@ class PendingTransition:
         if not found:
             return
         self.tell(EventKind.PERCEPTION_DISPUTED, "; ".join(str(item) for item in found))
-        self.set(doubts=update_disputes(self.state.doubts, found, self.now_s))
+        self.state = replace(self.state, doubts=update_disputes(self.state.doubts, found, self.now_s))
         self.__dict__.pop("view", None)
 
     # ---- reporting
@@ -120,20 +114,35 @@ class PendingTransition:
         question: Question | None = None,
         answer: bool | None = None,
         verdict: Verdict | None = None,
+        interpretation: Interpretation | None = None,
     ) -> None:
         """Add an event to this step."""
-        self._tell(kind, text, question=question, answer=answer, verdict=verdict)
+        event = Event(
+            time_s=self.stack_s,
+            kind=kind,
+            text=text,
+            intervention=self._number,
+            rung=self.state.escalation.rung,
+            question=question,
+            answer=answer,
+            verdict=verdict,
+            reading=interpretation,
+        )
+        self.told.append(event)
 
     def tell_words(self, words: Guidance) -> None:
         """Report what was said and how it was understood."""
-        self._tell(EventKind.GUIDANCE, words.text, reading=words.reading)
+        self.tell(EventKind.GUIDANCE, words.text, interpretation=words.reading)
 
     def tell_decision(self, answer: ReasonerAnswer, verdict: Verdict | None, *, waiting: bool = False) -> None:
         """Report a decision, with the guard's verdict on it."""
         trigger = self.state.trigger
-        self._tell(
-            EventKind.DECIDED,
-            answer.decision.rationale,
+        event = Event(
+            time_s=self.stack_s,
+            kind=EventKind.DECIDED,
+            text=answer.decision.rationale,
+            intervention=self._number,
+            rung=self.state.escalation.rung,
             trigger=trigger.value if trigger else None,
             scene=self.state.scene,
             reasoner=answer.reasoner,
@@ -142,24 +151,18 @@ class PendingTransition:
             trace=answer.trace,
             verdict=verdict,
         )
+        self.told.append(event)
 
     def tell_fault(self, fault: str | None) -> None:
         """Report each fault once, when it begins."""
         if fault is not None and fault != self.state.reported_fault:
             self.tell(EventKind.FAULT, fault)
-        self.set(reported_fault=fault)
+        self.state = replace(self.state, reported_fault=fault)
 
-    def _tell(self, kind: EventKind, text: str, **more: object) -> None:
-        under_way = self.state.intervention
-        event = Event(
-            time_s=self.stack_s,
-            kind=kind,
-            text=text,
-            intervention=None if under_way is None else under_way.number,
-            rung=self.state.escalation.rung,
-            **more,  # type: ignore[arg-type]
-        )
-        self.told.append(event)
+    @property
+    def _number(self) -> int | None:
+        """Number of the open intervention."""
+        return None if self.state.intervention is None else self.state.intervention.number
 
     # ---- the intervention
 
@@ -168,46 +171,48 @@ class PendingTransition:
         if self.state.intervention is not None:
             return
         number = self.state.interventions + 1
-        self.set(intervention=Intervention(number), interventions=number)
+        self.state = replace(self.state, intervention=Intervention(number), interventions=number)
         moving = trigger in (None, Trigger.GUIDANCE) and self.inputs.slow_since_s is None
         progress, _ = self.state.progress.advance(self.status, self.onset_s, None if moving else trigger)
-        self.set(progress=progress)
+        self.state = replace(self.state, progress=progress)
 
-    def note(self, **changes: object) -> None:
-        """Change fields of the open intervention, if there is one."""
+    def note(self, change: Callable[[Intervention], Intervention]) -> None:
+        """Change the open intervention, if there is one."""
         if self.state.intervention is not None:
-            self.set(intervention=replace(self.state.intervention, **changes))  # type: ignore[arg-type]
+            self.state = replace(self.state, intervention=change(self.state.intervention))
 
     # ---- the ladder
 
     def failed(self, *, counts: bool = True) -> None:
         """The last reasoner or person did not help: pause, and count the try if it counts."""
         if self.state.words is not None:
-            self.set(guidance_escalation=self.state.guidance_escalation.note_failure(self.now_s, counts=False))
+            self.state = replace(
+                self.state, guidance_escalation=self.state.guidance_escalation.note_failure(self.now_s, counts=False)
+            )
         else:
-            self.set(escalation=self.state.escalation.note_failure(self.now_s, counts=counts))
+            self.state = replace(self.state, escalation=self.state.escalation.note_failure(self.now_s, counts=counts))
 
     def may_repair(self) -> bool:
         """Take one of the rounds in which the reasoner is told why its plan was refused. False if none is left."""
         state = self.state
         if state.words is not None:
             repaired = state.guidance_escalation.repair(self.now_s)
-            self.set(guidance_escalation=repaired or state.guidance_escalation)
+            self.state = replace(self.state, guidance_escalation=repaired or state.guidance_escalation)
         else:
             repaired = state.escalation.repair(self.now_s)
-            self.set(escalation=repaired or state.escalation)
+            self.state = replace(self.state, escalation=repaired or state.escalation)
         return repaired is not None
 
     def climb(self) -> None:
         """Go to the next rung, if there is one."""
         before = self.state.escalation
-        self.set(escalation=before.climbed(self.now_s))
+        self.state = replace(self.state, escalation=before.climbed(self.now_s))
         if not before.is_last:
             self.tell(EventKind.ESCALATED, f"to the rung {self.state.escalation.rung}")
 
     def pause(self, until_s: float) -> None:
         """Ask nobody before this time (s)."""
-        self.set(escalation=self.state.escalation.paused(until_s))
+        self.state = replace(self.state, escalation=self.state.escalation.paused(until_s))
 
     # ---- questions
 
@@ -215,11 +220,18 @@ class PendingTransition:
         """Drop the question to a reasoner. Returns True if there was one."""
         asked = isinstance(self.state.activity, Querying)
         if asked:
-            self.set(activity=Monitoring())
+            self.state = replace(self.state, activity=Monitoring())
         return asked
 
     def ask_person(
-        self, kind: QuestionKind, to: Person, text: str, *, within_s: float | None = None, **more: object
+        self,
+        kind: QuestionKind,
+        to: Person,
+        text: str,
+        *,
+        within_s: float | None = None,
+        plan: RecoveryPlan | None = None,
+        needs: tuple[str, ...] = (),
     ) -> None:
         """Ask a person a question, replacing the open one."""
         number = self.state.questions + 1
@@ -230,16 +242,17 @@ class PendingTransition:
             to=to,
             text=text,
             within_s=within_s,
-            **more,  # type: ignore[arg-type]
+            plan=plan,
+            needs=needs,
         )
         self.reply = None
-        self.set(question=question, question_since_s=self.now_s, questions=number)
+        self.state = replace(self.state, question=question, question_since_s=self.now_s, questions=number)
         self.tell(EventKind.ASKED, text, question=question)
 
     def withdraw_question(self) -> Question | None:
         """Close the open question without an answer and return it."""
         question, self.reply = self.state.question, None
-        self.set(question=None)
+        self.state = replace(self.state, question=None)
         if isinstance(self.state.activity, AwaitingApproval):
-            self.set(activity=Monitoring())
+            self.state = replace(self.state, activity=Monitoring())
         return question

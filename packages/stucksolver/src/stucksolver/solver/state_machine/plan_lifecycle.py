@@ -39,7 +39,7 @@ def judge(turn: PendingTransition, answer: ReasonerAnswer, plan: RecoveryPlan) -
     Returns:
         The directive, or None if the plan was refused and the reasoner may be told why and asked again at once.
     """
-    turn.set(activity=Monitoring())
+    turn.state = replace(turn.state, activity=Monitoring())
     reading = turn.state.reading
     turn.begin(turn.state.trigger)
     stopped = isinstance(turn.state.posture, MinimalRisk)
@@ -71,7 +71,7 @@ def _refused(turn: PendingTransition, judged: Admission, answer: ReasonerAnswer)
     """
     if judged.passing and not turn.is_blind:
         until = turn.now_s + turn.setup.ladder.asking.hold_s
-        turn.set(activity=AwaitingGap(answer, judged.plan, until))
+        turn.state = replace(turn.state, activity=AwaitingGap(answer, judged.plan, until))
         return turn.resting
     _note_refusal(turn, judged)
     if turn.may_repair():
@@ -88,7 +88,7 @@ def await_gap(turn: PendingTransition, held: AwaitingGap) -> Directive:
         turn.tell_decision(held.answer, judged.verdict)
         return start(turn, judged, held.answer)
     if judged is None or not judged.passing or turn.is_blind or turn.now_s >= held.until_s:
-        turn.set(activity=Monitoring())
+        turn.state = replace(turn.state, activity=Monitoring())
         if judged is not None:
             _note_refusal(turn, judged)
     return turn.resting
@@ -151,7 +151,7 @@ def _approvals(turn: PendingTransition, plan: RecoveryPlan) -> Approvals:
 def _note_refusal(turn: PendingTransition, judged: Admission) -> None:
     history = turn.state.history
     noted = history.with_attempt(judged.plan, AttemptOutcome.REJECTED, turn.stack_s, verdict=judged.verdict)
-    turn.set(history=noted)
+    turn.state = replace(turn.state, history=noted)
 
 
 # ---- execution
@@ -161,19 +161,20 @@ def start(turn: PendingTransition, judged: Admission, answer: ReasonerAnswer | N
     """Begin an accepted plan. `answer` is where it comes from; None for the way to the roadside."""
     state = turn.state
     words = None if state.words is None else state.words.words
-    turn.set(
+    turn.state = replace(
+        turn.state,
         activity=Executing(judged.execution, answer, words, turn.status.progress_m),
         escalation=state.escalation.note_accepted(),
         guidance_escalation=state.guidance_escalation.note_accepted(),
     )
-    turn.note(done=None, helped=True)
+    turn.note(lambda under_way: replace(under_way, done=None, helped=True))
     turn.withdraw_question()
     posture = state.posture
     if isinstance(posture, MinimalRisk):
-        turn.set(posture=replace(posture, was=Driving()))
+        turn.state = replace(turn.state, posture=replace(posture, was=Driving()))
         release(turn, "a plan was accepted")
     else:
-        turn.set(posture=Driving())
+        turn.state = replace(turn.state, posture=Driving())
     turn.tell(EventKind.STARTED, ", ".join(b.name for b in judged.plan.behaviors))
     return perform(turn)
 
@@ -184,9 +185,9 @@ def perform(turn: PendingTransition) -> Directive:
     assert isinstance(running, Executing)
     execution, result = _ticked(turn, running)
     if not isinstance(result, ExecutionOutcome):
-        turn.set(activity=replace(running, execution=execution))
+        turn.state = replace(turn.state, activity=replace(running, execution=execution))
         return result
-    turn.set(activity=Monitoring())
+    turn.state = replace(turn.state, activity=Monitoring())
     _let_out(turn, running)
     stays = hand_back.after_plan(turn)
     kind = EventKind.FINISHED if result.finished else EventKind.ABORTED
@@ -201,7 +202,7 @@ def _let_out(turn: PendingTransition, running: Executing) -> None:
     reading = None if running.words is None else running.words.reading
     lets_out = reading is not None and reading.intent is GuidanceIntent.LET_ME_OUT
     if lets_out and turn.status.speed_mps < STOPPED_MPS:
-        turn.set(letting_out=True)
+        turn.state = replace(turn.state, letting_out=True)
 
 
 def _ticked(turn: PendingTransition, running: Executing) -> tuple[Execution, Step | ExecutionOutcome]:
@@ -221,13 +222,15 @@ def _finished(turn: PendingTransition, running: Executing) -> Directive:
     in_force, move = turn.state.words, turn.state.escalation.move
     if in_force is not None and running.words is in_force.words:
         end_words(turn, "done")
-    turn.note(done=(plan, running.begun_m))
+    turn.note(lambda under_way: replace(under_way, done=(plan, running.begun_m)))
     gap_m = hand_back.blocked_at_m(turn)
     if running.answer is None and isinstance(move, CallAssistance) and gap_m is not None and may_stop(turn):
         return stop_for_assistance(
             turn, move, gap_m
         )  # at once, because the stack would drive back to where it was blocked
-    turn.set(escalation=turn.state.escalation.note_failure(turn.now_s), detector_ignored_until_s=turn.now_s)
+    turn.state = replace(
+        turn.state, escalation=turn.state.escalation.note_failure(turn.now_s), detector_ignored_until_s=turn.now_s
+    )
     return Replan(route_start=plan.route_start) if plan.replan_route else CONTINUE
 
 
@@ -237,11 +240,11 @@ def _given_up(turn: PendingTransition, running: Executing, result: ExecutionOutc
     history = turn.state.history
     history = history.with_attempt(plan, AttemptOutcome.ABORTED, turn.stack_s, text=text, verdict=result.verdict)
     history = history.half_done(plan) if execution.next_was_refused else history
-    turn.set(history=history.aborted(plan, last))
+    turn.state = replace(turn.state, history=history.aborted(plan, last))
     passing = passes(last, frozenset())
     turn.failed(counts=not passing)
     hardly_begun = turn.status.progress_m - running.begun_m < HARDLY_BEGUN_M
     if passing and hardly_begun and running.answer is not None and not running.withdrawn:
         until = now + turn.setup.ladder.asking.hold_s
-        turn.set(activity=AwaitingGap(running.answer, plan, until, running.begun_m))
+        turn.state = replace(turn.state, activity=AwaitingGap(running.answer, plan, until, running.begun_m))
     return CONTINUE

@@ -76,7 +76,7 @@ def _on_rung(turn: PendingTransition) -> Directive:
     if isinstance(move, AskPerson) and turn.state.question is None:
         escalation = turn.state.escalation
         since = turn.now_s if escalation.since_s == -math.inf else escalation.since_s
-        turn.set(escalation=replace(escalation, since_s=since))
+        turn.state = replace(turn.state, escalation=replace(escalation, since_s=since))
         left = since + move.within_s - turn.now_s
         if left <= 0.0:
             turn.climb()
@@ -102,7 +102,7 @@ def _help(turn: PendingTransition, move: CallAssistance) -> Directive | None:
     # A vehicle that moves with nothing in its path leaves a junction by itself.
     stands = gap_m is not None or abs(turn.status.speed_mps) <= turn.setup.guard.policy.stopping.rests_mps
     if (stands and not may_stop) or (gap_m is not None and move.pull_over and not tried):
-        turn.note(tried_aside=True)
+        turn.note(lambda under_way: replace(under_way, tried_aside=True))
         judged = plan_lifecycle.aside(turn)
         if judged is not None and judged.verdict.accepted:
             return plan_lifecycle.start(turn, judged)
@@ -117,7 +117,7 @@ def _help(turn: PendingTransition, move: CallAssistance) -> Directive | None:
 
 def _ask(turn: PendingTransition, move: AskReasoner, trigger: Trigger) -> None:
     """Start a question, unless the stack has no scene or the reasoner is still working on an older question."""
-    turn.set(trigger=trigger)
+    turn.state = replace(turn.state, trigger=trigger)
     seen = turn.surroundings
     _look_back(turn)
     turn.tell(EventKind.TRIGGERED, trigger.value)
@@ -125,7 +125,7 @@ def _ask(turn: PendingTransition, move: AskReasoner, trigger: Trigger) -> None:
     if shot.scene is None:
         _no_answer(turn, shot.why_none)
         return
-    turn.set(camera_fault=shot.camera_fault)
+    turn.state = replace(turn.state, camera_fault=shot.camera_fault)
     if move.reasoner in turn.inputs.busy:
         _no_answer(turn, f"{turn.setup.reasoners[move.reasoner]} is still busy with an older question")
         return
@@ -150,20 +150,22 @@ def _ask(turn: PendingTransition, move: AskReasoner, trigger: Trigger) -> None:
         seen=seen,
         reading=state.reading,
     )
-    turn.set(activity=Querying(query), queries=query.number, scene=query.scene)
+    turn.state = replace(turn.state, activity=Querying(query), queries=query.number, scene=query.scene)
 
 
 def _look_back(turn: PendingTransition) -> None:
     """The vehicle is still immobilized after a finished plan: note whether that plan changed anything."""
     under_way = turn.state.intervention
     done = None if under_way is None else under_way.done
-    turn.note(done=None)
+    turn.note(lambda under_way: replace(under_way, done=None))
     if done is None or turn.state.words is not None or turn.status.progress_m - done[1] >= GOT_ON_M:
         return
     plan, history = done[0], turn.state.history
     if not history.may_be_useless(plan):
         return
-    turn.set(history=history.useless(plan).with_attempt(plan, AttemptOutcome.INEFFECTIVE, turn.stack_s))
+    turn.state = replace(
+        turn.state, history=history.useless(plan).with_attempt(plan, AttemptOutcome.INEFFECTIVE, turn.stack_s)
+    )
     turn.tell(EventKind.INEFFECTIVE, TEXTS[AttemptOutcome.INEFFECTIVE])
 
 
@@ -172,7 +174,7 @@ def take_answer(turn: PendingTransition) -> Directive:
     answer = turn.inputs.answer
     if answer is None:
         return turn.resting
-    turn.set(activity=Monitoring())
+    turn.state = replace(turn.state, activity=Monitoring())
     if isinstance(answer, NoAnswer):
         _no_answer(turn, answer.why, malformed=answer.malformed)
         return turn.resting
@@ -206,7 +208,7 @@ def _no_plan(turn: PendingTransition, answer: ReasonerAnswer) -> None:
         turn.begin(turn.state.trigger)
         turn.tell_decision(answer, None)
         again = now + turn.setup.ladder.asking.recheck_s
-        turn.set(guidance_escalation=turn.state.guidance_escalation.paused(again))
+        turn.state = replace(turn.state, guidance_escalation=turn.state.guidance_escalation.paused(again))
         return
     # A red light that was seen long ago is no reason to wait for ever.
     reason = None if turn.is_blind else answer.decision.analysis.wait
@@ -214,7 +216,7 @@ def _no_plan(turn: PendingTransition, answer: ReasonerAnswer) -> None:
     if waits is None:
         turn.begin(turn.state.trigger)
     else:
-        turn.set(escalation=waits)
+        turn.state = replace(turn.state, escalation=waits)
     turn.tell_decision(answer, None, waiting=waits is not None)
     if waits is None:
         turn.failed()
@@ -243,8 +245,8 @@ def close_questions(turn: PendingTransition) -> None:
     if turn.drop_query():
         turn.tell(EventKind.CANCELLED, "the vehicle moves again")
     if not isinstance(turn.state.activity, Executing):
-        turn.set(activity=Monitoring())
-    turn.set(escalation=turn.state.escalation.note_motion())
+        turn.state = replace(turn.state, activity=Monitoring())
+    turn.state = replace(turn.state, escalation=turn.state.escalation.note_motion())
     if human_in_the_loop.still_calls(turn):
         return
     question = turn.withdraw_question()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import Enum
 from types import MappingProxyType
 
@@ -281,7 +281,3 @@ class State:
             and isinstance(self.activity, Monitoring | AwaitingGap)
             and isinstance(self.posture, Driving)
         )
-
-    def evolve(self, **changes: object) -> State:
-        """A copy with these fields changed."""
-        return replace(self, **changes)  # type: ignore[arg-type]

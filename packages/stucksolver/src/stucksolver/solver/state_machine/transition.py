@@ -79,7 +79,7 @@ def transition(state: State, inputs: Inputs, setup: SolverSetup) -> tuple[State,
 def _act(turn: PendingTransition) -> Directive:
     reply = turn.reply
     if reply is not None:
-        turn.set(question=None)
+        turn.state = replace(turn.state, question=None)
     if isinstance(turn.state.activity, Executing):
         return plan_lifecycle.perform(turn)
     if reply is not None:
@@ -103,28 +103,28 @@ def _watch(turn: PendingTransition) -> None:
     under_way = turn.state.intervention
     counted: Trigger | None = None if under_way is None else turn.inputs.trigger
     progress, recovered_after = turn.state.progress.advance(turn.status, turn.onset_s, counted)
-    turn.set(progress=progress)
+    turn.state = replace(turn.state, progress=progress)
     if recovered_after is None or under_way is None:
         return
     if under_way.helped:
         far = turn.setup.ladder.hand_back.progress_m
         turn.tell(EventKind.RECOVERED, f"{far:g} m of new progress, {recovered_after:.1f} s after onset")
-    turn.note(recovered=True, helped=False)
+    turn.note(lambda under_way: replace(under_way, recovered=True, helped=False))
 
 
 def _forget_refusal(turn: PendingTransition) -> None:
     """Forget what a passenger refused, or warned of, once it is behind the vehicle."""
     barred_m = turn.state.barred_m
     if barred_m is not None and turn.status.progress_m - barred_m > REFUSAL_M:
-        turn.set(barred_m=None)
+        turn.state = replace(turn.state, barred_m=None)
     escalation, declined_at_m = turn.state.escalation, turn.state.declined_at_m
     if escalation.quiet_until_s != math.inf:
-        turn.set(declined_at_m=None)
+        turn.state = replace(turn.state, declined_at_m=None)
         return
     declined_at_m = turn.status.progress_m if declined_at_m is None else declined_at_m
-    turn.set(declined_at_m=declined_at_m)
+    turn.state = replace(turn.state, declined_at_m=declined_at_m)
     if turn.status.progress_m - declined_at_m > REFUSAL_M:
-        turn.set(escalation=replace(escalation, quiet_until_s=turn.now_s), declined_at_m=None)
+        turn.state = replace(turn.state, escalation=replace(escalation, quiet_until_s=turn.now_s), declined_at_m=None)
 
 
 def _settle(turn: PendingTransition) -> None:
@@ -137,5 +137,10 @@ def _settle(turn: PendingTransition) -> None:
         return
     turn.tell(EventKind.CLOSED, "the vehicle is on its way" if recovered else "done")
     if isinstance(state.activity, AwaitingGap):
-        turn.set(activity=Monitoring())
-    turn.set(intervention=None, escalation=state.escalation.reset(), history=AttemptHistory(state.history.remembered))
+        turn.state = replace(turn.state, activity=Monitoring())
+    turn.state = replace(
+        turn.state,
+        intervention=None,
+        escalation=state.escalation.reset(),
+        history=AttemptHistory(state.history.remembered),
+    )
