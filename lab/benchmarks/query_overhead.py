@@ -40,7 +40,9 @@ def run(smoke: bool) -> dict[str, float]:
     free, free_late = _drive(RuleReasoner(), seconds, speed_mps=8.0)
     with _SlowServer(seconds * 4) as server:
         model = OpenAiChat("slow", server)
-        asked = LanguageModelReasoner(model, settings=ModelSettings(deadline_s=90.0), purse=UsageLimits(None, Budget()))
+        asked = LanguageModelReasoner(
+            model, settings=ModelSettings(deadline_s=90.0), usage_limits=UsageLimits(None, Budget())
+        )
         open_, open_late = _drive(asked, seconds, speed_mps=0.0)
         model.cancel()
     figures = {

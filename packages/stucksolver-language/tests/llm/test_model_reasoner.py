@@ -49,11 +49,11 @@ def _chat(model, url):
     return OpenAiChat(model, url)
 
 
-def reasoner(server, model="reader", purse=None, **settings):
+def reasoner(server, model="reader", usage_limits=None, **settings):
     """By strict tools first, as OpenAI's own server is asked."""
     chat = _chat(model, server.url)
     chat.takes = replace(capabilities_of(model, None, ModelOptions()), notes=[])
-    return LanguageModelReasoner(chat, settings=ModelSettings(**settings), purse=purse)
+    return LanguageModelReasoner(chat, settings=ModelSettings(**settings), usage_limits=usage_limits)
 
 
 def good(sc):
@@ -307,7 +307,7 @@ def test_a_trace_tells_prompt_answers_and_tokens(server):
 
 
 def test_a_spent_budget_is_a_failure_without_a_request(server):
-    asking = reasoner(server, purse=UsageLimits(None, episode=Budget(queries=2)))
+    asking = reasoner(server, usage_limits=UsageLimits(None, episode=Budget(queries=2)))
     for _ in range(2):
         asking.decide(ReasonerRequest(scene()))
     with pytest.raises(PermanentReasonerError, match="budget of 2 queries"):
@@ -316,7 +316,7 @@ def test_a_spent_budget_is_a_failure_without_a_request(server):
 
 
 def test_progress_begins_a_new_episode_but_not_a_new_trip(server):
-    asking = reasoner(server, purse=UsageLimits(None, episode=Budget(queries=1), trip=Budget(queries=2)))
+    asking = reasoner(server, usage_limits=UsageLimits(None, episode=Budget(queries=1), trip=Budget(queries=2)))
 
     def at(left):
         made = scene()
@@ -331,10 +331,10 @@ def test_progress_begins_a_new_episode_but_not_a_new_trip(server):
 
 
 def test_money_is_counted_by_the_price(server):
-    asking = reasoner(server, purse=UsageLimits(Price(1e6, 0.0, 0.0)))
+    asking = reasoner(server, usage_limits=UsageLimits(Price(1e6, 0.0, 0.0)))
     trace = asking.decide(ReasonerRequest(scene())).trace
-    assert asking.purse.spent["trip"].usd == pytest.approx(trace.input_tokens)
-    assert trace.usd == asking.purse.spent["trip"].usd
+    assert asking.usage_limits.spent["trip"].usd == pytest.approx(trace.input_tokens)
+    assert trace.usd == asking.usage_limits.spent["trip"].usd
 
 
 def test_a_budget_in_money_needs_a_price():

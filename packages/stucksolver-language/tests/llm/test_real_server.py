@@ -121,7 +121,7 @@ def test_its_answers_have_the_form_that_was_asked_for_and_its_cache_is_used(url,
         assert list(answer) == ["observation", "analysis", "decision"], told[-1]
         assert ("S2.1" in answer["analysis"]["steps"]) is (sc.guidance is not None)
     assert not any("cut off" in text for text in told), told
-    spent = reasoner.purse.spent["trip"]
+    spent = reasoner.usage_limits.spent["trip"]
     assert spent.cached_tokens > 1000, "the fixed words of the second question come from the server's cache"
     with capsys.disabled():
         print(f"\n{told}, {spent}")

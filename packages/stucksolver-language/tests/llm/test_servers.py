@@ -44,10 +44,10 @@ def good(sc):
     return mind.answer(messages(sc)[1].text, behaviors_of(decide_tool(sc).parameters))
 
 
-def asking(server, options="", model=MODEL, deadline_s=20.0, purse=None):
+def asking(server, options="", model=MODEL, deadline_s=20.0, usage_limits=None):
     """As `openai:MODEL@URL#OPTIONS` makes it."""
     made = make_reasoner(f"openai:{model}@{server.url}{options}")
-    return LanguageModelReasoner(made.model, settings=ModelSettings(deadline_s=deadline_s), purse=purse)
+    return LanguageModelReasoner(made.model, settings=ModelSettings(deadline_s=deadline_s), usage_limits=usage_limits)
 
 
 def as_openai(server, model=MODEL, deadline_s=20.0):
@@ -86,7 +86,7 @@ def test_an_answer_in_prose_is_paid_for(server):
     server.ignores = {"schema"}
     reasoner = asking(server)
     trace = reasoner.decide(ReasonerRequest(scene())).trace
-    assert reasoner.purse.spent["trip"].tokens > 400 + trace.input_tokens / 2
+    assert reasoner.usage_limits.spent["trip"].tokens > 400 + trace.input_tokens / 2
     assert trace.output_tokens == 400
 
 
@@ -340,11 +340,11 @@ def test_the_deadline_that_is_told_is_kept(server):
 
 def test_a_question_whose_answer_came_too_late_is_paid_for(server):
     server.faults.extend([Fault(wait_s=3.0)] * 3)
-    reasoner = asking(server, deadline_s=0.2, purse=UsageLimits(Price(1.0, 1.0, 1.0), episode=Budget(queries=2)))
+    reasoner = asking(server, deadline_s=0.2, usage_limits=UsageLimits(Price(1.0, 1.0, 1.0), episode=Budget(queries=2)))
     for _ in range(2):
         with pytest.raises(ReasonerError, match="deadline"):
             reasoner.decide(ReasonerRequest(scene()))
-    spent = reasoner.purse.spent["episode"]
+    spent = reasoner.usage_limits.spent["episode"]
     assert spent.queries == 2 and spent.tokens > 4000 and spent.usd == pytest.approx(spent.tokens / 1e6)
     with pytest.raises(ReasonerError, match="budget of 2 queries"):
         reasoner.decide(ReasonerRequest(scene()))
@@ -354,7 +354,7 @@ def test_a_server_that_does_not_count_is_paid_for_by_estimate(server):
     server.counts = False
     reasoner = asking(server)
     reasoner.decide(ReasonerRequest(scene()))
-    assert reasoner.purse.spent["trip"].tokens > 1000
+    assert reasoner.usage_limits.spent["trip"].tokens > 1000
 
 
 # ---- before anything is driven

@@ -30,14 +30,14 @@ def run(options: argparse.Namespace) -> int:
     reader = find_reader()
     if isinstance(reader, NoInterpreter):
         raise UsageError(reader.why)
-    for where, said in json_lines(options.file):
-        print(_read(reader, said, where), flush=True)
+    for where, entry in json_lines(options.file):
+        print(_read(reader, entry, where), flush=True)
     return 0
 
 
-def _read(reader: Interpreter, said: dict[str, Any], where: str) -> str:
+def _read(reader: Interpreter, entry: dict[str, Any], where: str) -> str:
     try:
-        text, situation = said["text"], said.get("situation", "")
+        text, situation = entry["text"], entry.get("situation", "")
         if isinstance(situation, dict):
             situation = situation_text(Scene.model_validate(situation))
         if not isinstance(text, str) or not isinstance(situation, str):

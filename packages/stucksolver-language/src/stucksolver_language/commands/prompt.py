@@ -28,8 +28,8 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene(options.scene)
     turns, tool = messages(scene), decide_tool(scene)
     if options.json:
-        told = [{"role": turn.role, "text": turn.text} for turn in turns]
-        print_json({"messages": told, "tool": {"name": tool.name, "parameters": tool.parameters}})
+        plain_turns = [{"role": turn.role, "text": turn.text} for turn in turns]
+        print_json({"messages": plain_turns, "tool": {"name": tool.name, "parameters": tool.parameters}})
         return 0
     print(f"prompt version {prompt_name()}")
     for turn in turns:

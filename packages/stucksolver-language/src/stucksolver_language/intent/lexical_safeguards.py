@@ -35,8 +35,8 @@ def is_stop_phrase(text: str) -> bool:
 
     It applies only to utterances that are unclear to the network, and can only keep the vehicle stopped.
     """
-    said = text.strip().replace("\u2019", "'")
-    return len(said) <= SHORT and HALTING.search(said) is not None
+    phrase = text.strip().replace("\u2019", "'")
+    return len(phrase) <= SHORT and HALTING.search(phrase) is not None
 
 
 def puts_off(text: str) -> bool:

@@ -165,14 +165,14 @@ def read_amounts(text: str) -> Quantities:
     Args:
         text: The utterance, in English, German, French, Spanish or Chinese.
     """
-    said = text.replace("\u2019", "'")
+    utterance = text.replace("\u2019", "'")
     found: dict[str, float] = {}
     cuts: list[tuple[int, int]] = []
-    for kind, value, start, end in _amounts(said):
+    for kind, value, start, end in _amounts(utterance):
         found[kind] = min(found.get(kind, value), value)
         if kind != "time":
-            cuts.append((_lead(said, start), end + len(LEAD_OUT.match(said[end:])[0])))  # type: ignore[index]
-    slow = _slow_mps(said)
+            cuts.append((_lead(utterance, start), end + len(LEAD_OUT.match(utterance[end:])[0])))  # type: ignore[index]
+    slow = _slow_mps(utterance)
     if slow is not None:
         found.setdefault("speed", slow)
     if not found:
@@ -182,13 +182,13 @@ def read_amounts(text: str) -> Quantities:
         speed_mps=_rounded(found.get("speed")),
         wait_s=_rounded(found.get("time")),
     )
-    return Quantities(limits, _without(said, cuts) if cuts else text)
+    return Quantities(limits, _without(utterance, cuts) if cuts else text)
 
 
-def _amounts(said: str) -> Iterator[tuple[str, float, int, int]]:
+def _amounts(utterance: str) -> Iterator[tuple[str, float, int, int]]:
     """Yield each quantity that applies to the vehicle: its kind, its value (SI), and its start and end in the text."""
-    for match in AMOUNT.finditer(said):
-        before, after = _clause(said, match.start(), match.end())
+    for match in AMOUNT.finditer(utterance):
+        before, after = _clause(utterance, match.start(), match.end())
         unit = next(name for name, text in match.groupdict().items() if name[-1].isdigit() and text is not None)
         kind, factor = unit[:-1], KINDS[unit[:-1]][int(unit[-1])][1]
         number = match["number"].lower()
@@ -199,10 +199,10 @@ def _amounts(said: str) -> Iterator[tuple[str, float, int, int]]:
             yield kind, value, match.start(), match.end()
 
 
-def _clause(said: str, start: int, end: int) -> tuple[str, str]:
+def _clause(utterance: str, start: int, end: int) -> tuple[str, str]:
     """Return the text before and after a span, up to the borders of its sentence."""
-    stops = [m.end() for m in re.finditer(r"[.!?;。！？](?!\d)", said) if m.end() <= start]
-    return said[max(stops, default=0) : start], said[end:]
+    stops = [m.end() for m in re.finditer(r"[.!?;。！？](?!\d)", utterance) if m.end() <= start]
+    return utterance[max(stops, default=0) : start], utterance[end:]
 
 
 def _is_limit(before: str, after: str) -> bool:
@@ -230,10 +230,14 @@ def _at_length(before: str, value_s: float) -> bool:
     return value_s >= 60.0 and re.search(r"\b(?:for|another)\s+(?:just |about )?$", before, re.I) is not None
 
 
-def _slow_mps(said: str) -> float | None:
+def _slow_mps(utterance: str) -> float | None:
     for pattern, speed_mps in ((WALKING, WALKING_MPS), (SLOWLY, SLOW_MPS)):
-        match = pattern.search(said)
-        if match is not None and NOT_SLOW.search(said[: match.start()]) is None and not CONDITION.search(said):
+        match = pattern.search(utterance)
+        if (
+            match is not None
+            and NOT_SLOW.search(utterance[: match.start()]) is None
+            and not CONDITION.search(utterance)
+        ):
             return speed_mps
     return None
 
@@ -261,17 +265,17 @@ def _hanzi(word: str) -> float:
     return total + digit
 
 
-def _lead(said: str, start: int) -> int:
-    match = LEAD_IN.search(said[:start])
+def _lead(utterance: str, start: int) -> int:
+    match = LEAD_IN.search(utterance[:start])
     return start if match is None else match.start()
 
 
-def _without(said: str, cuts: list[tuple[int, int]]) -> str:
-    kept, at = [], 0
+def _without(utterance: str, cuts: list[tuple[int, int]]) -> str:
+    pieces, at = [], 0
     for start, end in cuts:
-        kept.append(said[at:start])
+        pieces.append(utterance[at:start])
         at = end
-    return re.sub(r"\s+(?=[.,;!?])|(?<=\s)\s+", "", " ".join([*kept, said[at:]])).strip(" ,")
+    return re.sub(r"\s+(?=[.,;!?])|(?<=\s)\s+", "", " ".join([*pieces, utterance[at:]])).strip(" ,")
 
 
 def _rounded(value: float | None) -> float | None:

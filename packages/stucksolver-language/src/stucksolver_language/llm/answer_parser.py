@@ -218,41 +218,48 @@ def _decision(answer: _Answer, scene: Scene) -> Decision:
     )
 
 
-def _observation(seen: _Observation, scene: Scene) -> Observation:
+def _observation(observed: _Observation, scene: Scene) -> Observation:
     """Return the observation with measured distances. The model does not estimate numbers that are measured."""
     by_id = {o.id: o for o in scene.objects}
     return Observation(
         controls=tuple(
             ObservedControl(kind=c.kind, state=c.state, applies=c.applies, distance_m=_distance(c, scene.controls))
-            for c in seen.controls
+            for c in observed.controls
         ),
-        participants=tuple(_participant(p, by_id[p.object_id]) for p in seen.participants),
-        summary=seen.summary,
+        participants=tuple(_participant(p, by_id[p.object_id]) for p in observed.participants),
+        summary=observed.summary,
     )
 
 
-def _participant(seen: _Participant, measured: SceneObject) -> Participant:
+def _participant(observed: _Participant, measured: SceneObject) -> Participant:
     return Participant(
-        object_id=seen.object_id, kind=seen.kind, lane=seen.lane, distance_m=measured.gap_m, intent=seen.intent
+        object_id=observed.object_id,
+        kind=observed.kind,
+        lane=observed.lane,
+        distance_m=measured.gap_m,
+        intent=observed.intent,
     )
 
 
-def _distance(seen: _Control, measured: tuple[TrafficControl, ...]) -> float | None:
-    return next((c.distance_m for c in measured if c.kind is seen.kind), None)
+def _distance(observed: _Control, measured: tuple[TrafficControl, ...]) -> float | None:
+    return next((c.distance_m for c in measured if c.kind is observed.kind), None)
 
 
-def _analysis(said: _Analysis, scene: Scene) -> Analysis:
+def _analysis(analyzed: _Analysis, scene: Scene) -> Analysis:
     steps = tuple(
         AnalysisStep(
-            id=name, question=QUESTIONS[name], answer=said.steps[name].answer, evidence=said.steps[name].evidence
+            id=name,
+            question=QUESTIONS[name],
+            answer=analyzed.steps[name].answer,
+            evidence=analyzed.steps[name].evidence,
         )
         for name in steps_of(scene)
     )
     return Analysis(
         steps=steps,
-        immobilized=said.immobilized,
-        cause=said.cause,
-        wait=said.wait,
-        guidance_intent=said.guidance_intent,
-        reason=said.reason,
+        immobilized=analyzed.immobilized,
+        cause=analyzed.cause,
+        wait=analyzed.wait,
+        guidance_intent=analyzed.guidance_intent,
+        reason=analyzed.reason,
     )

@@ -124,24 +124,24 @@ class ServerCapabilities:
         self.dialects = self.dialects[1:]
         return True
 
-    def learn(self, said: str, parameter: str | None, request: dict[str, Any]) -> bool:
+    def learn(self, message: str, parameter: str | None, request: dict[str, Any]) -> bool:
         """Drop the features that a rejection names. True if the request had one of them, so that a retry makes sense.
 
         Args:
-            said: The server's message.
+            message: The server's message.
             parameter: The field that the server names, if any.
             request: The rejected request.
         """
-        if self.pictures and _has_picture(request) and _speaks_of_pictures(said):
+        if self.pictures and _has_picture(request) and _rejects_pictures(message):
             self.pictures = False
-            self._note("omits pictures", said)
+            self._note("omits pictures", message)
             return True
-        names = [parameter, *re.findall(r"[a-z_]+", said.lower())]
+        names = [parameter, *re.findall(r"[a-z_]+", message.lower())]
         for name in names:
             if name in request and name in _PARAMETERS and self._give_up(str(name)):
-                self._note(f"omits {name}", said)
+                self._note(f"omits {name}", message)
                 return True
-        return any(word in said.lower() for word in _OF_DIALECTS) and self.step_down(said)
+        return any(word in message.lower() for word in _OF_DIALECTS) and self.step_down(message)
 
     def _give_up(self, name: str) -> bool:
         if name == "temperature":
@@ -200,9 +200,9 @@ def _has_picture(request: dict[str, Any]) -> bool:
     return any(isinstance(message.get("content"), list) for message in request["messages"])
 
 
-def _speaks_of_pictures(said: str) -> bool:
+def _rejects_pictures(message: str) -> bool:
     """True if a message rejects images in general, not only an image that is too large."""
-    text = said.lower()
+    text = message.lower()
     if re.search(r"too (?:large|big)|exceed|dimension", text):
         return False
     asks_for_text = "content" in text and "string" in text

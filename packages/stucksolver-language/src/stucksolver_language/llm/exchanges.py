@@ -61,8 +61,8 @@ class RecordingChat:
         try:
             reply = self.inner.chat(messages, tools, must_call, limit_s)
         except TransientReasonerError as error:
-            told = {"error": TRANSIENT, "text": str(error), "trouble": error.trouble.value}
-            self._keep(messages, tools, must_call, told)
+            failure = {"error": TRANSIENT, "text": str(error), "trouble": error.trouble.value}
+            self._keep(messages, tools, must_call, failure)
             raise
         except PermanentReasonerError as error:
             self._keep(messages, tools, must_call, {"error": PERMANENT, "text": str(error), "paid": error.paid})

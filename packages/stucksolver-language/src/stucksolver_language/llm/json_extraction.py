@@ -63,8 +63,8 @@ def _unwrapped(value: dict[str, Any], depth: int = 0) -> tuple[str | None, dict[
         inner = next((obj for obj in _objects(inner) if isinstance(obj, dict)), None)
     if isinstance(inner, dict):
         name, found = _unwrapped(inner, depth + 1)
-        told = value.get("name")
-        return name or (told if isinstance(told, str) else None), found
+        outer_name = value.get("name")
+        return name or (outer_name if isinstance(outer_name, str) else None), found
     if len(value) == 1:
         (name, only), *_ = value.items()
         if isinstance(only, dict) and only.keys() & OF_AN_ANSWER:

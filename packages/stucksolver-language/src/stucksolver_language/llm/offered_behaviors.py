@@ -59,37 +59,37 @@ def _bound(parts: list[dict[str, Any]], which: str) -> str | None:
     return None
 
 
-def _neighbour(scene: Scene) -> bool:
-    beside = (LaneRelation.LEFT, LaneRelation.RIGHT)
-    return any(x.relation in beside and x.direction is LaneDirection.SAME for x in scene.lanes)
+def _has_adjacent_lane(scene: Scene) -> bool:
+    adjacent = (LaneRelation.LEFT, LaneRelation.RIGHT)
+    return any(x.relation in adjacent and x.direction is LaneDirection.SAME for x in scene.lanes)
 
 
-def _oncoming(scene: Scene) -> bool:
+def _has_oncoming_lane(scene: Scene) -> bool:
     lanes = any(x.direction is LaneDirection.OPPOSITE and x.kind is LaneKind.DRIVING for x in scene.lanes)
     return lanes and bool(scene.objects)
 
 
-def _leader(scene: Scene) -> bool:
+def _has_lead(scene: Scene) -> bool:
     return any(o.in_path and o.kind in MOTOR_VEHICLES and o.speed_along_mps > 0.5 for o in scene.objects)
 
 
-def _passable(scene: Scene) -> bool:
+def _has_passable_object(scene: Scene) -> bool:
     return any(o.kind in PASSABLE_KINDS for o in scene.objects)
 
 
-def _off_lane(scene: Scene) -> bool:
+def _is_off_lane(scene: Scene) -> bool:
     return abs(scene.ego.lateral_offset_m) > OFF_LANE_M
 
 
-def _starts(scene: Scene) -> bool:
+def _has_route_start(scene: Scene) -> bool:
     return bool(scene.waypoints)
 
 
 NEEDS: dict[str, Callable[[Scene], bool]] = {
-    "change_lane": _neighbour,
-    "borrow_oncoming_lane": _oncoming,
-    "follow_vehicle": _leader,
-    "drive_over": _passable,
-    "rejoin_route": _off_lane,
-    "replan": _starts,
+    "change_lane": _has_adjacent_lane,
+    "borrow_oncoming_lane": _has_oncoming_lane,
+    "follow_vehicle": _has_lead,
+    "drive_over": _has_passable_object,
+    "rejoin_route": _is_off_lane,
+    "replan": _has_route_start,
 }

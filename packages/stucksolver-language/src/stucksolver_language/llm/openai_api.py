@@ -65,8 +65,8 @@ class OpenAiChat:
         options: ModelOptions | None = None,
         login: str | None = None,
     ) -> None:
-        told, own_login = without_login(base_url or os.environ.get(URL_VARIABLE) or "")
-        self.model, self.base_url = model, told or None
+        address, own_login = without_login(base_url or os.environ.get(URL_VARIABLE) or "")
+        self.model, self.base_url = model, address or None
         self._login = login or own_login
         if self.base_url is not None:
             check_url(self.base_url)
@@ -212,10 +212,10 @@ class OpenAiChat:
                 return ChatReply(reply.text, reply.calls, spent, reply.model, reply.finish, reply.saw)
 
     def _learns(self, error: Any, request: dict[str, Any]) -> bool:
-        said = server_message(error, self._clean)
-        if getattr(error, "status_code", None) not in REFUSALS or is_context_overflow(said):
+        message = server_message(error, self._clean)
+        if getattr(error, "status_code", None) not in REFUSALS or is_context_overflow(message):
             return False
-        return self.takes.learn(said, parameter_of(error), request)
+        return self.takes.learn(message, parameter_of(error), request)
 
     async def _listed(self, client: Any) -> dict[str, Any]:
         """Return the model's entry, if possible. A server may have no such list, or one in another form."""

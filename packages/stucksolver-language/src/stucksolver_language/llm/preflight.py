@@ -105,8 +105,8 @@ def context_of(described: dict[str, object]) -> int | None:
     """Return the context (tokens) stated by an entry in a server's list of models, or None."""
     meta = described.get("meta")
     places = [described, meta if isinstance(meta, dict) else {}]
-    told = [place.get(field) for place in places for field in CONTEXT_FIELDS]
-    return next((count for count in told if isinstance(count, int) and count > 0), None)
+    stated = [place.get(field) for place in places for field in CONTEXT_FIELDS]
+    return next((count for count in stated if isinstance(count, int) and count > 0), None)
 
 
 def _check_context(name: str, takes: ServerCapabilities, context: int | None) -> None:

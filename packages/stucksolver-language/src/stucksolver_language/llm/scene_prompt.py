@@ -40,7 +40,7 @@ def scene_text(scene: Scene) -> str:
     """
     head = [_ego(scene), "lanes (id relation type width line free_ahead/behind seen):"]
     head += [_lane(lane) for lane in scene.lanes if _matters(lane)]
-    tail = _controls(scene) + _starts(scene) + _failed(scene) + _said(scene)
+    tail = _controls(scene) + _starts(scene) + _failed(scene) + _guidance(scene)
     room = MOST_CHARACTERS - sum(len(line) + 1 for line in head + tail)
     return "\n".join(head + _objects(scene, room) + tail)
 
@@ -67,7 +67,7 @@ def _failed(scene: Scene) -> list[str]:
     return ["failed so far:", *(f"{'+'.join(a.behaviors)}: {_short(a.outcome, 120)}" for a in scene.attempts[-3:])]
 
 
-def _said(scene: Scene) -> list[str]:
+def _guidance(scene: Scene) -> list[str]:
     """Return the passenger's utterance as a JSON string, so that it cannot leave its quotes."""
     if scene.guidance is None:
         return []

@@ -36,8 +36,8 @@ def translated(error: Any, where: str, model: str, *, keyed: bool, clean: Callab
     if isinstance(error, openai.AuthenticationError | openai.PermissionDeniedError):
         return PermanentReasonerError(_no_entry(where, model, keyed), lasting=True)
     if isinstance(error, openai.NotFoundError):
-        said = f"{where} has no model {model!r}, or no chat completions at that address"
-        return PermanentReasonerError(f"{said} (its message: {server_message(error, clean)})", lasting=True)
+        problem = f"{where} has no model {model!r}, or no chat completions at that address"
+        return PermanentReasonerError(f"{problem} (its message: {server_message(error, clean)})", lasting=True)
     if isinstance(error, openai.RateLimitError):
         return _rate_limit(error, where)
     if isinstance(error, openai.APIStatusError):
@@ -57,26 +57,26 @@ def _no_entry(where: str, model: str, keyed: bool) -> str:
 
 
 def _by_status(error: Any, where: str, clean: Callable[[str], str]) -> Exception:
-    status, said = error.status_code, server_message(error, clean)
+    status, message = error.status_code, server_message(error, clean)
     if 300 <= status < 400:
         target = clean(str(error.response.headers.get("location", "")))[:200]
         return PermanentReasonerError(
             f"{where} redirects requests to {target or 'another address'}, which is not followed: name that address"
         )
-    if is_context_overflow(said):
+    if is_context_overflow(message):
         return PermanentReasonerError(
-            f"{where}: the query and its answer do not fit its context ({said}); {LARGER_CONTEXT}"
+            f"{where}: the query and its answer do not fit its context ({message}); {LARGER_CONTEXT}"
         )
     if status in PASSING:
-        return TransientReasonerError(f"{where} answered {status}: {said}", TransientKind.BUSY, _after(error))
+        return TransientReasonerError(f"{where} answered {status}: {message}", TransientKind.BUSY, _after(error))
     if status >= 500 and status != 501:
-        return TransientReasonerError(f"{where} answered {status}: {said}", TransientKind.BROKEN, _after(error))
-    return PermanentReasonerError(f"{where} answered {status}: {said}")
+        return TransientReasonerError(f"{where} answered {status}: {message}", TransientKind.BROKEN, _after(error))
+    return PermanentReasonerError(f"{where} answered {status}: {message}")
 
 
-def is_context_overflow(said: str) -> bool:
+def is_context_overflow(message: str) -> bool:
     """True if a server's message says that the prompt exceeds its context."""
-    text = said.lower()
+    text = message.lower()
     return re.search(r"context[ _](?:length|size|window)|prompt is too long", text) is not None
 
 

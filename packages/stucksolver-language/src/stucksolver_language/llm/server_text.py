@@ -19,7 +19,7 @@ SEQUENCE = re.compile(
 """Control sequences of terminals with their parameters (ECMA-48)."""
 ESCAPE = re.compile(r"(?<!\\)((?:\\\\)*)\\u([0-9a-fA-F]{4})")
 """A character as an escape sequence of JSON."""
-KEPT = "\n\t"
+LINE_CONTROLS = "\n\t"
 INVISIBLE = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
 """Unicode categories that are removed. They move the cursor, reverse the direction, or split a word invisibly."""
 
@@ -27,7 +27,7 @@ INVISIBLE = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
 def printable(text: str) -> str:
     """Return a text without control sequences and invisible characters. Line breaks and tabs stay."""
     text = SEQUENCE.sub("", text)
-    return "".join(c for c in text if c in KEPT or unicodedata.category(c) not in INVISIBLE)
+    return "".join(c for c in text if c in LINE_CONTROLS or unicodedata.category(c) not in INVISIBLE)
 
 
 def clean(text: str, secrets: Iterable[str] = ()) -> str:

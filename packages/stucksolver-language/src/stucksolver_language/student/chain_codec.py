@@ -87,16 +87,16 @@ def read_chain(text: str) -> ReasoningChain:
         raise ChainError(f"the answer begins with {text[:20]!r}, not with {HEAD}{VERSION}")
     try:
         item, two, three = (tokens.index(step) for step in ("S1", "S2", "S3"))
-        seen, thought, done = tokens[item + 1 : two], tokens[two + 1 : three], tokens[three + 1 :]
-        told = dict(token.split(":", 1) for token in thought[1:])
-        soon, late = told["ends"].split(":")
+        observed, thought, done = tokens[item + 1 : two], tokens[two + 1 : three], tokens[three + 1 :]
+        fields = dict(token.split(":", 1) for token in thought[1:])
+        soon, late = fields["ends"].split(":")
         return ReasoningChain(
-            controls=tuple(int(token[1:]) for token in seen if token[0] == "c"),
-            participants=tuple(_participant(token) for token in seen if token[0] == "o"),
-            asked=GuidanceIntent(told["asked"]) if "asked" in told else None,
+            controls=tuple(int(token[1:]) for token in observed if token[0] == "c"),
+            participants=tuple(_participant(token) for token in observed if token[0] == "o"),
+            asked=GuidanceIntent(fields["asked"]) if "asked" in fields else None,
             immobilized={"stuck": True, "free": False}[thought[0]],
-            cause=CauseCode(told["cause"]) if "cause" in told else None,
-            wait=WaitReason(told["wait"]) if "wait" in told else None,
+            cause=CauseCode(fields["cause"]) if "cause" in fields else None,
+            wait=WaitReason(fields["wait"]) if "wait" in fields else None,
             ends=(float(soon), float(late)),
             plan=None if done == ["-"] else _plan(done),
         )

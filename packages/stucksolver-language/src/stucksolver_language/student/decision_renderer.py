@@ -59,13 +59,13 @@ def _observation(chain: ReasoningChain, scene: Scene) -> Observation:
         for name, intent in chain.participants
         for o in (objects[name],)
     )
-    seen = [
+    observed = [
         f"{p.kind.value} {p.object_id} ({p.intent.value.replace('_', ' ')}"
         + (f", {whereabouts(p.distance_m)})" if p.distance_m is not None else ")")
         for p in participants
     ]
     return Observation(
-        controls=controls, participants=participants, summary="; ".join(seen) or "nothing relevant in sight"
+        controls=controls, participants=participants, summary="; ".join(observed) or "nothing relevant in sight"
     )
 
 

@@ -83,7 +83,7 @@ def read_card(folder: Path) -> Card:
         raise StudentWeightsError(f"cannot read file: {path}: it is damaged or of another version; {REMEDY}") from error
     if card.versions != versions():
         raise StudentWeightsError(
-            f"wrong version: {path} is for {_said(card.versions)}, and this is {_said(versions())}; {REMEDY}"
+            f"wrong version: {path} is for {_version_text(card.versions)}, and this is {_version_text(versions())}; {REMEDY}"
         )
     gone = [name for name in card.vocabulary.behaviors if name not in REGISTRY]
     if gone:
@@ -91,7 +91,7 @@ def read_card(folder: Path) -> Card:
     return card
 
 
-def _said(item: Versions) -> str:
+def _version_text(item: Versions) -> str:
     return ", ".join(f"{name} {number}" for name, number in item.model_dump().items())
 
 

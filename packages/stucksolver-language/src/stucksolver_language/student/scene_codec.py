@@ -149,8 +149,8 @@ def _take(found: dict[str, Any], number: int, line: str) -> None:
     try:
         _add(found, line)
     except (ValueError, TypeError, LookupError) as error:
-        said = first_problem(error) if isinstance(error, ValidationError) else str(error)
-        raise SceneTextError(f"line {number}: {said}") from error
+        problem = first_problem(error) if isinstance(error, ValidationError) else str(error)
+        raise SceneTextError(f"line {number}: {problem}") from error
 
 
 def _add(found: dict[str, Any], line: str) -> None:

@@ -110,8 +110,8 @@ class DistilledReasoner:
         return ReasonerAnswer(decision, self.name, trace)
 
     def _chain(self, request: ReasonerRequest) -> ReasoningChain:
-        scene, said = request.scene, self._rules.decide(request).decision
-        own = said.plan
+        scene, rules_decision = request.scene, self._rules.decide(request).decision
+        own = rules_decision.plan
         known = set(self._network.card.vocabulary.behaviors)
         plans = tuple(p for p in candidates(scene) if known.issuperset(b.name for b in p.behaviors))
         if own is not None and known.issuperset(b.name for b in own.behaviors):
@@ -120,11 +120,11 @@ class DistilledReasoner:
         numbers = self._network.answer(encoded, plans)
         within = ends_within(numbers.hazard)
         ends = round(float(within[2]), 2), round(float(within[4]), 2)
-        wait = self._wait(scene, numbers, ends[0], said.analysis.wait)
-        idle = wait is not None or not _wanted(scene) or _unheld(scene, said)
+        wait = self._wait(scene, numbers, ends[0], rules_decision.analysis.wait)
+        idle = wait is not None or not _wanted(scene) or _unheld(scene, rules_decision)
         plan = None if idle else self._plan(request, plans, numbers, own)
         if wait is None and plan is None and _wanted(scene):
-            wait = said.analysis.wait or WaitReason.NO_SAFE_WAY
+            wait = rules_decision.analysis.wait or WaitReason.NO_SAFE_WAY
         stuck = plan is not None or wait is WaitReason.NO_SAFE_WAY
         asked = None if scene.guidance is None else _asked(scene)
         return ReasoningChain(
@@ -132,19 +132,21 @@ class DistilledReasoner:
             participants=_participants(encoded, numbers),
             asked=asked,
             immobilized=(stuck and scene.ego.speed_mps < MOVING_MPS) or loops(scene),
-            cause=_cause(scene, numbers, said.analysis.cause) if stuck and asked is None else None,
+            cause=_cause(scene, numbers, rules_decision.analysis.cause) if stuck and asked is None else None,
             wait=wait,
             ends=ends,
             plan=plan,
         )
 
-    def _wait(self, scene: Scene, numbers: StudentOutput, soon: float, said: WaitReason | None) -> WaitReason | None:
-        """Return why waiting is right, or None if it is not. `said` is the reason that the rules give."""
+    def _wait(
+        self, scene: Scene, numbers: StudentOutput, soon: float, rules_wait: WaitReason | None
+    ) -> WaitReason | None:
+        """Return why waiting is right, or None if it is not. `rules_wait` is the reason that the rules give."""
         if scene.ego.at_destination:
             return WaitReason.AT_DESTINATION
         choice = self._choice
-        if said in DUTIES:
-            return said
+        if rules_wait in DUTIES:
+            return rules_wait
         if scene.guidance is not None or scene.ego.speed_mps >= MOVING_MPS:
             return None
         if soon < choice.soon or scene.ego.stopped_for_s > choice.longest_s:
@@ -219,9 +221,9 @@ def _wanted(scene: Scene) -> bool:
     return (scene.ego.speed_mps < MOVING_MPS or loops(scene)) and not scene.ego.at_destination
 
 
-def _unheld(scene: Scene, said: Decision) -> bool:
+def _unheld(scene: Scene, rules_decision: Decision) -> bool:
     """True if the rules find neither a reason to wait nor a plan, so there is nothing to pass."""
-    nothing = said.plan is None and said.analysis.wait is None
+    nothing = rules_decision.plan is None and rules_decision.analysis.wait is None
     return nothing and scene.guidance is None and not loops(scene)
 
 
@@ -230,12 +232,12 @@ def _asked(scene: Scene) -> GuidanceIntent:
     return GuidanceIntent.UNCLEAR if reading is None else reading.intent
 
 
-def _cause(scene: Scene, numbers: StudentOutput, said: CauseCode | None) -> CauseCode:
+def _cause(scene: Scene, numbers: StudentOutput, rules_cause: CauseCode | None) -> CauseCode:
     """Return the cause: that of the rules if they find one, else the network's."""
     if loops(scene):
         return CauseCode.LOOP
-    if said not in (None, CauseCode.UNKNOWN):
-        return said
+    if rules_cause not in (None, CauseCode.UNKNOWN):
+        return rules_cause
     standing = [(logit, item) for logit, item in zip(numbers.cause, CAUSES, strict=True) if item is not CauseCode.LOOP]
     return max(standing, key=lambda pair: pair[0])[1]
 

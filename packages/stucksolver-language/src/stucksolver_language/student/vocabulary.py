@@ -35,12 +35,12 @@ class Vocabulary(FrozenModel):
         """
         if behavior.name not in self.behaviors:
             raise KeyError(behavior.name)
-        given = behavior.model_dump()
-        values = [given.get(name) for name in self.numbers]
+        dumped = behavior.model_dump()
+        values = [dumped.get(name) for name in self.numbers]
         name = [float(behavior.name == item) for item in self.behaviors]
         numbers = [part for v in values for part in ((0.0, 0.0) if v is None else (_scaled(float(v)), 1.0))]
         choices = [
-            float(given.get(key) == value) for key, _, value in (choice.partition("=") for choice in self.choices)
+            float(dumped.get(key) == value) for key, _, value in (choice.partition("=") for choice in self.choices)
         ]
         return [*name, *numbers, *choices]
 
