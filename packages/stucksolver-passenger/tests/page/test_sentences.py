@@ -64,7 +64,7 @@ def test_every_event_is_told_or_is_known_to_be_nothing_for_a_passenger():
 
 
 def test_a_need_that_nobody_has_words_for_is_not_passed_over():
-    with pytest.raises(KeyError, match="add it to NEEDS"):
+    with pytest.raises(KeyError, match="Add it to NEEDS"):
         needed(("a_new_rule",))
 
 
@@ -107,7 +107,7 @@ def test_who_is_not_in_the_scene_is_somebody():
 
 
 def test_a_verdict_that_rejects_nothing_is_no_reason():
-    with pytest.raises(ValueError, match="rejects nothing"):
+    with pytest.raises(ValueError, match="contains no rejection"):
         rejection_sentence(Verdict(), None)
 
 

@@ -52,7 +52,7 @@ class OutsideLanes(Criterion):
             self.infractions = [Infraction(self.kind, time_s, text, percentage)]
 
     def _is_outside(self, place: Any, driving: Any) -> bool:
-        """True if it is farther from the center of the nearest driving or parking lane than half its width plus 0.5 m."""
+        """True if it is farther from the nearest driving or parking lane's center than half its width plus 0.5 m."""
         distance, width = place.distance(driving.transform.location), float(driving.lane_width)
         if distance < WELL_INSIDE_M:
             return False

@@ -83,7 +83,8 @@ def read_card(folder: Path) -> Card:
         raise StudentWeightsError(f"cannot read file: {path}: it is damaged or of another version; {REMEDY}") from error
     if card.versions != versions():
         raise StudentWeightsError(
-            f"wrong version: {path} is for {_version_text(card.versions)}, and this is {_version_text(versions())}; {REMEDY}"
+            f"wrong version: {path} is for {_version_text(card.versions)}, "
+            f"and this is {_version_text(versions())}; {REMEDY}"
         )
     gone = [name for name in card.vocabulary.behaviors if name not in REGISTRY]
     if gone:

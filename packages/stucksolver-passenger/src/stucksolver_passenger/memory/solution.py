@@ -1,4 +1,4 @@
-"""A solution: what was done, without its numbers, because another scene needs other numbers."""
+"""A solution: the kind of a plan, without its numbers, because another scene needs other numbers."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ KINDS: tuple[tuple[type, GuidanceIntent], ...] = (
     (KeepLane, GuidanceIntent.GO),
     (Creep, GuidanceIntent.GO),
 )
-"""Kinds of plans, the most significant behavior first: a vehicle that backs up to swing out overtakes.
+"""Kinds of plans, the most significant behavior first: a vehicle that backs up in order to pass overtakes.
 
-Pulling over, letting someone out and calling for help are requests or last resorts and are not remembered.
+Pulling over, stopping for an exit and requesting assistance are requests or last resorts and are not stored.
 """
 
 
 class Solution(FrozenModel):
-    """What was done to move on. `side` is set only if a side was used."""
+    """Kind of a plan that moves the vehicle on. `side` is set only if the plan used a side."""
 
     intent: GuidanceIntent
     side: Side | None = None
@@ -46,7 +46,7 @@ class Solution(FrozenModel):
 
 
 def solution_of(plan: RecoveryPlan) -> Solution | None:
-    """Return what a plan does; None for one that only waits, stops or calls."""
+    """Return the solution of a plan; None for a plan that only waits, stops or calls."""
     if plan.replan_route and not any(isinstance(b, ChangeLane | Nudge) for b in plan.behaviors):
         return Solution(intent=GuidanceIntent.REROUTE)
     for kind, intent in KINDS:

@@ -1,4 +1,4 @@
-"""Sentences that say what a plan does, in the future and while it is done."""
+"""Sentences about a plan, in the future and during its execution."""
 
 from __future__ import annotations
 
@@ -39,17 +39,17 @@ BEHAVIORS: dict[str, PlanPhrase] = {
     "hazard_lights": PlanPhrase("switch on the hazard lights", "switching on the hazard lights"),
     "request_assistance": PlanPhrase("stop and call the operator", "calling the operator"),
 }
-"""By the behavior's name in the registry."""
+"""Phrases by the behavior's name in the registry."""
 
 
 def future_phrase(plan: RecoveryPlan) -> str:
-    """Return what the plan does, to complete "I will": its parts in order."""
+    """Return the parts of a plan in order, to complete "I will"."""
     parts = list(dict.fromkeys(_side(BEHAVIORS[behavior.name].future, behavior) for behavior in plan.behaviors))
     return parts[0] if len(parts) == 1 else ", then ".join([", ".join(parts[:-1]), parts[-1]])
 
 
 def present_phrase(behavior: Behavior) -> str:
-    """Return what is being done: `I am going round it on the left.`"""
+    """Return the behavior in execution: `I am going round it on the left.`"""
     return f"I am {_side(BEHAVIORS[behavior.name].present, behavior)}."
 
 

@@ -14,26 +14,26 @@ NEEDS: dict[str, str] = {
     "red_light": "I would drive through a red light.",
     "borrow_oncoming_lane": "I would use the lane of the oncoming traffic.",
 }
-"""What a yes would release beyond the plan's own words: the guard's rules, and what deserves a warning."""
+"""Approvals beyond the plan's own phrase: rules of the guard, and behaviors that deserve a warning."""
 
 ADVICE = "I cannot get any further by myself. What shall I do?"
 ASSISTANCE = "I have stopped, and I need help. May I try again?"
 
 
 def needed(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Return a sentence for each thing that a yes would release.
+    """Return a sentence for each approval that a yes includes.
 
     Raises:
         KeyError: There is no sentence for a name.
     """
     unknown = [name for name in names if name not in NEEDS and name not in BEHAVIORS]
     if unknown:
-        raise KeyError(f"nothing is said of {', '.join(unknown)}: add it to NEEDS")
+        raise KeyError(f"no sentence for: {', '.join(unknown)}. Add it to NEEDS")
     return tuple(NEEDS[name] for name in names if name in NEEDS)
 
 
 def question_text(question: Question) -> str:
-    """Return the question in words for people, made from its plan and codes; its own text is the solver's."""
+    """Return the question for people, made from its plan and codes. Its own text is the solver's."""
     if question.kind is QuestionKind.ADVICE:
         return ADVICE
     if question.kind is QuestionKind.ASSISTANCE or question.plan is None:
