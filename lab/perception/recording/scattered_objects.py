@@ -136,7 +136,7 @@ class ScatteredObjects:
         self._held_up_since_s: float | None = None
         lights = setting.world.get_actors().filter("traffic.traffic_light*")
         self._signals = [_Signal(light) for light in lights]
-        setting.cast.look()
+        setting.cast.take_snapshot()
         for signal in self._signals:
             signal.light.freeze(True)
         hero = setting.hero.get_location()
@@ -259,7 +259,7 @@ class ScatteredObjects:
     ) -> Iterator[carla.Transform]:
         """Yield random places along the route where there is room; ends after some tries."""
         for _ in range(_TRIES):
-            here = self._setting.route.at(self._random.uniform(FIRST_M, self._end_m))
+            here = self._setting.route.waypoint_at(self._random.uniform(FIRST_M, self._end_m))
             place = self._spot(here, right_m(here), kind)
             if not self._is_free(place.location, reach_m):
                 continue
@@ -312,7 +312,7 @@ class ScatteredObjects:
         every_m = FLOWING_EVERY_M if self._flows else DRIVERS_EVERY_M
         s_m = -BEHIND_M if self._flows else FIRST_M + every_m
         while s_m < self._end_m:
-            here = line.at(max(s_m, 0.0))
+            here = line.waypoint_at(max(s_m, 0.0))
             start = self._place_on_route(s_m)
             s_m += every_m * random.uniform(0.5, 1.5)
             if start is None or start.is_junction or not self._is_free(start.transform.location, 3.0):
@@ -330,7 +330,7 @@ class ScatteredObjects:
                 random.choice(WISH_MPS),
                 # Beside the hero's lane nothing stops a vehicle that flows.
                 constant=self._flows and beside,
-                onward=random.choice,
+                lane_chooser=random.choice,
                 offset_m=random.uniform(-0.5, 0.5),
                 obeys_lights=not self._flows,
             )
@@ -339,8 +339,8 @@ class ScatteredObjects:
         """Return a place in a lane at this arc length; negative ones lie behind the start."""
         line = self._setting.route
         if s_m >= 0.0:
-            return self._some_lane(line.at(s_m))
-        behind = line.at(0.0).previous(-s_m)
+            return self._some_lane(line.waypoint_at(s_m))
+        behind = line.waypoint_at(0.0).previous(-s_m)
         return self._some_lane(self._random.choice(behind)) if behind else None
 
     def _some_lane(self, here: carla.Waypoint) -> carla.Waypoint:

@@ -102,11 +102,11 @@ def test_streets_of_one_direction_are_apart():
 
 
 def test_a_map_without_a_fitting_place_is_named_with_a_remedy():
-    with pytest.raises(StreetError, match=r"map Town01: searched 36 lanes .* use another map"):
+    with pytest.raises(StreetError, match=r"map Town01\. Searched 36 lanes .* use another map"):
         find_streets(load("Town01"), "multi_lane", seed=0)
 
 
 def test_a_map_without_driving_lanes_is_named():
     text = DEMO_TOWN.read_text(encoding="utf-8").replace('type="driving"', 'type="sidewalk"')
-    with pytest.raises(StreetError, match="map empty: no driving lane"):
+    with pytest.raises(StreetError, match="no driving lane outside junctions: map empty"):
         find_streets(carla.Map("empty", text), "any", seed=0)

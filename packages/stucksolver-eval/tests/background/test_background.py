@@ -147,7 +147,7 @@ def test_a_junction_gets_cars_from_its_other_entries(drive):
     coming = drive(road=5, start_m=40.0, length_m=330)
     junction = route_junctions(coming.route)[0]
     near_s = float(coming.route.s_m[junction.first]) - 25.0
-    place = coming.route.at(near_s).transform
+    place = coming.route.waypoint_at(near_s).transform
     place.location.z += 0.3
     coming.hero.set_transform(place)
     coming.run(3.0)
@@ -165,7 +165,7 @@ def test_nobody_waits_for_the_hero_in_a_junction(drive, before_m):
         light.set_state(carla.TrafficLightState.Green)
         light.freeze(True)
     junction = route_junctions(waiting.route)[0]
-    place = waiting.route.at(float(waiting.route.s_m[junction.first]) - before_m).transform
+    place = waiting.route.waypoint_at(float(waiting.route.s_m[junction.first]) - before_m).transform
     place.location.z += 0.3
     waiting.hero.set_transform(place)
     waiting.run(25.0)
@@ -216,7 +216,7 @@ def test_space_is_left_in_front(drive):
 def test_a_lane_is_emptied_and_stays_empty_until_it_is_given_back(drive):
     asked = drive()
     asked.run(0.25)
-    lane = asked.route.at(20.0).get_left_lane()
+    lane = asked.route.waypoint_at(20.0).get_left_lane()
     asked.background.remove_road_lane(lane)
     asked.run(6.0, speed_mps=9.0)
     assert -1 not in asked.ahead_m() and 0 in asked.ahead_m()
@@ -272,7 +272,7 @@ def test_oncoming_traffic_keeps_its_spacing_and_can_be_switched_off(drive):
 def test_the_crossing_is_kept_free_of_oncoming_cars(drive):
     asked = drive()
     asked.run(6.0, speed_mps=5.0)
-    place = asked.route.at(float(asked.route.s_m[asked.index]) + 40.0).transform.location
+    place = asked.route.waypoint_at(float(asked.route.s_m[asked.index]) + 40.0).transform.location
     asked.background.leave_crossing_space(place.x, place.y)
     asked.run(4.0)
     for car in asked.background.oncoming._cars:

@@ -127,7 +127,7 @@ def test_a_map_without_a_place_for_it_is_told_with_the_remedy(refused, out: Path
     path = tmp_path / "short.xodr"
     path.write_text(SHORT_ROAD)
     line = refused(out, "--map", str(path))
-    assert "searched" in line and "use another map" in line
+    assert "Searched" in line and "use another map" in line
 
 
 @pytest.mark.parametrize(

@@ -111,7 +111,7 @@ def test_ctrl_c_names_the_way_to_go_on(capsys, monkeypatch, tmp_path):
     error = capsys.readouterr().err.strip()
     assert (
         error.splitlines()[-1]
-        == "interrupted; finished routes are kept: run the same command with --resume to continue"
+        == "interrupted; finished routes are stored: run the same command with --resume to continue"
     )
 
 

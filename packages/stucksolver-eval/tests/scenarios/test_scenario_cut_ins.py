@@ -90,7 +90,7 @@ def test_an_emergency_vehicle_is_let_past_or_not_and_says_so(play):
 def test_the_emergency_vehicle_passes_a_hero_that_has_left_its_lane(play):
     playing = play("YieldToEmergencyVehicle_1", traffic=False)
     playing.jump(5.0)
-    place = playing.route.at(playing.hero_s)
+    place = playing.route.waypoint_at(playing.hero_s)
     beside = next(
         lane
         for lane in (place.get_left_lane(), place.get_right_lane())

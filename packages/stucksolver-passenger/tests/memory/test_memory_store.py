@@ -115,7 +115,7 @@ def test_a_damaged_file_is_told_with_the_remedy(path):
 def test_a_full_disk_is_told_and_what_was_kept_stays(path):
     store = SolutionStore(path, most_pages=12)
     kept = 0
-    with pytest.raises(MemoryFileError, match="full. Free space"):
+    with pytest.raises(MemoryFileError, match=r"full\. Free space"):
         for _ in range(200):
             store.add(episode(text="x" * 500))
             kept += 1

@@ -19,6 +19,7 @@ HEAD_H = 34
 INK, GREY, PAPER = (28, 30, 34), (108, 112, 120), (255, 255, 255)
 SHADES = ((232, 240, 252), (252, 243, 226), (230, 245, 234))
 COLUMNS = 104
+"""Maximum number of characters in a line of text."""
 LINE_H = 20
 
 
@@ -60,8 +61,8 @@ def _chain(result: CaseResult) -> list[tuple[str, list[str]]]:
     decision = result.decided.decision if result.decided is not None else None
     if decision is None:
         return [("1 Observe", ["no decision was made"]), ("2 Analyse", []), ("3 Decide", [])]
-    said = result.case.words
-    spoken = f' ("{said[1]}")' if said else ""
+    utterance = result.case.words
+    spoken = f' ("{utterance[1]}")' if utterance else ""
     return [
         ("1 Observe", _observed(decision)),
         (f"2 Analyse{spoken}", _analysed(decision)),
@@ -70,16 +71,16 @@ def _chain(result: CaseResult) -> list[tuple[str, list[str]]]:
 
 
 def _observed(decision: Decision) -> list[str]:
-    seen = decision.observation
+    observation = decision.observation
     lines = [
         f"{c.kind.value.replace('_', ' ')} {c.state.value if c.state else ''}"
         + (f", {c.distance_m:.0f} m" if c.distance_m is not None else "")
-        for c in seen.controls[:2]
+        for c in observation.controls[:2]
     ]
-    for p in seen.participants[:4]:
+    for p in observation.participants[:4]:
         place = f", {p.distance_m:.1f} m" if p.distance_m is not None else ""
         lines.append(f"{p.kind.value} {p.object_id}, {p.lane.value} lane{place}: {p.intent.value.replace('_', ' ')}")
-    return [line for text in [*lines, seen.summary] for line in textwrap.wrap(text, COLUMNS)][:7]
+    return [line for text in [*lines, observation.summary] for line in textwrap.wrap(text, COLUMNS)][:7]
 
 
 def _analysed(decision: Decision) -> list[str]:

@@ -10,10 +10,15 @@ import carla
 from stucksolver_eval.criteria.criterion import Criterion, EgoTick, place_text
 
 NEAR_M = 15.0
+"""Distance within which a light is checked (m). As in RunningRedLightTest."""
 STEP_M = 0.5
+"""Step of the search for the stop line (m). As in RunningRedLightTest."""
 LINE_PER_WIDTH = 0.6
+"""Half length of the stop line as a share of the lane's width. As in RunningRedLightTest."""
 TAIL_NEAR = 0.8
+"""Front end of the checked rear segment, as a share of the ego's half length. As in RunningRedLightTest."""
 TAIL_BEHIND_M = 1.0
+"""Length of the checked segment behind the ego (m). As in RunningRedLightTest."""
 Point = tuple[float, float]
 
 
@@ -34,7 +39,7 @@ class WatchedLight(NamedTuple):
 
 
 class RedLights(Criterion):
-    """Reports a light whose stop line the rear of the ego crosses while it is red."""
+    """Reports a red light if the rear of the ego crosses its stop line."""
 
     kind = "red_light"
 

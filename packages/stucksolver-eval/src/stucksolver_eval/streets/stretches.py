@@ -11,8 +11,11 @@ from typing import Literal, TypeGuard
 import carla
 
 _STEP_M = 1.0
+"""Distance between waypoints (m)."""
 _MIN_LANE_M = 2.75
+"""Smallest width of a lane for passing (m). Ours."""
 _LONGEST = 5000
+"""Maximum number of waypoints of a lane. Ours."""
 StreetKind = Literal["one_lane", "multi_lane"]
 Line = Literal["broken", "solid", "none", "other"]
 _LaneKey = tuple[int, int, int]
@@ -40,7 +43,7 @@ def lane_runs(carla_map: carla.Map) -> list[list[carla.Waypoint]]:
 
 
 def stretches(chain: Sequence[carla.Waypoint]) -> Iterator[Stretch]:
-    """Yield the parts of a chain with a left neighbor in which to pass."""
+    """Yield the parts of a chain with a left neighbor lane for passing."""
     for neighbours, group in groupby(enumerate(chain), key=lambda item: _neighbours(item[1])):
         places = [place for place, _ in group]
         if neighbours is not None:
@@ -74,15 +77,15 @@ def _chain(start: carla.Waypoint, visited: set[_LaneKey]) -> list[carla.Waypoint
     chain, here = [start], _key(start)
     visited.add(here)
     while len(chain) < _LONGEST:
-        onward = chain[-1].next(_STEP_M)
-        if len(onward) != 1 or onward[0].is_junction:
+        following = chain[-1].next(_STEP_M)
+        if len(following) != 1 or following[0].is_junction:
             break
-        if _key(onward[0]) != here:
-            here = _key(onward[0])
+        if _key(following[0]) != here:
+            here = _key(following[0])
             if here in visited:
                 break
             visited.add(here)
-        chain.append(onward[0])
+        chain.append(following[0])
     return chain
 
 
@@ -96,7 +99,7 @@ def _key(waypoint: carla.Waypoint) -> _LaneKey:
 
 
 def _neighbours(waypoint: carla.Waypoint) -> tuple[StreetKind, Line, bool] | None:
-    """Return (kind, center line, rightmost), or None if there is no lane in which to pass."""
+    """Return (kind, center line, rightmost), or None if there is no lane for passing."""
     left, right = waypoint.get_left_lane(), waypoint.get_right_lane()
     if not _drivable(left) or min(left.lane_width, waypoint.lane_width) < _MIN_LANE_M:
         return None
@@ -113,7 +116,7 @@ def _drivable(waypoint: carla.Waypoint | None) -> TypeGuard[carla.Waypoint]:
 
 
 def _line(marking: carla.LaneMarking | None) -> Line:
-    """Classify a line; any with a solid part counts as solid, because its side is not reported reliably."""
+    """Classify a line. Any line with a solid part counts as solid, because its side is not reported reliably."""
     if marking is None:
         return "none"
     name = str(marking.type).lower()

@@ -190,7 +190,7 @@ class LanguageModelReasoner:
             model=query.model or self.model.name,
             input_tokens=query.usage.input_tokens if query.usage else None,
             output_tokens=query.usage.output_tokens if query.usage else None,
-            usd=self.usage_limits.price.of(query.usage) if query.usage and self.usage_limits.price else None,
+            usd=self.usage_limits.price.cost_of(query.usage) if query.usage and self.usage_limits.price else None,
             seconds=round(time.monotonic() - query.began, 4),
         )
 

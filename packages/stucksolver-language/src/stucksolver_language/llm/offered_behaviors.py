@@ -20,14 +20,14 @@ OFF_LANE_M = 0.5
 """Lateral offset from which `rejoin_route` is offered (m). Ours."""
 
 
-def known(scene: Scene) -> tuple[AvailableBehavior, ...]:
+def known_behaviors(scene: Scene) -> tuple[AvailableBehavior, ...]:
     """Return all known behaviors that the stack offers. They are the same in every scene of a run."""
     return tuple(b for b in scene.behaviors if b.name in REGISTRY)
 
 
 def available(scene: Scene) -> tuple[AvailableBehavior, ...]:
     """Return the behaviors that have an object or a lane to act on here. The guard still checks each plan."""
-    return tuple(b for b in known(scene) if b.name not in NEEDS or NEEDS[b.name](scene))
+    return tuple(b for b in known_behaviors(scene) if b.name not in NEEDS or NEEDS[b.name](scene))
 
 
 def signature(behavior: AvailableBehavior) -> str:

@@ -91,7 +91,7 @@ class OpenAiChat:
             return self._loop.run(self._exchange(self._connect(), messages, tools, must_call), limit_s)
         except DeadlineError:
             raise TransientReasonerError(
-                f"{self.where} gave no answer within {limit_s:.1f} s", TransientKind.LATE
+                f"{self.server_name} gave no answer within {limit_s:.1f} s", TransientKind.LATE
             ) from None
         except Cancelled:
             raise PermanentReasonerError("the query was canceled", paid=True) from None
@@ -113,7 +113,7 @@ class OpenAiChat:
             return {}
 
     @property
-    def where(self) -> str:
+    def server_name(self) -> str:
         """Name of the server for people."""
         return shown(self.base_url) if self.base_url else "api.openai.com"
 
@@ -154,10 +154,10 @@ class OpenAiChat:
         parts = urlsplit(self.base_url)
         version = parse_qs(parts.query).get("api-version") or [os.environ.get("OPENAI_API_VERSION", "")]
         if not version[0]:
-            raise PermanentReasonerError(f"{self.where}: no version: end the address with ?api-version=…")
+            raise PermanentReasonerError(f"{self.server_name}: no version: end the address with ?api-version=…")
         if not self._credentials.headers:
             own = f"{KEYS_VARIABLE}='HOST=KEY' for a server that is not Microsoft's"
-            raise PermanentReasonerError(f"{self.where}: no key: set {AZURE_KEY_VARIABLE}, or {own}")
+            raise PermanentReasonerError(f"{self.server_name}: no key: set {AZURE_KEY_VARIABLE}, or {own}")
         base = urlunsplit(parts._replace(query=""))
         return openai.AsyncAzureOpenAI(
             api_key=NO_KEY, base_url=base, api_version=version[0], max_retries=0, http_client=self._http(openai)
@@ -200,12 +200,12 @@ class OpenAiChat:
             except openai.OpenAIError as error:
                 if not self._learns(error, request):
                     keyed = self._credentials is not None and bool(self._credentials.headers)
-                    raise translated(error, self.where, self.model, keyed=keyed, clean=self._clean) from None
+                    raise translated(error, self.server_name, self.model, keyed=keyed, clean=self._clean) from None
                 continue
             except (ValueError, TypeError, AttributeError, LookupError) as error:
                 # The SDK returns a body that is not a completion unchanged, or fails on it with varying exceptions.
                 raise TransientReasonerError(
-                    f"the response of {self.where} is not a chat completion", TransientKind.BROKEN
+                    f"the response of {self.server_name} is not a chat completion", TransientKind.BROKEN
                 ) from error
             spent = reply.usage if spent is None or reply.usage is None else spent + reply.usage
             if is_called(reply) or not self.takes.step_down(f"answered without a call: {reply.text[:60]!r}"):

@@ -9,7 +9,7 @@ from stucksolver.plan import QUESTIONS
 from stucksolver.plan.behaviors import REGISTRY
 from stucksolver.scene import Scene
 from stucksolver_language.llm.chat import Message, Tool
-from stucksolver_language.llm.offered_behaviors import available, known, signature
+from stucksolver_language.llm.offered_behaviors import available, known_behaviors, signature
 from stucksolver_language.llm.scene_prompt import scene_text
 
 PROMPT_VERSION = 6
@@ -65,7 +65,7 @@ def messages(scene: Scene) -> list[Message]:
 
 def system_text(scene: Scene) -> str:
     """Return the fixed text, then the parameters and meanings of the stack's behaviors. It is the same during a run."""
-    meanings = [f"{signature(b)}: {REGISTRY[b.name].summary}" for b in known(scene)]
+    meanings = [f"{signature(b)}: {REGISTRY[b.name].summary}" for b in known_behaviors(scene)]
     return "\n".join([ROLE, "", "Behaviors (parameters with their ranges):", *meanings])
 
 

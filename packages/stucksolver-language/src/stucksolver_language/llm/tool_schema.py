@@ -14,7 +14,7 @@ from typing import Any
 from stucksolver.plan import CauseCode, GuidanceIntent, Intent, WaitReason
 from stucksolver.scene import ControlKind, LaneRelation, LightState, ObjectKind, Scene
 from stucksolver_language.llm.chat import Tool
-from stucksolver_language.llm.offered_behaviors import available, known
+from stucksolver_language.llm.offered_behaviors import available, known_behaviors
 
 DECIDE = "decide"
 CHECK_PLAN = "check_plan"
@@ -121,9 +121,9 @@ def _definitions(scene: Scene) -> Schema:
     offered = {b.name for b in available(scene)}
     return {
         "step": _object({"answer": {"type": ["boolean", "null"]}, "evidence": _text()}),
-        **{b.name: _behavior(b.name, b.parameters) for b in known(scene)},
+        **{b.name: _behavior(b.name, b.parameters) for b in known_behaviors(scene)},
         "steps": _object({name: {"$ref": "#/$defs/step"} for name in steps_of(scene)}),
-        "behavior": {"anyOf": [{"$ref": f"#/$defs/{b.name}"} for b in known(scene) if b.name in offered]},
+        "behavior": {"anyOf": [{"$ref": f"#/$defs/{b.name}"} for b in known_behaviors(scene) if b.name in offered]},
         "route_start": _start(scene),
         "waypoint_id": {"type": "string", "enum": [w.id for w in scene.waypoints] or ["none"]},
         "object_id": {"type": "string", "enum": [o.id for o in scene.objects] or ["none"]},

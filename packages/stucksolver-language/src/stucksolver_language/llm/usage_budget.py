@@ -30,7 +30,7 @@ class Price:
     cached_usd: float
     output_usd: float
 
-    def of(self, usage: Usage) -> float:
+    def cost_of(self, usage: Usage) -> float:
         """Return the cost of a query (US dollars)."""
         fresh = usage.input_tokens - usage.cached_tokens
         spent = fresh * self.input_usd + usage.cached_tokens * self.cached_usd + usage.output_tokens * self.output_usd
@@ -67,7 +67,7 @@ class BudgetUse:
         self.queries += 1
         self.tokens += usage.input_tokens + usage.output_tokens
         self.cached_tokens += usage.cached_tokens
-        self.usd = None if self.usd is None or price is None else self.usd + price.of(usage)
+        self.usd = None if self.usd is None or price is None else self.usd + price.cost_of(usage)
 
 
 EPISODE = Budget(queries=8, tokens=40_000)

@@ -15,7 +15,9 @@ from stucksolver_eval.sites.suite_placement import SuitePlacement
 
 TRUCK, CAR = "vehicle.carlamotors.carlacola", "vehicle.lincoln.mkz_2020"
 LASTS_S = 60.0
+"""Time until the vehicles drive off (s)."""
 CLEARS_MPS = 6.0
+"""Speed of the vehicles (m/s)."""
 
 
 @scenario
