@@ -143,9 +143,9 @@ def no_rescue_runs() -> bool:
 def test_a_silent_client_is_woken_and_not_before_the_stall_time(manager: FakeManager, lost: None) -> None:
     watch = TrafficManagerWatchdog()
     watch.published(100.0, "127.0.0.1", [manager.port])
-    watch.look(100.0 + STALLED_S - 0.01)
+    watch.free_if_silent(100.0 + STALLED_S - 0.01)
     assert settled(no_rescue_runs) and manager.calls == []
-    watch.look(100.0 + STALLED_S + 0.01)
+    watch.free_if_silent(100.0 + STALLED_S + 0.01)
     assert settled(lambda: watch.count == 1)
     assert manager.calls == WAKING
 
@@ -153,11 +153,11 @@ def test_a_silent_client_is_woken_and_not_before_the_stall_time(manager: FakeMan
 def test_a_client_is_woken_whatever_it_called_before_it_hung(manager: FakeManager, lost: None) -> None:
     watch = TrafficManagerWatchdog()
     watch.published(100.0, "127.0.0.1", [manager.port])
-    watch.heard()
-    watch.look(110.0)
-    watch.look(110.0 + STALLED_S - 0.01)
+    watch.note_call()
+    watch.free_if_silent(110.0)
+    watch.free_if_silent(110.0 + STALLED_S - 0.01)
     assert settled(no_rescue_runs) and manager.calls == []
-    watch.look(110.0 + STALLED_S + 0.01)
+    watch.free_if_silent(110.0 + STALLED_S + 0.01)
     assert settled(lambda: watch.count == 1)
 
 
@@ -165,7 +165,7 @@ def test_a_client_that_goes_on_hanging_is_woken_again_but_not_for_ever(manager: 
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [manager.port])
     for i in range(1, 2 * MOST_TRIES):
-        watch.look(100.0 * i)
+        watch.free_if_silent(100.0 * i)
         assert settled(no_rescue_runs)
     assert watch.count == MOST_TRIES
 
@@ -176,7 +176,7 @@ def test_a_client_that_waits_for_something_else_is_left_alone(manager: FakeManag
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [manager.port])
     for now in (1.0, 10.0, 100.0):
-        watch.look(now)
+        watch.free_if_silent(now)
         assert settled(no_rescue_runs)
     assert manager.calls == []
 
@@ -184,15 +184,15 @@ def test_a_client_that_waits_for_something_else_is_left_alone(manager: FakeManag
 def test_of_unknown_threads_a_silent_client_is_woken_once_and_late(manager: FakeManager, unknown: None) -> None:
     watch = TrafficManagerWatchdog()
     watch.published(100.0, "127.0.0.1", [manager.port])
-    watch.look(100.0 + STALLED_S - 0.01)
+    watch.free_if_silent(100.0 + STALLED_S - 0.01)
     assert settled(no_rescue_runs) and manager.calls == []
     # This very process is at work, so it might only be late.
-    watch.look(100.0 + STALLED_S + 0.01)
+    watch.free_if_silent(100.0 + STALLED_S + 0.01)
     assert settled(no_rescue_runs) and manager.calls == []
-    watch.look(100.0 + FAR_STALLED_S + 0.01)
+    watch.free_if_silent(100.0 + FAR_STALLED_S + 0.01)
     assert settled(lambda: watch.count == 1)
     assert manager.calls == WAKING
-    watch.look(200.0)
+    watch.free_if_silent(200.0)
     assert settled(no_rescue_runs) and len(manager.calls) == 3
 
 
@@ -200,9 +200,9 @@ def test_of_unknown_threads_a_client_is_left_alone_once_its_step_began(manager: 
     watch = TrafficManagerWatchdog()
     for has_begun, calls in ((True, []), (False, WAKING)):
         watch.published(0.0, "127.0.0.1", [manager.port])
-        watch.heard(has_begun=has_begun)
-        watch.look(10.0)
-        watch.look(20.0)
+        watch.note_call(has_begun=has_begun)
+        watch.free_if_silent(10.0)
+        watch.free_if_silent(20.0)
         assert settled(no_rescue_runs) and manager.calls == calls
 
 
@@ -213,9 +213,9 @@ def test_a_client_elsewhere_is_woken_when_it_has_been_silent_for_longer(
     monkeypatch.setattr(watchdog, "wake", lambda host, port, switching: woken.append((host, port)))
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "192.0.2.7", [manager.port])
-    watch.look(STALLED_S + 0.1)
+    watch.free_if_silent(STALLED_S + 0.1)
     assert settled(no_rescue_runs) and woken == []
-    watch.look(FAR_STALLED_S + 0.1)
+    watch.free_if_silent(FAR_STALLED_S + 0.1)
     assert settled(no_rescue_runs) and woken == [("192.0.2.7", manager.port)]
 
 
@@ -225,7 +225,7 @@ def test_every_manager_of_a_silent_client_is_woken_even_where_one_does_not_answe
     monkeypatch.setattr(watchdog, "ANSWER_S", 0.2)
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [mute.port, manager.port])
-    watch.look(STALLED_S + 0.1)
+    watch.free_if_silent(STALLED_S + 0.1)
     assert settled(lambda: watch.count == 1 and no_rescue_runs())
     assert manager.calls == WAKING
 
@@ -233,15 +233,15 @@ def test_every_manager_of_a_silent_client_is_woken_even_where_one_does_not_answe
 def test_a_client_that_left_is_left_alone(manager: FakeManager, lost: None) -> None:
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [manager.port])
-    watch.left()
-    watch.look(10.0)
+    watch.note_disconnect()
+    watch.free_if_silent(10.0)
     assert settled(no_rescue_runs) and manager.calls == []
 
 
 def test_a_client_without_managers_is_left_alone() -> None:
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [])
-    watch.look(10.0)
+    watch.free_if_silent(10.0)
     assert no_rescue_runs() and watch.count == 0
 
 
@@ -252,7 +252,7 @@ def test_a_manager_that_does_not_answer_is_left_in_its_mode_and_nothing_hangs(
     monkeypatch.setattr(watchdog, "ANSWER_S", 2.0)
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [mute.port])
-    watch.look(STALLED_S + 0.1)
+    watch.free_if_silent(STALLED_S + 0.1)
     assert not no_rescue_runs(), "nobody waits for the answer but the rescue"
     assert settled(no_rescue_runs)
     assert mute.calls == [(HEALTH, [])]
@@ -262,7 +262,7 @@ def test_a_manager_that_does_not_answer_is_left_in_its_mode_and_nothing_hangs(
 def test_a_manager_that_is_gone_is_no_error() -> None:
     watch = TrafficManagerWatchdog()
     watch.published(0.0, "127.0.0.1", [free_port()])
-    watch.look(FAR_STALLED_S + 0.1)
+    watch.free_if_silent(FAR_STALLED_S + 0.1)
     assert settled(no_rescue_runs) and watch.count == 0
 
 

@@ -63,7 +63,7 @@ def test_the_best_streets_are_full_length_and_free_of_junctions(town, kind):
         assert street.length_m == 170
         assert street.junction_free
         assert not any(waypoint.is_junction for waypoint in street.waypoints)
-        assert street.centre_line == "broken"
+        assert street.center_line == "broken"
 
 
 @pytest.mark.parametrize("kind", ["one_lane", "multi_lane"])

@@ -13,7 +13,7 @@ from zlib import crc32
 from carlette.blueprints.definitions import AttributeType, Definition
 
 UNPAINTED = "255,255,254"
-"""The default of every `color`. It is not a recommended one: a client that asks for white must get white."""
+"""Default of every `color`. It is not a recommended one, so that a client that asks for white gets white."""
 COLOR = "color"
 
 
@@ -24,6 +24,7 @@ def painted(
     choices = next((attribute.recommended for attribute in definition.attributes if attribute.id == COLOR), ())
     if not choices or attributes.get(COLOR, (AttributeType.COLOR, UNPAINTED))[1] != UNPAINTED:
         return dict(attributes)
-    # Not the id alone: cars and their sensors take ids in turn, so every car's id could leave the same remainder.
+    # The hash avoids a pattern: cars and their sensors take ids in turn, so every car's id could leave the
+    # same remainder.
     chosen = choices[crc32(f"{definition.id} {actor_id}".encode()) % len(choices)]
     return {**attributes, COLOR: (AttributeType.COLOR, chosen)}

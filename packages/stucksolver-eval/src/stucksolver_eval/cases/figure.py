@@ -16,7 +16,7 @@ IMAGE_H = 450
 TEXT_W = 860
 MARGIN = 18
 HEAD_H = 34
-INK, GREY, PAPER = (28, 30, 34), (108, 112, 120), (255, 255, 255)
+INK, GRAY, PAPER = (28, 30, 34), (108, 112, 120), (255, 255, 255)
 SHADES = ((232, 240, 252), (252, 243, 226), (230, 245, 234))
 COLUMNS = 104
 """Maximum number of characters in a line of text."""
@@ -45,14 +45,14 @@ def _row(canvas: Image.Image, result: CaseResult, top: int) -> None:
         for i, line in enumerate(lines):
             draw.text((left + 10, at + 8 + LINE_H * (i + 1)), line, INK, font=ImageFont.load_default(15))
         at += height + 8
-    draw.text((left + 10, at), f"Outcome: {result.ending}", GREY, font=ImageFont.load_default(14))
+    draw.text((left + 10, at), f"Outcome: {result.ending}", GRAY, font=ImageFont.load_default(14))
 
 
 def _picture(result: CaseResult) -> Image.Image:
     scene = result.decided.scene if result.decided is not None else None
     if scene is None or scene.image is None:
         empty = Image.new("RGB", (IMAGE_W, IMAGE_H), (226, 228, 232))
-        ImageDraw.Draw(empty).text((IMAGE_W // 2 - 40, IMAGE_H // 2), "no picture", GREY)
+        ImageDraw.Draw(empty).text((IMAGE_W // 2 - 40, IMAGE_H // 2), "no picture", GRAY)
         return empty
     return Image.open(io.BytesIO(scene.image.jpeg)).convert("RGB").resize((IMAGE_W, IMAGE_H))
 

@@ -15,7 +15,7 @@ from stucksolver.scene import Interpretation
 from stucksolver.solver import EventKind
 from stucksolver_eval.cases.case import CASES, Case
 from stucksolver_eval.cases.case_runner import CaseResult
-from stucksolver_eval.cases.figure import GREY, INK, PAPER
+from stucksolver_eval.cases.figure import GRAY, INK, PAPER
 
 DRIVE_S = 66.0
 """Duration of a drive (s). A vehicle that stays behind the cyclists needs it to the end of the shipped map's street."""
@@ -94,7 +94,7 @@ def draw_wordings(wordings: Sequence[Wording], results: Sequence[CaseResult], pa
         draw.text((left, MARGIN), title, INK, font=ImageFont.load_default(17))
         left += size
     note = f"{REACH_M:.0f} m behind the first (bottom) to {REACH_M:.0f} m ahead (top), {DRIVE_S:.0f} s; dot: words"
-    draw.text((MARGIN + TEXT_W + READ_W, MARGIN + 24), note, GREY, font=ImageFont.load_default(12))
+    draw.text((MARGIN + TEXT_W + READ_W, MARGIN + 24), note, GRAY, font=ImageFont.load_default(12))
     for k, (wording, result) in enumerate(zip(wordings, results, strict=True)):
         _row(draw, HEAD_H + k * ROW_H, wording, result)
     canvas.save(path, optimize=True)
@@ -110,13 +110,13 @@ def _row(draw: ImageDraw.ImageDraw, top: int, wording: Wording, result: CaseResu
         (left, top + 9), "nothing" if reading is None else reading.description, INK, font=ImageFont.load_default(16)
     )
     if wording.meant is not None:
-        draw.text((left, top + 31), f"meant: {wording.meant.replace('_', ' ')}", GREY, font=ImageFont.load_default(13))
+        draw.text((left, top + 31), f"meant: {wording.meant.replace('_', ' ')}", GRAY, font=ImageFont.load_default(13))
     _chart(draw, left + READ_W, top, result)
-    colour = HIT if result.collisions else PASSED if passed_s(result) is not None else STAYED
+    color = HIT if result.collisions else PASSED if passed_s(result) is not None else STAYED
     at = left + READ_W + CHART_W
-    draw.text((at, top + 9), outcome(result), colour, font=ImageFont.load_default(16))
+    draw.text((at, top + 9), outcome(result), color, font=ImageFont.load_default(16))
     last = next((e.text for e in reversed(result.events) if e.kind is EventKind.GUIDANCE_ENDED), "")
-    draw.text((at, top + 31), last.rpartition('": ')[2][:44], GREY, font=ImageFont.load_default(13))
+    draw.text((at, top + 31), last.rpartition('": ')[2][:44], GRAY, font=ImageFont.load_default(13))
 
 
 def _chart(draw: ImageDraw.ImageDraw, left: int, top: int, result: CaseResult) -> None:

@@ -62,7 +62,7 @@ class Criterion(ABC):
     def update(self, moment: EgoTick) -> None:
         """Judge one tick."""
 
-    def finish(self) -> None:  # noqa: B027 (most criteria need nothing here)
+    def finish(self) -> None:  # noqa: B027 (most criteria do nothing here)
         """Judge the aspects that need the whole route, at its end."""
 
     def close(self) -> None:  # noqa: B027

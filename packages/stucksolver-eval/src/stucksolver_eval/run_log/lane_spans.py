@@ -26,7 +26,7 @@ class LaneSpan(NamedTuple):
     """OpenDRIVE lane type: `driving`, `shoulder`, `sidewalk`, ..."""
     start_s: float
     end_s: float
-    draws_centre: bool
+    draws_center: bool
     """True if the road's center line, which both sides share, is drawn with this lane."""
 
 

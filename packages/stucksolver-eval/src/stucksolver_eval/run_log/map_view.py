@@ -67,15 +67,15 @@ def _sampled(carla_map: carla.Map, span: LaneSpan) -> _Samples:
         stations = stations[::-1]
     waypoints = [carla_map.get_waypoint_xodr(span.road_id, span.lane_id, float(s)) for s in stations]
     found = [waypoint for waypoint in waypoints if waypoint is not None]
-    centre, to_left = np.empty((len(found), 2)), np.empty((len(found), 2))
+    center, to_left = np.empty((len(found), 2)), np.empty((len(found), 2))
     for index, waypoint in enumerate(found):
         transform = waypoint.transform
         yaw_rad = -np.radians(transform.rotation.yaw)
-        centre[index] = transform.location.x, -transform.location.y
+        center[index] = transform.location.x, -transform.location.y
         to_left[index] = -np.sin(yaw_rad), np.cos(yaw_rad)
         to_left[index] *= waypoint.lane_width / 2
     paint = [(_paint(waypoint.left_lane_marking), _paint(waypoint.right_lane_marking)) for waypoint in found]
-    return _Samples(span, centre + to_left, centre - to_left, paint)
+    return _Samples(span, center + to_left, center - to_left, paint)
 
 
 def _paint(marking: carla.LaneMarking | None) -> _Paint:
@@ -115,7 +115,7 @@ def _view(name: str, pieces: Sequence[_Samples], tolerance_m: float) -> MapView:
 def _markings(piece: _Samples, tolerance_m: float) -> Iterator[Marking]:
     """Yield the line on the outer side of a lane, and the center line if it is drawn with this lane."""
     yield from _line(piece, [paint[1] for paint in piece.paint], piece.right, tolerance_m)
-    if piece.span.draws_centre:
+    if piece.span.draws_center:
         yield from _line(piece, [paint[0] for paint in piece.paint], piece.left, tolerance_m)
 
 

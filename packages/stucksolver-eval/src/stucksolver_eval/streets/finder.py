@@ -48,7 +48,7 @@ _STEP_M = 10
 _ONCOMING_LIMIT_M = 400
 """Length of oncoming lane that is searched (m). Ours."""
 _FREE, _THROUGH_JUNCTION, _SHORT = range(3)
-_CENTRE_ORDER = ("broken", "none", "other", "solid")
+_CENTER_ORDER = ("broken", "none", "other", "solid")
 
 
 class StreetError(ValueError):
@@ -68,7 +68,7 @@ class Street:
     """Waypoints 1 m apart from start to destination along the lane."""
     obstacle_index: int
     """Index in `waypoints` of the position for the obstacle, and its distance from the start (m)."""
-    centre_line: Line
+    center_line: Line
     """Line to the left neighbor near the obstacle: `broken`, `solid`, `none` or `other`."""
     bend_deg: float
     """Largest change of heading between any two points of the stretch."""
@@ -212,7 +212,7 @@ def _badness(candidate: _Candidate) -> tuple[int, ...]:
     in_sight = candidate.route.section(max(0, place - _RUN_UP_M), place + CLEAR_PAST_M + 1)
     return (
         candidate.form,
-        _CENTRE_ORDER.index(stretch.centre_line) if stretch.kind == "one_lane" else 0,
+        _CENTER_ORDER.index(stretch.center_line) if stretch.kind == "one_lane" else 0,
         int(turn_deg(candidate.route.yaws_deg) >= _STRAIGHT_DEG),
         int(turn_deg(in_sight.yaws_deg) >= _STRAIGHT_DEG),
         int(max(in_sight.slopes_deg) - min(in_sight.slopes_deg) >= _FLAT_DEG),
@@ -243,7 +243,7 @@ def _street(candidate: _Candidate) -> Street:
         kind=stretch.kind,
         waypoints=tuple(candidate.route.waypoints),
         obstacle_index=candidate.obstacle_index,
-        centre_line=stretch.centre_line,
+        center_line=stretch.center_line,
         bend_deg=turn_deg(candidate.route.yaws_deg),
         oncoming_m=_oncoming_m(candidate.obstacle) if stretch.kind == "one_lane" else 0.0,
         junction_free=candidate.form != _THROUGH_JUNCTION,

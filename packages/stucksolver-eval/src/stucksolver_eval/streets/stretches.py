@@ -26,7 +26,7 @@ class Stretch:
     """Part of a chain, `first` to `last`, along which the neighbors stay the same."""
 
     kind: StreetKind
-    centre_line: Line
+    center_line: Line
     """The line to the left neighbor."""
     rightmost: bool
     """True if there is no driving lane to the right."""
@@ -44,10 +44,10 @@ def lane_runs(carla_map: carla.Map) -> list[list[carla.Waypoint]]:
 
 def stretches(chain: Sequence[carla.Waypoint]) -> Iterator[Stretch]:
     """Yield the parts of a chain with a left neighbor lane for passing."""
-    for neighbours, group in groupby(enumerate(chain), key=lambda item: _neighbours(item[1])):
+    for neighbors, group in groupby(enumerate(chain), key=lambda item: _neighbors(item[1])):
         places = [place for place, _ in group]
-        if neighbours is not None:
-            yield Stretch(*neighbours, first=places[0], last=places[-1])
+        if neighbors is not None:
+            yield Stretch(*neighbors, first=places[0], last=places[-1])
 
 
 def bend_deg(waypoints: Sequence[carla.Waypoint]) -> float:
@@ -98,7 +98,7 @@ def _key(waypoint: carla.Waypoint) -> _LaneKey:
     return waypoint.road_id, waypoint.section_id, waypoint.lane_id
 
 
-def _neighbours(waypoint: carla.Waypoint) -> tuple[StreetKind, Line, bool] | None:
+def _neighbors(waypoint: carla.Waypoint) -> tuple[StreetKind, Line, bool] | None:
     """Return (kind, center line, rightmost), or None if there is no lane for passing."""
     left, right = waypoint.get_left_lane(), waypoint.get_right_lane()
     if not _drivable(left) or min(left.lane_width, waypoint.lane_width) < _MIN_LANE_M:

@@ -42,7 +42,7 @@ READY = Tool(
         "additionalProperties": False,
     },
 )
-GREY_JPEG = (
+GRAY_JPEG = (
     b"/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDACgcHiMeGSgjISMtKygwPGRBPDc3PHtYXUlkkYCZlo+AjIqgtObDoKrarYqMyP/L2u71"
     b"////m8H////6/+b9//j/wAALCABAAEABAREA/8QAFAABAAAAAAAAAAAAAAAAAAAAAP/EABQQAQAAAAAAAAAAAAAAAAAAAAD/2gAI"
     b"AQEAAD8AAAAAAAAAAAAAAAAAAAAAAP/Z"
@@ -79,7 +79,7 @@ def preflight_model(model: ChatModel, limit_s: float = LIMIT_S) -> tuple[str, ..
 
 
 def _ask(model: ChatModel, ends_at: float) -> None:
-    picture = CameraImage(width=64, height=64, jpeg=GREY_JPEG)
+    picture = CameraImage(width=64, height=64, jpeg=GRAY_JPEG)
     turns = [Message("system", "You are asked whether you can be reached."), Message("user", "Ready?", image=picture)]
     while (pause_s := _asked(model, turns, ends_at)) is not None:
         time.sleep(pause_s)

@@ -27,7 +27,7 @@ NEAR_M = 6.0
 """Distance of the hero at which the pedestrian starts in any case (m)."""
 BEHIND_M = 0.8
 """Distance of the pedestrian behind the object (m)."""
-KERB_M = 0.2
+CURB_M = 0.2
 """Distance of the object from the curb (m)."""
 
 
@@ -72,7 +72,7 @@ class DynamicObjectCrossing(Scenario):
         lane = self.ahead(self.distance_m)
         sign = 1.0 if self.direction == "right" else -1.0
         blocker = self.cast.keep_below(self.blocker)
-        self._offset_m = edge_m(lane, self.direction) + blocker.half_width_m + KERB_M
+        self._offset_m = edge_m(lane, self.direction) + blocker.half_width_m + CURB_M
         self.cast.bring(blocker, offset_pose(lane, sign * self._offset_m), lift_m=0.0)
         ahead_m = blocker.half_length_m + BEHIND_M
         # The walker faces the road, turned toward the hero by the angle.
