@@ -1,7 +1,7 @@
-"""How long the student takes for one decision among 30 objects, with the guard's opinion of its plans, on one core.
+"""Time of one decision of the student among 30 objects, with the guard's verdicts on its plans, on one core.
 
-`ms_*` are milliseconds of wall time at the 50th and the 95th percentile; `over_rules_*` are the same as multiples of
-what the rules take for the same scenes in the same run, which other load changes less.
+`ms_*` are milliseconds of wall time at the 50th and the 95th percentile. `over_rules_*` are the same as multiples of
+the times of the rules for the same scenes in the same run, which other load changes less.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from stucksolver.solver.state_machine.admission import preview_verdict
 from stucksolver_language.student import DistilledReasoner
 
 MOVED_M = 0.25
-"""Between two questions the ego stands this much further back, so that no answer is a repetition (m)."""
+"""Distance by which the ego is moved back between two queries (m), so that no query is a repetition."""
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """Return the figures: see this module's docstring."""
+    """Return the metrics of this module's docstring."""
     asked = list(questions(20 if smoke else 200))
     rules, student = _times(RuleReasoner(), asked), _times(DistilledReasoner(), asked)
     figures: dict[str, float] = {}
@@ -38,7 +38,7 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _times(reasoner: Reasoner, asked: list[ReasonerRequest]) -> list[float]:
-    """Return what each question takes (s), after one that loads the weights."""
+    """Return the times of the queries (s), after one query that loads the weights."""
     reasoner.decide(asked[0])
     times = []
     for request in asked:
@@ -49,7 +49,7 @@ def _times(reasoner: Reasoner, asked: list[ReasonerRequest]) -> list[float]:
 
 
 def questions(count: int) -> Iterator[ReasonerRequest]:
-    """Yield questions about a car parked in the lane, among 30 objects, each with a check of plans by the guard."""
+    """Yield queries about a car parked in the lane, among 30 objects, each with a check of plans by the guard."""
     guard = Guard(find_ladder("evaluation").guard_policy())
     first = parked_car()
     for number in range(count):

@@ -54,7 +54,7 @@ class Half:
     late: int = 0
 
     def figures(self) -> dict[str, float]:
-        """Counts, and times in milliseconds."""
+        """Return counts, and times in milliseconds."""
         late, work, page = sorted(self.late_s), sorted(self.work_s), sorted(self.page_s)
         return {
             "ticks": len(late),
@@ -105,13 +105,13 @@ class Car:
             self._desk.show_picture(self._vehicle, self._picture)
 
     def close(self) -> None:
-        """Closes the solver and leaves the desk."""
+        """Close the solver and leaves the desk."""
         self._solver.close()
         self._desk.leave(self._vehicle)
 
 
 def measure(seconds: float, slice_s: float, clients: int = CLIENTS) -> dict[str, float]:
-    """Measures with and without pages, this long each. Raises `RuntimeError` if pages do not open or get nothing."""
+    """Measure with and without pages, this long each. Raises `RuntimeError` if pages do not open or get nothing."""
     from stucksolver_passenger.gateway import PassengerGateway
     from stucksolver_passenger.server.options import PageOptions
     from stucksolver_passenger.server.process import PassengerServer
@@ -151,7 +151,7 @@ def measure(seconds: float, slice_s: float, clients: int = CLIENTS) -> dict[str,
 
 
 def _drive(car: Car, half: Half, seconds: float) -> None:
-    """Drives at 20 Hz in wall time. After a late tick the schedule restarts, so that the next one is not late, too."""
+    """Drive at 20 Hz in wall time. After a late tick the schedule restarts, so that the next one is not late, too."""
     due = time.monotonic()
     end = due + seconds
     while due < end:
@@ -180,7 +180,7 @@ class Pages:
         return self._ours.poll() and bool(self._ours.recv())
 
     def close(self) -> list[tuple[int, int]]:
-        """Closes the pages. Returns the number of events and bytes that each received."""
+        """Close the pages. Returns the number of events and bytes that each received."""
         self._ours.send("over")
         counts: list[tuple[int, int]] = self._ours.recv()
         self._process.join()
@@ -238,12 +238,12 @@ def _quantile(ordered: list[float], share: float) -> float:
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """All figures. With `smoke`, a few seconds only: tests that it runs, and says nothing about late ticks."""
+    """Return all figures. With `smoke`, a few seconds only: tests that it runs, and says nothing about late ticks."""
     return measure(SMOKE_S, SMOKE_SLICE_S) if smoke else measure(SECONDS, SLICE_S)
 
 
 def report(figures: dict[str, float]) -> str:
-    """The late ticks with and without pages, one line each."""
+    """Return the late ticks with and without pages, one line each."""
     head = f"{figures['clients']:.0f} pages, machine load {figures['load_of_the_machine']:.1f}"
     rows = [
         f"{name} pages: {figures[f'{name}_late']:.0f} of {figures[f'{name}_ticks']:.0f} ticks late, "
@@ -255,7 +255,7 @@ def report(figures: dict[str, float]) -> str:
 
 
 def main() -> int:
-    """Prints all figures as JSON, and the report. Returns 1 if a tick was late with pages, except with `--smoke`."""
+    """Print all figures as JSON, and the report. Returns 1 if a tick was late with pages, except with `--smoke`."""
     parser = argparse.ArgumentParser(description="Ticks of the control loop with and without listening pages.")
     lengths = parser.add_mutually_exclusive_group()
     lengths.add_argument("--smoke", action="store_true", help="a few seconds only")

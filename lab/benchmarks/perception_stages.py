@@ -24,7 +24,7 @@ SHARES = {"attributes": 0.5, "lights": 0.5, "far": 0.5, "far_view": 0.5, "rear":
 
 
 def run(smoke: bool) -> dict[str, float]:
-    """Medians of each stage and of the whole cycle, and the memory of this process (MB)."""
+    """Return medians of each stage and of the whole cycle, and the memory of this process (MB)."""
     with carlette_server("grid_town", scenery=True) as server:
         world = connect(server, 30.0).get_world()
         set_synchronous(world, STEP_S)
@@ -49,7 +49,7 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _street(world: carla.World) -> carla.Vehicle:
-    """Spawns the ego and parked cars around it; returns the ego."""
+    """Spawn the ego and parked cars around it; returns the ego."""
     library, spots = world.get_blueprint_library(), world.get_map().get_spawn_points()
     ego: carla.Vehicle = world.spawn_actor(library.find("vehicle.lincoln.mkz_2020"), spots[0])
     here = spots[0].location

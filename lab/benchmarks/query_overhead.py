@@ -56,7 +56,7 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _drive(reasoner: Reasoner, seconds: float, speed_mps: float) -> tuple[list[float], list[float]]:
-    """CPU time (us) and delay (s) of each step, without the first tenth, in which the question is asked."""
+    """Return CPU time (us) and delay (s) of each step, without the first tenth, in which the question is asked."""
     surroundings = parked_car()
     costs: list[float] = []
     late: list[float] = []

@@ -101,7 +101,7 @@ class Shot:
 
 
 def plate(lines: Sequence[str]) -> Mesh:
-    """A white plate with black lines, as wide as the longest, at the height of signs."""
+    """Return a white plate with black lines, as wide as the longest, at the height of signs."""
     builder = Builder(tags.TRAFFIC_SIGN)
     half, high = 0.1 * max(map(len, lines)) + 0.08, 0.18 * len(lines) + 0.06
     corners = [(0.06, y * half, FACE_M + z * high) for y, z in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
@@ -113,7 +113,7 @@ def plate(lines: Sequence[str]) -> Mesh:
 
 
 def shots(weather: str, rig: CameraRig) -> Iterator[Shot]:
-    """Each sign at each distance."""
+    """Yield each sign at each distance."""
     network = RoadNetwork(load_map(DEMO_TOWN))
     random = np.random.default_rng(1)
     eye_m = rig.mount.z_m
@@ -124,10 +124,10 @@ def shots(weather: str, rig: CameraRig) -> Iterator[Shot]:
             right = RIGHT_M if away > DISTANCES_M[0] else NEAR_RIGHT_M
             studio = Studio(network)
             studio.weather(**WEATHERS[weather])
-            turned = studio.place(away, right, 0.0, 180.0 + float(random.uniform(-MOST_TURNED_DEG, MOST_TURNED_DEG)))
+            turned = studio.pose_at(away, right, 0.0, 180.0 + float(random.uniform(-MOST_TURNED_DEG, MOST_TURNED_DEG)))
             studio.extra.append(RenderPart(mesh, matrix_of(turned), 0, tags.TRAFFIC_SIGN))
             studio.world.tick()
-            eye = Pose(studio.place(0.0, 0.0, eye_m).location, Rotation(0.0, studio.spot.rotation.yaw, 0.0))
+            eye = Pose(studio.pose_at(0.0, 0.0, eye_m).location, Rotation(0.0, studio.spot.rotation.yaw, 0.0))
             rgb = studio.shoot(CameraView(eye, rig.width_px, rig.height_px, rig.fov_deg))
             column = rig.width_px / 2 + rig.focal_px * right / away
             row = rig.height_px / 2 - rig.focal_px * (FACE_M - eye_m) / away
@@ -135,7 +135,7 @@ def shots(weather: str, rig: CameraRig) -> Iterator[Shot]:
 
 
 def around(shot: Shot, rig: CameraRig) -> SignTarget:
-    """The crop around a sign whose position is known."""
+    """Return the crop around a sign whose position is known."""
     half = rig.focal_px * HALF_M / shot.away_m
     left, top = max(int(shot.column - half), 0), max(int(shot.row - 0.8 * half), 0)
     right, bottom = min(int(shot.column + half), rig.width_px), int(shot.row + 0.8 * half)
@@ -150,7 +150,7 @@ class Timed:
         self.cpu_ms: list[float] = []
 
     def read(self, rgb: Bytes, target: SignTarget) -> Counter[SignWord]:
-        """The words in a part of an image."""
+        """Return the words in a part of an image."""
         began = time.process_time()
         found = self._reader.read(target.crop(rgb), target.single)
         self.cpu_ms.append(1e3 * (time.process_time() - began))
@@ -158,7 +158,7 @@ class Timed:
 
 
 def measure_signs(weather: str, rig: CameraRig) -> None:
-    """Prints one line per sign, and what was read in all."""
+    """Print one line per sign, and what was read in all."""
     reader = Timed()
     for kind in ("known place", "road ahead"):
         told: dict[str, list[str]] = {}
@@ -184,7 +184,7 @@ def measure_signs(weather: str, rig: CameraRig) -> None:
 
 
 def measure_drives(folder: Path, every: int, save: Path | None) -> None:
-    """Prints each word found in the pictures of recorded drives, and the number of crops."""
+    """Print each word found in the pictures of recorded drives, and the number of crops."""
     reader = Timed()
     found = 0
     for drive in recordings(folder):
@@ -209,7 +209,7 @@ def measure_drives(folder: Path, every: int, save: Path | None) -> None:
 
 
 def keep(rgb: Bytes, target: SignTarget, file: Path) -> None:
-    """Saves a crop."""
+    """Save a crop."""
     from PIL import Image
 
     file.parent.mkdir(parents=True, exist_ok=True)
@@ -217,18 +217,18 @@ def keep(rgb: Bytes, target: SignTarget, file: Path) -> None:
 
 
 def type_of(tick: Recorded, target: SignTarget) -> str:
-    """The blueprint of what is in a crop."""
+    """Return the blueprint of what is in a crop."""
     return "ahead" if target.track_id is None else tick.truth.type_id[target.track_id]
 
 
 def pose_of(tick: Recorded) -> PoseEstimate:
-    """The true pose."""
+    """Return the true pose."""
     x, y, z, yaw = (float(item) for item in tick.pose[:4])
     return PoseEstimate(tick.time_s, x, y, z, yaw, 0.0, 0.0, np.eye(4))
 
 
 def tracks_of(tick: Recorded) -> Iterator[Track]:
-    """The true bodies as tracks at rest, by their index."""
+    """Yield the true bodies as tracks at rest, by their index."""
     for i, (box, kind) in enumerate(zip(tick.truth.boxes, tick.truth.kind, strict=True)):
         label = LABEL_OF_KIND.get(KINDS[int(kind)])
         if label is not None:
@@ -236,7 +236,7 @@ def tracks_of(tick: Recorded) -> Iterator[Track]:
 
 
 def track_of(number: int, time_s: float, label: int, box: Floats) -> Track:
-    """A track with this box, see `recording.BOX_COLUMNS`."""
+    """Return a track with this box, see `recording.BOX_COLUMNS`."""
     x, y, z, yaw, length, width, height = (float(item) for item in box[:7])
     return Track(
         number, time_s, label, 1.0, 1.0, x, y, z, yaw, 0.0, 0.0, length, width, height, np.eye(5), 0.0, time_s, 9,
@@ -245,7 +245,7 @@ def track_of(number: int, time_s: float, label: int, box: Floats) -> Track:
 
 
 def main() -> None:
-    """Reads signs, or the pictures of drives."""
+    """Read signs, or the pictures of drives."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--weather", choices=sorted(WEATHERS), default="clear")
     parser.add_argument("--drives", type=Path, help="folder of recordings (`python -m lab perception collect`)")

@@ -49,7 +49,7 @@ def run(smoke: bool) -> dict[str, float]:
 
 
 def _ticks(batches: int, calls: int) -> dict[str, float]:
-    """The detector alone, and the whole step, while the vehicle drives freely."""
+    """Return the detector alone, and the whole step, while the vehicle drives freely."""
     statuses = [Status(time_s=0.05 * k, speed_mps=8.0, progress_m=0.4 * k) for k in range(batches * calls)]
     nothing, detector = _Nothing(), Detector()
     figures = {
@@ -62,7 +62,7 @@ def _ticks(batches: int, calls: int) -> dict[str, float]:
 
 
 def _looks(batches: int, calls: int) -> dict[str, float]:
-    """Calls that happen only while a plan is pending or running, with 30 actors around."""
+    """Call that happen only while a plan is pending or running, with 30 actors around."""
     surroundings, guard, rules = parked_car(), Guard(), RuleReasoner()
     view = FrenetScene(surroundings)
     scene = build_scene(view, Status(time_s=0.0, speed_mps=0.0, progress_m=0.0), describe(tuple(REGISTRY)))
@@ -95,7 +95,7 @@ def _never(seen: object = None) -> NoReturn:
 
 
 def _each(statuses: list[Status], batches: int, call: Callable[[Status], object]) -> float:
-    """Median time of a call over batches of statuses (us)."""
+    """Return median time of a call over batches of statuses (us)."""
     size = len(statuses) // batches
     times = []
     for k in range(batches):
@@ -118,7 +118,7 @@ def _median(batches: int, calls: int, call: Callable[[], object]) -> float:
 
 
 def parked_car() -> Surroundings:
-    """Behind a parked car on a two-way road with other parked cars, pedestrians, and traffic that has passed."""
+    """Return behind a parked car on a two-way road with other parked cars, pedestrians, and traffic that has passed."""
     objects = [_object("lead", 75.0, 0.0, ObjectKind.CAR)]
     for k in range(ACTORS - 1):
         x = 40.0 + 9.0 * k
@@ -140,7 +140,7 @@ def parked_car() -> Surroundings:
 
 
 def _crowd(surroundings: Surroundings) -> Surroundings:
-    """The worst case: everybody walks toward the path, so that the guard can filter out nobody."""
+    """Return the worst case: everybody walks toward the path, so that the guard can filter out nobody."""
     walkers = [
         _object(f"walker {k}", 62.0 + 2.0 * k, 6.0 + k % 10, ObjectKind.PEDESTRIAN).model_copy(update={"vy_mps": -1.2})
         for k in range(ACTORS - 1)

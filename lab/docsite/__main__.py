@@ -30,7 +30,7 @@ SOURCES = sorted(ROOT.glob("packages/*/src"))
 
 
 def main() -> int:
-    """Stages and builds the site. Returns 1 if a page has a broken link or does not build."""
+    """Return stages and builds the site. Returns 1 if a page has a broken link or does not build."""
     parser = argparse.ArgumentParser(prog="python -m lab.docsite", description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("out/site"), help="output folder")
     parser.add_argument("--report", type=Path, help="page of a demonstration, included unchanged")

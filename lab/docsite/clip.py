@@ -28,7 +28,7 @@ SHOW = """([slider, time_s]) => {
 
 
 def frames(report: Path) -> list[Image.Image]:
-    """Screenshots of the top of the page at each time."""
+    """Return screenshots of the top of the page at each time."""
     from playwright.sync_api import sync_playwright
 
     pictures = []
@@ -49,7 +49,7 @@ def frames(report: Path) -> list[Image.Image]:
 
 
 def main() -> int:
-    """Writes the clip. Returns 2 if the page does not exist."""
+    """Write the clip. Returns 2 if the page does not exist."""
     report = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "out" / "demo" / "report.html")
     if not report.is_file():
         print(f"error: {report} does not exist; `make demo` writes out/demo/report.html", file=sys.stderr)

@@ -25,21 +25,21 @@ DRAW = """async (source) => {
 
 
 def picture(source: str) -> Path:
-    """Path of the drawing of a diagram, which may not exist yet."""
+    """Return path of the drawing of a diagram, which may not exist yet."""
     return FOLDER / f"{hashlib.sha256(source.strip().encode()).hexdigest()[:16]}.svg"
 
 
 def sources() -> Iterator[str]:
-    """The sources of all diagrams in the repository's pages."""
+    """Yield the sources of all diagrams in the repository's pages."""
     for page in (ROOT / "ARCHITECTURE.md", ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))):
         yield from BLOCK.findall(page.read_text(encoding="utf-8"))
 
 
 def drawn(text: str, up: str) -> str:
-    """A page with its diagrams as images. `up` is the path from the page's folder to the root."""
+    """Return a page with its diagrams as images. `up` is the path from the page's folder to the root."""
 
     def replaced(found: re.Match[str]) -> str:
-        """The image, with the source folded below it for readers who cannot see the image."""
+        """Return the image, with the source folded below it for readers who cannot see the image."""
         source, file = found[1], picture(found[1])
         if not file.is_file():
             return f"```text\n{source}```"
@@ -51,7 +51,7 @@ def drawn(text: str, up: str) -> str:
 
 
 def main() -> int:
-    """Draws the missing diagrams, and removes those that no page uses any more."""
+    """Draw the missing diagrams, and removes those that no page uses any more."""
     if len(sys.argv) != 2 or not Path(sys.argv[1]).is_file():
         print("error: give the path of mermaid.min.js (npm pack mermaid@11; it is in package/dist/)", file=sys.stderr)
         return 2

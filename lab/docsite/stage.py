@@ -21,7 +21,7 @@ FILE_MAX_BYTES = 300_000
 
 
 def stage(target: Path, report: Path | None = None) -> None:
-    """Fills an empty folder. `report`: the page of a demonstration, included in the site unchanged."""
+    """Fill an empty folder. `report`: the page of a demonstration, included in the site unchanged."""
     shutil.rmtree(target, ignore_errors=True)
     target.mkdir(parents=True)
     for source in _pages():
@@ -57,7 +57,7 @@ def _put(place: Path, source: Path) -> None:
 
 
 def _link(found: re.Match[str], source: Path, place: Path) -> str:
-    """A link to a page is kept. For a link to another file, the file is copied, or only named."""
+    """Return a link to a page is kept. For a link to another file, the file is copied, or only named."""
     words, to = found[1], found[2]
     target = (source.parent / to).resolve()
     if "://" in to or to.startswith("mailto:") or not target.is_relative_to(ROOT) or not target.exists():

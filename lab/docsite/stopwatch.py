@@ -66,7 +66,7 @@ def _timed(step: str, command: list[str], folder: Path) -> Lap:
 
 
 def table(found: list[Lap]) -> str:
-    """The Markdown table; its last column adds the times up."""
+    """Return the Markdown table; its last column adds the times up."""
     lines = ["", "| step | command | time | since the start |", "|---|---|---|---|"]
     total, last = 0.0, ""
     for lap in found:

@@ -40,7 +40,7 @@ class TutorialError(RuntimeError):
 
 
 def blocks(page: str) -> list[Block]:
-    """All blocks of a page that have a language."""
+    """Return all blocks of a page that have a language."""
     return [Block(language, title or "", text) for language, title, text in BLOCK.findall(page)]
 
 
@@ -64,7 +64,7 @@ def follow(page: str, folder: Path, name: str = "page", python: str = sys.execut
 
 
 def _run(commands: str, folder: Path, name: str, python: str) -> str:
-    """The output of the commands on both streams."""
+    """Return the output of the commands on both streams."""
     environment = {**os.environ, "PATH": f"{Path(python).parent}{os.pathsep}{os.environ['PATH']}"}
     for variable in [key for key in environment if key.startswith("STUCKSOLVER_")]:
         del environment[variable]
@@ -80,7 +80,7 @@ def _run(commands: str, folder: Path, name: str, python: str) -> str:
 
 
 def checkout(folder: Path) -> None:
-    """Copies what a newcomer has after cloning, without the large data of results and training."""
+    """Copy what a newcomer has after cloning, without the large data of results and training."""
     command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     for name in listed.split("\0"):
@@ -93,7 +93,7 @@ def checkout(folder: Path) -> None:
 
 
 def main() -> int:
-    """Runs the pages. Returns 1 if a page does not do what it says."""
+    """Run the pages. Returns 1 if a page does not do what it says."""
     names = sys.argv[1:] or [page.stem for page in sorted(PAGES.glob("*.md"))]
     bad = 0
     for name in names:

@@ -66,7 +66,7 @@ class ReleaseError(RuntimeError):
 
 
 def main() -> int:
-    """Runs the checks. Returns 1 if one fails, and 2 if no Python version could be checked."""
+    """Run the checks. Returns 1 if one fails, and 2 if no Python version could be checked."""
     parser = argparse.ArgumentParser(prog="python -m lab.releasing", description=__doc__)
     parser.add_argument("--python", action="append", choices=PYTHONS, help="only this version (default: all three)")
     parser.add_argument("--out", type=Path, default=Path("out/release"), help="folder for the output")
@@ -86,7 +86,7 @@ def main() -> int:
 
 
 def build(dist: Path) -> dict[str, Path]:
-    """Builds the wheel of each distribution from its sdist, as an installer does. Raises `ReleaseError`."""
+    """Build the wheel of each distribution from its sdist, as an installer does. Raises `ReleaseError`."""
     shutil.rmtree(dist, ignore_errors=True)
     wheels = {}
     # Determined once for all, because a commit may be made in between.
@@ -109,7 +109,7 @@ def build(dist: Path) -> dict[str, Path]:
 
 
 def _check_files(name: str, wheel: Path, project: Path) -> None:
-    """Checks a wheel's size, and that it has a license and every file that git tracks below `src`."""
+    """Check a wheel's size, and that it has a license and every file that git tracks below `src`."""
     size_mb = wheel.stat().st_size / 1e6
     print(f"{wheel.name}: {size_mb:.1f} MB")
     if size_mb > WHEEL_MAX_MB:
@@ -126,7 +126,7 @@ def _check_files(name: str, wheel: Path, project: Path) -> None:
 
 
 def _check_python(version: str, wheels: dict[str, Path], folder: Path) -> bool:
-    """Checks all environments of one Python version; False if it is not on this machine. Raises `ReleaseError`."""
+    """Check all environments of one Python version; False if it is not on this machine. Raises `ReleaseError`."""
     python = find_python(version)
     if python is None:
         print(f"SKIPPED: Python {version} is not on this machine", file=sys.stderr, flush=True)
@@ -151,7 +151,7 @@ def _check_python(version: str, wheels: dict[str, Path], folder: Path) -> bool:
 
 
 def find_python(version: str) -> str | None:
-    """An interpreter of this version, from PATH or pyenv."""
+    """Return an interpreter of this version, from PATH or pyenv."""
     for candidate in _candidates(version):
         command = [candidate, "-c", "import sys, venv; print('%d.%d' % sys.version_info[:2])"]
         try:
@@ -172,7 +172,7 @@ def _candidates(version: str) -> Iterator[str]:
 
 
 def _environment(python: str, folder: Path, wanted: list[str]) -> str:
-    """Creates an environment with these packages and their dependencies; returns its interpreter."""
+    """Create an environment with these packages and their dependencies; returns its interpreter."""
     shutil.rmtree(folder, ignore_errors=True)
     _run([python, "-m", "venv", str(folder)], cwd=ROOT)
     inside = str(folder / "bin" / "python")
@@ -186,7 +186,7 @@ def _told(command: list[str], cwd: Path) -> None:
 
 
 def _run(command: list[str], cwd: Path, version: str = "") -> str:
-    """The output of a command, isolated from this checkout and its settings. Raises `ReleaseError`."""
+    """Return the output of a command, isolated from this checkout and its settings. Raises `ReleaseError`."""
     kept = {
         key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "STUCKSOLVER_", "VIRTUAL_ENV"))
     }

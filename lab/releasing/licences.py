@@ -34,7 +34,7 @@ PARTS = re.compile(r"\s+(?:AND|OR|WITH)\s+|\s*[;,]\s*|^\(|\)$")
 
 
 def declared(distribution: Distribution) -> str:
-    """The declared license of a package: the expression, else the classifiers, else the first line of the text."""
+    """Return the declared license of a package: the expression, else the classifiers, else the first line of the text."""
     told = distribution.metadata.get_all("License-Expression") or []
     kinds = [
         c.rpartition(" :: ")[2] for c in distribution.metadata.get_all("Classifier") or [] if c.startswith("License ::")
@@ -50,7 +50,7 @@ def allowed(licence: str) -> bool:
 
 
 def main() -> int:
-    """Lists the licenses in this environment. Returns 1 if one is missing or not allowed."""
+    """List the licenses in this environment. Returns 1 if one is missing or not allowed."""
     bad = 0
     for distribution in sorted(distributions(), key=lambda each: str(each.metadata["Name"]).lower()):
         name, licence = distribution.metadata["Name"], declared(distribution)

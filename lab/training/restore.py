@@ -85,7 +85,7 @@ def fill(modules: Modules, layers: Sequence[Layer]) -> None:
 
 
 def mean_of(first: Mapping[str, Tensor], second: Mapping[str, Tensor], share: float) -> dict[str, Tensor]:
-    """The weighted mean of two state dicts of one shape; `share` is the weight of the other (0 to 1).
+    """Return the weighted mean of two state dicts of one shape; `share` is the weight of the other (0 to 1).
 
     A network that is trained on for new data forgets some of what it knew. Its weights lie near the old ones, and their
     mean keeps most of both (Wortsman et al. 2022, "Robust fine-tuning of zero-shot models").

@@ -34,13 +34,13 @@ MEANINGS = {
 
 
 def write_page(found: Path) -> None:
-    """Write the page, and keep the results beside it. Results of lines that are no longer there are left out."""
+    """Write the page, and store the results next to it. Results of lines that no longer exist are left out."""
     results = read(found)
     files = sources()
     listed = {(name, mutant.line, mutant.kind, mutant.change(files[name])) for name, mutant in all_mutants(files)}
     kept = [result for result in results if result.key in listed]
     if not kept:
-        raise SystemExit(f"error: no result in {found} belongs to a line of the present sources")
+        raise SystemExit(f"error: no result belongs to a line of the present sources: {found}. Run the mutants again")
     write(KEPT, kept)
     PAGE.write_text(page(kept, len(listed), len(results) - len(kept)), encoding="utf-8")
 

@@ -223,7 +223,7 @@ class Run:
                 return
 
     def _warm(self, file: str, mutant: Mutant, items: list[pytest.Item], functions: Functions) -> Job:
-        """A job that changes functions of this process's fork, and runs tests that were collected already."""
+        """Return a job that changes functions of this process's fork, and runs tests that were collected already."""
         tests = self._tests(file, mutant)
         some, cpu_s = self._cut(tests)
 
@@ -244,7 +244,7 @@ class Run:
     # ---- constants and defaults: a process that has imported nothing yet
 
     def _cold(self, file: str, mutant: Mutant) -> Job:
-        """A job that imports a changed source, then collects and runs tests."""
+        """Return a job that imports a changed source, then collects and runs tests."""
         tests = self._tests(file, mutant)
         some, cpu_s = self._cut(tests)
 

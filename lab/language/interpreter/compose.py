@@ -71,7 +71,7 @@ class Composer:
             yield replace(made, text=disturb(" ".join(made.text.split(" ")), self._random))
 
     def situation(self, asked: bool) -> str:
-        """A situation, with a question of the car's in it or not."""
+        """Return a situation, with a question of the car's in it or not."""
         scene = self._line("scene", Chosen())
         question = self._line("q", Chosen())
         if asked:
@@ -81,7 +81,7 @@ class Composer:
     # ---- kinds of sentences
 
     def _phrase(self) -> Sentence:
-        """A verb phrase as a request, with politeness, hedges, reasons round it."""
+        """Return a verb phrase as a request, with politeness, hedges, reasons round it."""
         chosen, random = Chosen(), self._random
         intent = random.choice(list(self._grammar.phrases))
         base, _ = random.choice(self._grammar.phrases[intent])
@@ -93,7 +93,7 @@ class Composer:
         return self._meant(self._dressed(text, intent, chosen), intent, chosen)
 
     def _sentence(self) -> Sentence:
-        """A sentence that has one meaning as it is."""
+        """Return a sentence that has one meaning as it is."""
         random = self._random
         intents = [
             i for lang, i in self._by_intent if lang == "en" and i not in ("none", "unclear", "unlawful", "yes", "no")
@@ -106,7 +106,7 @@ class Composer:
         return self._meant(text, meaning.intent, chosen, meaning.negated)
 
     def _frame(self) -> Sentence:
-        """A frame that forbids, or asks by a double negation."""
+        """Return a frame that forbids, or asks by a double negation."""
         random, chosen = self._random, Chosen()
         meaning = random.choices(
             list(self._grammar.frames), [3 if m.intent == "wait" else 1 for m in self._grammar.frames]
@@ -211,7 +211,7 @@ class Composer:
 
 
 def corpus(folder: Path = CORPUS) -> list[Sentence]:
-    """The hand-written sentences. Raises `ValueError` for a line that cannot be read."""
+    """Return the hand-written sentences. Raises `ValueError` for a line that cannot be read."""
     return [
         _written(line, f"{file.name}:{number}")
         for file in sorted(folder.glob("*.jsonl"))
@@ -220,7 +220,7 @@ def corpus(folder: Path = CORPUS) -> list[Sentence]:
 
 
 def _written(line: str, where: str) -> Sentence:
-    """One line of the corpus: s situation, t text, i intent, d side, n negated, c claims, u urgent, l language."""
+    """Return one line of the corpus: s situation, t text, i intent, d side, n negated, c claims, u urgent, l language."""
     try:
         d = json.loads(line)
         side = d["d"] if d["d"] in ("left", "right") else None

@@ -36,7 +36,7 @@ def in_dev(sentence: Sentence) -> bool:
 
 
 def varied(sentences: Sequence[Sentence], seed: int) -> Iterable[Sentence]:
-    """Copies of the hand-written sentences; only those without a question of the car's get another situation."""
+    """Copy of the hand-written sentences; only those without a question of the car's get another situation."""
     random = Random(seed)
     composer = Composer(load(), random)
     for sentence in sentences:
@@ -59,7 +59,7 @@ def varied(sentences: Sequence[Sentence], seed: int) -> Iterable[Sentence]:
 
 
 def fitted(tokenizer_json: str, sentences: Iterable[Sentence]) -> str:
-    """The tokenizer with the Chinese characters of the sentences in place of entries that nothing uses.
+    """Return the tokenizer with the Chinese characters of the sentences in place of entries that nothing uses.
 
     It neither pads nor cuts any more: `encoded` cuts, and padding would stand where it looks for the situation.
     """

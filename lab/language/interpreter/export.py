@@ -121,7 +121,7 @@ def write_encoder(encoder: Encoder, folder: Path) -> None:
 
 
 def _in_4_bits(node: onnx.NodeProto, weights: np.ndarray, arrays: list[TensorProto]) -> list[onnx.NodeProto]:
-    """A product with a matrix (inputs, outputs), and the scales' way to float32."""
+    """Return a product with a matrix (inputs, outputs), and the scales' way to float32."""
     name, (inputs, outputs) = node.input[1], weights.shape
     pairs, scale = packed(torch.from_numpy(np.ascontiguousarray(weights.T)))
     # onnxruntime counts from 0 to 15, with 8 for nothing; ours are in two's complement: the highest bit is turned.
@@ -136,7 +136,7 @@ def _in_4_bits(node: onnx.NodeProto, weights: np.ndarray, arrays: list[TensorPro
 
 
 def shipped(folder: Path, dev: dict[str, np.ndarray]) -> np.ndarray:
-    """The logits of the network as it is shipped, by the product's own code."""
+    """Return the logits of the network as it is shipped, by the product's own code."""
     _, table, scale, session = NetworkInterpreter(folder)._parts
     out = []
     for ids, kinds, length in zip(dev["ids"], dev["kinds"], dev["length"], strict=True):
@@ -148,7 +148,7 @@ def shipped(folder: Path, dev: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def floats(net: Net, dev: dict[str, np.ndarray]) -> np.ndarray:
-    """The logits of the network as it was trained."""
+    """Return the logits of the network as it was trained."""
     out = np.empty((len(dev["length"]), LOGITS), np.float32)
     by_length = np.argsort(dev["length"])
     for some in np.array_split(by_length, math.ceil(len(by_length) / 64)):
@@ -161,7 +161,7 @@ def floats(net: Net, dev: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def calibrated(logits: np.ndarray, intents: np.ndarray) -> float:
-    """The temperature with the least negative log likelihood of the sentences kept apart (Guo et al. 2017)."""
+    """Return the temperature with the least negative log likelihood of the sentences kept apart (Guo et al. 2017)."""
     rows = np.arange(len(intents))
     tried = np.linspace(0.5, 4.0, 71)
     loss = [-np.log(softmax(logits / t)[rows, intents] + 1e-12).mean() for t in tried]

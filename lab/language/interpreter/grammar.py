@@ -56,7 +56,10 @@ class Grammar:
     frames: dict[Meaning, list[list[Node]]] = field(default_factory=dict)
 
     def expand(self, nodes: list[Node], random: Random, chosen: Chosen, given: dict[str, str] | None = None) -> str:
-        """One text of a line. `given`: entries that are fixed, by name. Raises `KeyError` for an unknown list."""
+        """Return one text of a line.
+
+        `given`: entries that are fixed, by name. Raises `KeyError` for an unknown list.
+        """
         out: list[str] = []
         for node in nodes:
             if isinstance(node, str):
@@ -84,7 +87,10 @@ def load(folder: Path = FOLDER) -> Grammar:
 
 
 def parse(text: str) -> list[Node]:
-    """A line as nodes: text, `("any", alternatives)`, `("list", name)`, `("label", name)`. Raises `ValueError`."""
+    """Return a line as nodes: text, `("any", alternatives)`, `("list", name)`, `("label", name)`.
+
+    Raises `ValueError`.
+    """
     tokens = _TOKEN.findall(text)
     nodes, rest = _sequence(tokens, 0)
     if rest != len(tokens):
@@ -154,7 +160,7 @@ def _alternatives(tokens: list[str], at: int) -> tuple[list[list[Node]], int]:
 
 
 def _text(text: str) -> list[Node]:
-    """Text, with its labels cut out."""
+    """Return text, with its labels cut out."""
     nodes: list[Node] = []
     for part in re.split(r"( ?~\w*)", text):
         if part.strip().startswith("~"):

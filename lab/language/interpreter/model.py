@@ -45,13 +45,13 @@ def packed(weights: Tensor) -> tuple[np.ndarray, np.ndarray]:
 
 
 def spread(pairs: np.ndarray) -> np.ndarray:
-    """The whole numbers of `packed`, (rows, columns) int8."""
+    """Return the whole numbers of `packed`, (rows, columns) int8."""
     halves = np.stack((pairs & 15, pairs >> 4), -1).astype(np.int8).reshape(len(pairs), -1)
     return np.where(halves > MOST, halves - 16, halves)
 
 
 def rounded(weights: Tensor) -> Tensor:
-    """The same weights as 4 bits hold them; the gradient goes through as if they had not been rounded."""
+    """Return the same weights as 4 bits hold them; the gradient goes through as if they had not been rounded."""
     whole, scale = in_4_bits(weights.float())
     return weights + ((whole * scale).flatten(-2) - weights).detach()
 

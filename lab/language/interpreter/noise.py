@@ -49,7 +49,9 @@ NEVER = frozenset({"no", "not", "dont", "don't", "never", "stop"})
 
 
 def disturb(text: str, random: Random, strength: float = 1.0) -> str:
-    """The sentence with some of: lower case, no punctuation, typos, doubled or lost spaces, misheard words, fillers."""
+    """Return the sentence with some of: lower case, no punctuation, typos, doubled or lost spaces, misheard
+    words, fillers.
+    """
     words = text.split(" ")
     if random.random() < 0.20 * strength:
         words = [HEARD.get(word.lower(), word) if random.random() < 0.35 else word for word in words]

@@ -61,7 +61,7 @@ class Data:
         return len(self.parts["intent"])
 
     def drawn(self, batch: int) -> Iterator[Tensor]:
-        """Batches without end, each of sentences of like length, since the longest one sets what a batch costs."""
+        """Yield batches without end, each of sentences of like length, since the longest one sets what a batch costs."""
         length = self.parts["length"]
         while True:
             some = torch.randint(len(self), (batch * ALIKE,), device=length.device)
@@ -77,7 +77,7 @@ class Data:
 
 
 def loss_of(out: Tensor, b: dict[str, Tensor]) -> Tensor:
-    """The fields' losses, summed with their weights."""
+    """Return the fields' losses, summed with their weights."""
     intents, sides = out[:, :N_INTENTS], out[:, N_INTENTS:FLAGS_AT]
     flags, claims = out[:, FLAGS_AT : FLAGS_AT + 2], out[:, FLAGS_AT + 2 :]
     loss: Tensor = (
@@ -90,7 +90,7 @@ def loss_of(out: Tensor, b: dict[str, Tensor]) -> Tensor:
 
 
 def taught(out: Tensor, wanted: Tensor) -> Tensor:
-    """The same against a teacher's logits instead of labels."""
+    """Return the same against a teacher's logits instead of labels."""
     intents, sides = slice(0, N_INTENTS), slice(N_INTENTS, FLAGS_AT)
     flags, claims = slice(FLAGS_AT, FLAGS_AT + 2), slice(FLAGS_AT + 2, None)
     soft = F.cross_entropy(out[:, intents] / SOFT, (wanted[:, intents] / SOFT).softmax(1)) * SOFT**2
@@ -104,7 +104,7 @@ def taught(out: Tensor, wanted: Tensor) -> Tensor:
 
 
 def accuracy(net: nn.Module, data: Data) -> float:
-    """Share of right intents."""
+    """Return share of right intents."""
     net.eval()
     right = 0
     device = data.parts["intent"].device
@@ -117,7 +117,7 @@ def accuracy(net: nn.Module, data: Data) -> float:
 
 
 def fit(net: Net, data: Data, dev: Data, options: argparse.Namespace, teacher: nn.Module | None = None) -> Net:
-    """Trains a network, and returns the moving average of its weights."""
+    """Train a network, and returns the moving average of its weights."""
     device = data.parts["ids"].device.type
     hidden, steps, rate, heads = options.hidden, options.steps, options.rate, net.heads
     average = copy.deepcopy(net)
@@ -232,7 +232,7 @@ def main() -> None:
 
 
 def teacher(options: argparse.Namespace, data: Data, dev: Data, device: str) -> Net:
-    """All layers of the checkpoint, trained on labels alone."""
+    """Return all layers of the checkpoint, trained on labels alone."""
     weights, renamed = load_start(options.start)
     net = Net(len(renamed), data.logits, LAYERS, coarse=False, dropout=options.dropout)
     start_from(net, weights, renamed)
@@ -240,7 +240,9 @@ def teacher(options: argparse.Namespace, data: Data, dev: Data, device: str) -> 
 
 
 def reader(options: argparse.Namespace, data: Data, dev: Data, device: str) -> Net:
-    """Some of the teacher's layers, in 4 bits, trained on what the teacher says of each sentence, and on its label."""
+    """Return some of the teacher's layers, in 4 bits, trained on what the teacher says of each sentence, and on
+    its label.
+    """
     weights = load_parts(options.teacher)
     whole = Net(len(weights["words.weight"]), data.logits, LAYERS, coarse=False)
     whole.load_state_dict(weights)

@@ -13,7 +13,7 @@ from enum import Enum
 
 import numpy as np
 
-from carlette.blueprints import load_catalogue
+from carlette.blueprints import load_catalog
 from carlette.geometry import Box
 from carlette.in_process import Pose, Rotation, SpawnCollisionError, Traffic, Vector, World, open_world, spawn
 from carlette.world.actor import Actor, ActorKind
@@ -171,7 +171,7 @@ def _enter(world: World, object: TrackedObject) -> Actor | None:
     """Add an object to the world: a vehicle as the model nearest in size, anything else as a box that does not move."""
     if object.kind in VEHICLES:
         two_wheeled = object.kind in TWO_WHEELED
-        models = [m for m in load_catalogue().vehicles.values() if m.is_two_wheeler is two_wheeled]
+        models = [m for m in load_catalog().vehicles.values() if m.is_two_wheeler is two_wheeled]
         size = (object.length_m / 2, object.width_m / 2)
         fit = min(models, key=lambda m: abs(m.box.extent.x - size[0]) + abs(m.box.extent.y - size[1]))
         try:

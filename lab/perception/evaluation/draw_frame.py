@@ -91,7 +91,7 @@ class _Drawn:
 
     box: tuple[float, float, float, float, float]
     text: str
-    colour: str
+    color: str
     width: float = 1.0
     dashed: bool = False
 
@@ -202,7 +202,7 @@ def _explain(figure: Figure) -> None:
         Line2D([], [], color="black", lw=THIN, label="detector, score"),
         Line2D([], [], color="black", lw=THICK, label="#track, probability"),
     ]
-    labels = [Line2D([], [], color=colour, lw=THICK, label=label) for label, colour in OF_LABEL.items()]
+    labels = [Line2D([], [], color=color, lw=THICK, label=label) for label, color in OF_LABEL.items()]
     for lines, top in ((kinds, 0.36), (labels, 0.31)):
         place = {"loc": "upper left", "bbox_to_anchor": (0.04, top), "ncols": 4}
         figure.legend(handles=lines, fontsize=8, frameon=False, **place)
@@ -226,7 +226,7 @@ def _draw_boxes(axes: Axes, real: Sequence[_Drawn], said: Sequence[_Drawn]) -> N
     for drawn in (*real, *said):
         y, x = _outline(drawn.box)
         style = DASHES if drawn.dashed else "solid"
-        axes.fill(y, x, fill=False, ec=drawn.colour, lw=drawn.width, ls=style, zorder=3 + drawn.width)
+        axes.fill(y, x, fill=False, ec=drawn.color, lw=drawn.width, ls=style, zorder=3 + drawn.width)
     _write_beside(axes, real, ASIDE_M + 1.3, "right")
     _write_beside(axes, said, -ASIDE_M - 0.3, "left")
 
@@ -236,9 +236,9 @@ def _write_beside(axes: Axes, drawn: Sequence[_Drawn], y_m: float, align: str) -
     ordered = sorted(drawn, key=lambda item: item.box[0])
     for item, at_m in zip(ordered, spread([item.box[0] for item in ordered], APART_M, -BACK_M, AHEAD_M), strict=True):
         weight = "bold" if item.width == THICK else "normal"
-        axes.text(y_m, at_m, item.text, color=item.colour, fontsize=6.5, ha=align, va="center", weight=weight)
+        axes.text(y_m, at_m, item.text, color=item.color, fontsize=6.5, ha=align, va="center", weight=weight)
         edge_m = math.copysign(ASIDE_M, y_m)
-        axes.plot((edge_m, item.box[1]), (at_m, item.box[0]), color=item.colour, lw=0.4, alpha=0.5, zorder=2.5)
+        axes.plot((edge_m, item.box[1]), (at_m, item.box[0]), color=item.color, lw=0.4, alpha=0.5, zorder=2.5)
 
 
 def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> list[float]:

@@ -89,8 +89,8 @@ def as_table(found: dict[str, Errors]) -> str:
             ("camera", errors.camera_deg, errors.camera_noticed_m),
         ):
             spread = ", ".join(f"{item:.2f}" for item in np.percentile(np.abs(told), [50, 95, 99])) if told else "-"
-            metres = ", ".join(f"{item:.0f}" for item in np.percentile(after, [50, 100])) if after else "-"
-            lines.append(f"| {case}: {sensor} | {errors.drives} | {spread} | {len(after)} | {metres} |")
+            meters = ", ".join(f"{item:.0f}" for item in np.percentile(after, [50, 100])) if after else "-"
+            lines.append(f"| {case}: {sensor} | {errors.drives} | {spread} | {len(after)} | {meters} |")
     return "\n".join(lines)
 
 

@@ -239,18 +239,18 @@ class ScatteredObjects:
         def right_m(here: carla.Waypoint) -> float:
             return random.choice((-1, 1)) * random.uniform(*pedestrian_groups.ASIDE) * here.lane_width
 
-        centre = next(self._places(ObjectKind.PEDESTRIAN, right_m, pedestrian_groups.REACH_M), None) if names else None
-        if centre is None:
+        center = next(self._places(ObjectKind.PEDESTRIAN, right_m, pedestrian_groups.REACH_M), None) if names else None
+        if center is None:
             return None
-        ahead, right = centre.get_forward_vector(), centre.get_right_vector()
+        ahead, right = center.get_forward_vector(), center.get_right_vector()
         members = []
         for aside_m, ahead_m in pedestrian_groups.places_of_a_group(random):
-            at = self._grounded(centre.location + right * aside_m + ahead * ahead_m)
+            at = self._grounded(center.location + right * aside_m + ahead * ahead_m)
             place = carla.Transform(at, carla.Rotation(yaw=random.uniform(-180.0, 180.0)))
             member = self._cast.spawn(random.choice(names), place, role="crowd", lift_m=WALKER_LIFT_M)
             if member is not None:
                 members.append(member)
-        self._taken.append((centre.location.x, centre.location.y, pedestrian_groups.REACH_M))
+        self._taken.append((center.location.x, center.location.y, pedestrian_groups.REACH_M))
         walks = random.random() >= pedestrian_groups.STANDS
         return _Walkers(members) if members and walks else None
 
@@ -291,8 +291,8 @@ class ScatteredObjects:
     def _is_in_lane(self, at: carla.Location, reach_m: float) -> bool:
         """Return True if an object of this size would narrow a lane for vehicles."""
         lane = self._setting.map.get_waypoint(at)
-        centre = lane.transform.location
-        return math.hypot(at.x - centre.x, at.y - centre.y) < 0.5 * lane.lane_width + min(reach_m, 1.5)
+        center = lane.transform.location
+        return math.hypot(at.x - center.x, at.y - center.y) < 0.5 * lane.lane_width + min(reach_m, 1.5)
 
     def _settle(self, member: ScenarioActor, kind: ObjectKind) -> None:
         """Set the behavior of a spawned actor."""

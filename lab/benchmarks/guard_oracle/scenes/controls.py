@@ -13,7 +13,7 @@ L = LightState
 
 
 def on(draw: Drawn) -> list[Behavior]:
-    """Random behaviors that drive straight ahead, some of them far."""
+    """Return random behaviors that drive straight ahead, some of them far."""
     what = draw.random()
     if what < 0.7:
         return [KeepLane(distance_m=draw.uniform(5.0, 60.0), speed_mps=draw.uniform(1.0, 5.5))]
@@ -24,7 +24,7 @@ def on(draw: Drawn) -> list[Behavior]:
 
 @scene_class("light that changes")
 def light(draw: Drawn) -> Setting:
-    """A green light turns yellow, red or dark while a plan runs; then someone crosses."""
+    """Return a scene in which a green light turns yellow, red or dark during a plan; then a vehicle crosses."""
     line = EGO_S + 2.45 + draw.uniform(1.0, 30.0)
     start = line + draw.uniform(1.0, 4.0)
     street = road(draw, draw.choice(["two_way", "multi"]), bends=0.0, zones=[(ZoneKind.JUNCTION, start, start + 14.0)])
@@ -43,7 +43,7 @@ def light(draw: Drawn) -> Setting:
 
 @scene_class("stop sign comes into sight")
 def stop_sign(draw: Drawn) -> Setting:
-    """A sign or a dark light that is only visible from close by."""
+    """Return a scene with a sign or a dark light that is only visible from close by."""
     line = EGO_S + 2.45 + draw.uniform(2.0, 35.0)
     start = line + draw.uniform(1.0, 4.0)
     street = road(draw, "two_way", bends=0.0, zones=[(ZoneKind.JUNCTION, start, start + 14.0)])
@@ -58,7 +58,10 @@ def stop_sign(draw: Drawn) -> Setting:
 
 @scene_class("rails")
 def rails(draw: Drawn) -> Setting:
-    """A level crossing ahead or under us; a train may come; the road beyond may be occupied."""
+    """Return a scene with a level crossing ahead of or under the ego.
+
+    A train may come. The road beyond may be occupied.
+    """
     start = EGO_S + draw.uniform(-5.0, 18.0)
     zones = [(ZoneKind.LEVEL_CROSSING, start, start + 7.0)]
     street = road(draw, draw.choice(["two_way", "multi"]), bends=0.0, zones=zones)

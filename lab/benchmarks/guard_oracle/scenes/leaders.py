@@ -1,4 +1,4 @@
-"""A leader that the plan swings round: it is slow, sets off, or stops, while we pass it."""
+"""Lead vehicles that the plan swings around: they are slow, set off, or stop during the pass."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stucksolver.plan.behaviors import Behavior, ChangeLane, Nudge, RejoinRoute
 
 
 def _motion(draw: Drawn) -> tuple[float, dict[str, Any]]:
-    """Speed of the leader (m/s), and when it brakes or sets off."""
+    """Return the speed of the lead vehicle (m/s), and the times of its braking or setting off."""
     what = draw.random()
     if what < 0.3:
         return draw.uniform(0.3, 4.5), {}
@@ -27,7 +27,10 @@ def _motion(draw: Drawn) -> tuple[float, dict[str, Any]]:
 
 @scene_class("leader swung round", block=2)
 def swung_round(draw: Drawn) -> Setting:
-    """A slow leader, on one side of our lane or in its middle; others may be in the lane that we use to pass it."""
+    """Return a scene with a slow lead vehicle, on one side of the ego's lane or in its middle.
+
+    Other vehicles may be in the lane that the ego uses to pass it.
+    """
     street = road(draw, draw.choice(["two_way", "two_way_shoulder", "multi", "right"]))
     kind = draw.choice([K.CAR, K.CAR, K.BICYCLE, K.BICYCLE, K.MOTORCYCLE, K.TRUCK])
     v, motion = _motion(draw)

@@ -11,7 +11,7 @@ from stucksolver.plan.behaviors import Behavior, Creep, KeepLane, Nudge, PullOve
 
 
 def on(draw: Drawn) -> list[Behavior]:
-    """Random behaviors: straight on, fast or slowly, or slightly to the side."""
+    """Return random behaviors: straight on, fast or slowly, or slightly to the side."""
     what = draw.random()
     if what < 0.5:
         return [KeepLane(distance_m=draw.uniform(8.0, 45.0), speed_mps=draw.uniform(1.0, 5.5))]
@@ -24,7 +24,7 @@ def on(draw: Drawn) -> list[Behavior]:
 
 @scene_class("people")
 def people(draw: Drawn) -> Setting:
-    """Visible pedestrians: some stand at the curb and step off, some walk along, some cross."""
+    """Return a scene with visible pedestrians: some stand at the curb and step off, some walk along, some cross."""
     street = road(draw, draw.choice(["two_way", "two_way_shoulder", "multi"]))
     setting = Setting(street, propose=on)
     if draw.random() < 0.25:
@@ -46,7 +46,10 @@ def people(draw: Drawn) -> Setting:
 
 @scene_class("people behind parked cars")
 def late(draw: Drawn) -> Setting:
-    """Parked vehicles on the right; someone, possibly as small as a child, steps out between or in front of them."""
+    """Return a scene with parked vehicles on the right; a pedestrian steps out between or in front of them.
+
+    The pedestrian may be as small as a child.
+    """
     street = road(draw, "two_way_parking")
     setting = Setting(street, propose=on)
     s = EGO_S + draw.uniform(-4.0, 10.0)

@@ -24,7 +24,7 @@ AT_ONCE = 256
 
 
 def calibrate(run: Path, check: Sequence[Path], jobs: int = 1, only: Sequence[str] = ()) -> dict[str, Any]:
-    """Rewrites `crops.json` in the folder `run`, and prints the scores. Returns the new card.
+    """Rewrite `crops.json` in the folder `run`, and prints the scores. Returns the new card.
 
     With `only`, names of `HEADS`, the temperatures and thresholds of the others stay as they are.
 
@@ -47,7 +47,7 @@ def calibrate(run: Path, check: Sequence[Path], jobs: int = 1, only: Sequence[st
 
 
 def logits_of(file: Path, crops: Crops) -> Logits:
-    """The outputs of an exported network for crops, cut in the same way as at runtime."""
+    """Return the outputs of an exported network for crops, cut in the same way as at runtime."""
     import onnxruntime
 
     session = onnxruntime.InferenceSession(str(file), providers=["CPUExecutionProvider"])

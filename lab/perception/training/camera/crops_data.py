@@ -70,24 +70,24 @@ class Crops:
         return np.ascontiguousarray(self.crops[:, edge : edge + CROP_PX, edge : edge + CROP_PX])
 
     def part(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> Crops:
-        """Some of the crops."""
+        """Return some of the crops."""
         return Crops(*(getattr(self, field.name)[which] for field in fields(self)))
 
     @staticmethod
     def joined(parts: Sequence[Crops]) -> Crops:
-        """All parts joined, in order."""
+        """Return all parts joined, in order."""
         return Crops(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Crops)))
 
 
 def empty() -> Crops:
-    """No crops."""
+    """Return no crops."""
     whole = (np.zeros((0, STORED_PX, STORED_PX, 3), np.uint8), np.zeros((0, FEATURES), np.float32))
     lamps = (np.zeros((0, len(LAMPS)), int) for _ in range(2))
     return Crops(*whole, np.zeros(0, int), *lamps, *(np.zeros(0, int) for _ in range(5)))
 
 
 def crops_in(folders: Sequence[Path], jobs: int, seed: int = 0, *, flaggers: bool = False) -> Crops:
-    """Reads every crop of the recordings in some folders with `jobs` processes, or only those of `flaggers`.
+    """Read every crop of the recordings in some folders with `jobs` processes, or only those of `flaggers`.
 
     Raises `RecordingError`.
     """
@@ -211,7 +211,7 @@ def _gesture_label(seen: VisibleAttributes, *, hidden: bool) -> int:
 def _background(
     rgb: Pixels, rig: CameraRig, taken: CropWindows, group: int, random: np.random.Generator
 ) -> Iterator[Crops]:
-    """Empty boxes on the ground, like a detector's false positives."""
+    """Yield empty boxes on the ground, like a detector's false positives."""
     n = 4 * BACKGROUND
     size = np.exp(random.uniform(np.log(0.3), np.log(5.0), (n, 1))) * random.uniform(0.5, 1.0, (n, 3))
     ahead = np.exp(random.uniform(np.log(5.0), np.log(60.0), n))
@@ -228,7 +228,7 @@ def _background(
 
 
 def _overlap(box: Floats, others: Floats) -> Floats:
-    """Intersection of two rectangles as a fraction of the smaller one."""
+    """Return intersection of two rectangles as a fraction of the smaller one."""
     sides = np.minimum(box[2:], others[:, 2:]) - np.maximum(box[:2], others[:, :2])
     common = np.prod(np.maximum(sides, 0.0), axis=1)
     smaller = np.minimum(np.prod(box[2:] - box[:2]), np.prod(others[:, 2:] - others[:, :2], axis=1))

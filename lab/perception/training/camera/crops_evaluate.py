@@ -59,7 +59,7 @@ class Logits:
         return Logits(kind, shaped, light.reshape(-1, len(LIGHTS)), gesture.reshape(-1, len(GESTURES)))
 
     def part(self, which: NDArray[np.bool_]) -> Logits:
-        """The outputs for some of the crops."""
+        """Return the outputs for some of the crops."""
         return Logits(self.kind[which], self.lamps[which], self.light[which], self.gesture[which])
 
 
@@ -72,7 +72,7 @@ def halves(group: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 def temperature_of(logits: Floats, labels: NDArray[np.int64]) -> float:
-    """The most likely temperature for labels (n,) and logits (n, k); 1 without labels (Guo et al. 2017)."""
+    """Return the most likely temperature for labels (n,) and logits (n, k); 1 without labels (Guo et al. 2017)."""
     counts = labels >= 0
     if not counts.any():
         return 1.0
@@ -85,7 +85,7 @@ def temperature_of(logits: Floats, labels: NDArray[np.int64]) -> float:
 
 
 def least_confidence(confidence: Floats, right: NDArray[np.bool_], share: float) -> float:
-    """The lowest confidence above which at least a given fraction of the answers is correct.
+    """Return the lowest confidence above which at least a given fraction of the answers is correct.
 
     Args:
         confidence: (n,), of the answers of one class.
@@ -106,7 +106,7 @@ def least_confidence(confidence: Floats, right: NDArray[np.bool_], share: float)
 
 
 def cross_check(logits: Logits, crops: Crops) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The card that all crops calibrate, and the scores of each half with a card that the other half calibrates."""
+    """Return the card that all crops calibrate, and the scores of each half with a card that the other half calibrates."""
     half = halves(crops.group)
     parts = [(logits.part(item), crops.part(item)) for item in (half, ~half)]
     cards = [calibrated(*part) for part in reversed(parts)]
@@ -114,7 +114,7 @@ def cross_check(logits: Logits, crops: Crops) -> tuple[dict[str, Any], dict[str,
 
 
 def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
-    """Temperatures and thresholds, in the card's format."""
+    """Return temperatures and thresholds, in the card's format."""
     flat = logits.lamps.reshape(-1, len(LAMP_ANSWERS)), crops.lamps.reshape(-1)
     temperatures = {
         "kind": temperature_of(logits.kind, crops.kind),
@@ -151,7 +151,7 @@ def calibrated(logits: Logits, crops: Crops) -> dict[str, Any]:
 def _least(
     shares: Floats, labels: NDArray[np.int64], wanted: dict[str, float], state: NDArray[np.int64] | None = None
 ) -> dict[str, float]:
-    """Thresholds by name; `wanted` has the names in the order of the columns of `shares`.
+    """Return thresholds by name; `wanted` has the names in the order of the columns of `shares`.
 
     With `state`, an answer is also correct if it is what the light, lamp or flagger shows although it counts as unseen:
     a part of it, its glow, or its twin on the same pole, was enough.
@@ -169,7 +169,7 @@ def _least(
 
 
 def scores(parts: Sequence[tuple[Logits, Crops, dict[str, Any]]]) -> dict[str, Any]:
-    """Accuracy, answer rate, accuracy of the answers, and confusion matrix of each head, over all parts.
+    """Return accuracy, answer rate, accuracy of the answers, and confusion matrix of each head, over all parts.
 
     Each part has the outputs for some crops, the crops, and the card to use.
     """
@@ -244,7 +244,7 @@ def _share(flags: NDArray[np.bool_]) -> float | None:
 
 
 def report(told: dict[str, Any]) -> str:
-    """The scores as text, with one confusion matrix (rows: truth) for each head."""
+    """Return the scores as text, with one confusion matrix (rows: truth) for each head."""
     lines = []
     for head, item in told.items():
         lines.append(

@@ -28,7 +28,7 @@ class ExportError(RuntimeError):
 
 
 def export(net: CropNet, out: Path, card: dict[str, Any], tried: Crops) -> dict[str, Any]:
-    """Writes the network and its card, and tests the export on some crops. Returns the card. Raises `ExportError`."""
+    """Write the network and its card, and tests the export on some crops. Returns the card. Raises `ExportError`."""
     shipped, file = ExportedCropNet(net).eval(), out / "crops.onnx"
     example = (torch.zeros(2, CROP_PX, CROP_PX, 3, dtype=torch.uint8), torch.zeros(2, FEATURES))
     names = list(HEADS)

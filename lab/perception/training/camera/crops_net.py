@@ -58,7 +58,7 @@ class CropNet(nn.Module):
         self.gesture = nn.Sequential(nn.Linear(SEEN, GESTURE_UNITS), nn.ReLU(), nn.Linear(GESTURE_UNITS, last))
 
     def forward(self, pictures: Tensor, features: Tensor) -> tuple[Tensor, ...]:
-        """Logits of each head for images (n, 3, 64, 64; 0 to 1) and features (n, 10)."""
+        """Return logits of each head for images (n, 3, 64, 64; 0 to 1) and features (n, 10)."""
         both = self.seen(pictures, features)
         joined = self.join(both)
         return (*(head(joined) for head in self.heads), self.gesture(both))
@@ -71,7 +71,7 @@ class CropNet(nn.Module):
 
 
 def restored(file: Path) -> CropNet:
-    """Returns the network of an exported file, for further training; a head that the file lacks is random.
+    """Return the network of an exported file, for further training; a head that the file lacks is random.
 
     Raises:
         RestoreError: The file cannot be read, or holds another network.
@@ -99,20 +99,20 @@ class ExportedCropNet(nn.Module):
         self.net = net
 
     def forward(self, crops: Tensor, features: Tensor) -> tuple[Tensor, ...]:
-        """Logits of each head."""
+        """Return logits of each head."""
         outputs: tuple[Tensor, ...] = self.net(crops.permute(0, 3, 1, 2).float() / 255.0, features)
         return outputs
 
 
 def middle(stored: Tensor) -> Tensor:
-    """The part of stored crops (n, 96, 96, 3 bytes) that the runtime would cut: (n, 3, 64, 64; 0 to 1)."""
+    """Return the part of stored crops (n, 96, 96, 3 bytes) that the runtime would cut: (n, 3, 64, 64; 0 to 1)."""
     edge = (stored.shape[1] - CROP_PX) // 2
     part = stored[:, edge : edge + CROP_PX, edge : edge + CROP_PX]
     return part.permute(0, 3, 1, 2).float() / 255.0
 
 
 def augmented(stored: Tensor, features: Tensor, lamps: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Augments crops: shifts and zooms the box, changes the lighting, mirrors, covers a part.
+    """Augment crops: shifts and zooms the box, changes the lighting, mirrors, covers a part.
 
     Args:
         stored: (n, 96, 96, 3) bytes.
@@ -150,7 +150,7 @@ def augmented(stored: Tensor, features: Tensor, lamps: Tensor) -> tuple[Tensor, 
 
 
 def _relit(pictures: Tensor) -> tuple[Tensor, Tensor]:
-    """Changes brightness, contrast and color, adds blur and noise, and covers a part of those that are returned."""
+    """Change brightness, contrast and color, adds blur and noise, and covers a part of those that are returned."""
     n, device = len(pictures), pictures.device
 
     def draw(*shape: int) -> Tensor:

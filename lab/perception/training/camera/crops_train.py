@@ -67,7 +67,7 @@ class CropsTrainOptions:
 
 
 def train(data: Sequence[Path], check: Sequence[Path], settings: CropsTrainOptions) -> dict[str, object]:
-    """Trains, exports and scores. Returns the card. Raises `RecordingError`, or `ValueError` without crops.
+    """Return trains, exports and scores. Returns the card. Raises `RecordingError`, or `ValueError` without crops.
 
     Each folder of `data` is drawn from equally often, however much it contains.
     """
@@ -97,7 +97,7 @@ def train(data: Sequence[Path], check: Sequence[Path], settings: CropsTrainOptio
 
 
 def fit(taught: Crops, shares: Floats, settings: CropsTrainOptions) -> CropNet:
-    """The trained network with averaged weights, on the CPU. Crops are drawn in proportion to `shares` (n,)."""
+    """Return the trained network with averaged weights, on the CPU. Crops are drawn in proportion to `shares` (n,)."""
     device = torch.device(settings.device)
     net = (CropNet() if settings.start is None else restored(settings.start)).to(device).train()
     taught, shares = _thinned(taught, shares, settings)
@@ -158,7 +158,7 @@ def shares_of(crops: Crops) -> Floats:
 
 
 def logits_of(net: CropNet, crops: Crops) -> Logits:
-    """The network's outputs for crops, cut in the same way as at runtime."""
+    """Return the network's outputs for crops, cut in the same way as at runtime."""
     parts: list[list[NDArray[np.float64]]] = []
     with torch.no_grad():
         for start in range(0, len(crops), 512):

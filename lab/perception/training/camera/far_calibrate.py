@@ -29,7 +29,7 @@ KEPT = ("threshold", "range")
 
 
 def calibrate(run: Path, check_on: Sequence[Path], jobs: int = 1) -> dict[str, Any]:
-    """Rewrites `far.json` in the folder `run`, and prints the tables. Returns the new card.
+    """Rewrite `far.json` in the folder `run`, and prints the tables. Returns the new card.
 
     Raises:
         RecordingError: A folder has no recordings.

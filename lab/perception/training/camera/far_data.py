@@ -76,7 +76,7 @@ class Strips:
 
 
 def load(folders: Sequence[Path], jobs: int) -> Strips:
-    """Loads all images with masks from folders of recordings. Raises `RecordingError`, or `ValueError` for none."""
+    """Load all images with masks from folders of recordings. Raises `RecordingError`, or `ValueError` for none."""
     drives = [recording for folder in folders for recording in recordings(folder)]
     files = [(k, file) for k, drive in enumerate(drives) for file in drive.files]
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
@@ -90,7 +90,7 @@ def load(folders: Sequence[Path], jobs: int) -> Strips:
 
 
 def boxes_of(tick: Recorded, rig: CameraRig) -> Singles:
-    """Visible actors, nearest first, as (n, 10), see `BOX_FIELDS`. The tick must have a mask."""
+    """Return visible actors, nearest first, as (n, 10), see `BOX_FIELDS`. The tick must have a mask."""
     assert tick.instances is not None
     x, y, z, yaw = (float(item) for item in tick.pose[:4])
     pose = PoseEstimate(tick.time_s, x, y, z, yaw, 0.0, 0.0, np.zeros((4, 4)))
@@ -122,7 +122,7 @@ def boxes_of(tick: Recorded, rig: CameraRig) -> Singles:
 
 
 def _levelled(boxes: Floats, pitch_rad: float, roll_rad: float) -> Floats:
-    """Boxes in the frame of the vehicle body with its pitch (positive nose down) and roll (CARLA's sign).
+    """Return boxes in the frame of the vehicle body with its pitch (positive nose down) and roll (CARLA's sign).
 
     The boxes keep their upright axes: the error is below one pixel.
     """
@@ -134,7 +134,7 @@ def _levelled(boxes: Floats, pitch_rad: float, roll_rad: float) -> Floats:
 
 
 def _unknown(mask: NDArray[np.uint16], actor: int) -> tuple[float, ...]:
-    """A box around an actor beyond the recorded range: excluded from the loss."""
+    """Return a box around an actor beyond the recorded range: excluded from the loss."""
     rows, columns = np.nonzero(mask == actor)
     edges = (float(columns.min()), float(rows.min()), float(columns.max() + 1), float(rows.max() + 1))
     return (-1.0, *edges, 0.0, np.inf, -1.0, float(actor), 0.0)
@@ -162,6 +162,6 @@ def _read(work: tuple[int, Path, Path]) -> tuple[NDArray[np.generic], ...]:
 
 
 def _told(about: dict[str, object], name: str) -> str:
-    """A property of a drive as text. On routes, `weather` may be a record of values; then it is "other"."""
+    """Return a property of a drive as text. On routes, `weather` may be a record of values; then it is "other"."""
     told = about.get(name, "unknown")
     return told if isinstance(told, str) else "other"

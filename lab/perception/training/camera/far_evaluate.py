@@ -67,7 +67,7 @@ class _Rows:
     hit: NDArray[np.bool_]
 
     def part(self, which: NDArray[np.bool_]) -> _Rows:
-        """Some of the rows."""
+        """Return some of the rows."""
         return _Rows(**{name: getattr(self, name)[which] for name in self.__dataclass_fields__})
 
 
@@ -76,7 +76,7 @@ Run = Callable[[Pixels], tuple[NDArray[np.float32], NDArray[np.float32]]]
 
 
 def check(run: Run, strips: Strips, threshold: float | None = None) -> dict[str, Any]:
-    """The card's figures: threshold, recall by range and look, precision, and the fit of ranges.
+    """Return the card's figures: threshold, recall by range and look, precision, and the fit of ranges.
 
     Without a `threshold`, the one that the constants above ask for is chosen.
     """
@@ -110,8 +110,8 @@ def check(run: Run, strips: Strips, threshold: float | None = None) -> dict[str,
 
 
 def check_part(run: Run, strips: Strips, card: dict[str, Any]) -> dict[str, Any]:
-    """The card's figures for vehicles of which something nearer covers a part: recall by range and look, and misses
-    that a second look repeats. Threshold and classes of look are those of the card.
+    """Return the card's figures for vehicles of which something nearer covers a part: recall by range and look, and
+    misses that a second look repeats. Threshold and classes of look are those of the card.
     """
     threshold = float(card["threshold"])
     found = [detections.part(detections.score >= threshold) for detections in _found(run, strips)]
@@ -129,14 +129,14 @@ def check_part(run: Run, strips: Strips, card: dict[str, Any]) -> dict[str, Any]
 
 
 def look_classes(looks: Floats, edges: dict[str, list[float]]) -> NDArray[np.int64]:
-    """Class (n,) of each image's look (n, 2). Brightness is the major part of the index."""
+    """Return class (n,) of each image's look (n, 2). Brightness is the major part of the index."""
     bright = np.searchsorted(edges["brightness"], looks[:, 0])
     contrast = np.searchsorted(edges["contrast"], looks[:, 1])
     return np.asarray(bright * (len(edges["contrast"]) + 1) + contrast, np.int64)
 
 
 def written(card: dict[str, Any]) -> str:
-    """The card's tables as a Markdown page."""
+    """Return the card's tables as a Markdown page."""
     lines = ["# Far detector on held-out images", "", f"threshold {card['threshold']:.3f}", ""]
     lines += _recall_table(card["tables"])
     lines.append("| precision, by estimated range | " + " | ".join(_share(item) for item in card["precision"]) + " |")
@@ -147,7 +147,7 @@ def written(card: dict[str, Any]) -> str:
 
 
 def written_part(card: dict[str, Any]) -> str:
-    """The card's table of vehicles seen in part as Markdown."""
+    """Return the card's table of vehicles seen in part as Markdown."""
     part = card["part"]
     return "\n".join([*_recall_table(part["tables"]), "", f"missed again 0.5 s later: {part['repeated_miss']}", ""])
 
@@ -175,7 +175,7 @@ def _found(run: Run, strips: Strips) -> list[FarDetections]:
 
 
 def _match(found: FarDetections, boxes: NDArray[np.float32], drive: int) -> _Matched:
-    """Matches detections, highest score first, to the nearest free box of their label within reach."""
+    """Match detections, highest score first, to the nearest free box of their label within reach."""
     boxes = boxes[~np.isnan(boxes[:, 0])]
     column, row = (boxes[:, 1] + boxes[:, 3]) / 2.0, boxes[:, 4]
     reach_x = np.maximum(SLACK * (boxes[:, 3] - boxes[:, 1]), LEAST_SLACK_PX)
@@ -245,7 +245,9 @@ def _counts(rows: _Rows) -> list[list[int]]:
 
 
 def _repeated(rows: _Rows, time_s: Floats) -> list[int]:
-    """Vehicles missed in one image and again in the next one of the scene, and all that were missed in the first."""
+    """Return vehicles missed in one image and again in the next one of the scene, and all that were missed in
+    the first.
+    """
     known = {
         (int(d), int(a), int(p)): bool(h)
         for d, a, p, h in zip(rows.drive, rows.actor, rows.picture, rows.hit, strict=True)
@@ -262,7 +264,7 @@ def _repeated(rows: _Rows, time_s: Floats) -> list[int]:
 
 
 def _precision(pictures: Sequence[_Matched], strips: Strips) -> list[list[int]]:
-    """Correct vehicle detections, and all, by the range estimated from their height."""
+    """Return correct vehicle detections, and all, by the range estimated from their height."""
     counts = np.zeros((len(BINS) - 1, 2), int)
     for picture in pictures:
         mine = (picture.found.label == 0) & (picture.truth != -2)
@@ -274,7 +276,7 @@ def _precision(pictures: Sequence[_Matched], strips: Strips) -> list[list[int]]:
 
 
 def _towards(pictures: Sequence[_Matched]) -> list[int]:
-    """Vehicles found beyond `FROM_M` with a visible front or rear: correctly classified, and all."""
+    """Return vehicles found beyond `FROM_M` with a visible front or rear: correctly classified, and all."""
     right = total = 0
     for picture in pictures:
         for k in np.flatnonzero((picture.truth >= 0) & (picture.found.label == 0)):
@@ -296,7 +298,7 @@ def _tables(rows: _Rows, about: Sequence[tuple[str, str]]) -> dict[str, list[lis
 
 
 def _ranges(pictures: Sequence[_Matched], strips: Strips) -> dict[str, Any]:
-    """The range model, fitted to every other drive and measured on the rest."""
+    """Return the range model, fitted to every other drive and measured on the rest."""
     model = _fitted(pictures, strips, lambda drive: drive % 2 == 0)
     found, distance, _ = _pairs(pictures, strips, lambda drive: drive % 2 == 1)
     said = "not measured: there is only one drive"
@@ -353,7 +355,9 @@ def _fitted(pictures: Sequence[_Matched], strips: Strips, chosen: Callable[[int]
 def _pairs(
     pictures: Sequence[_Matched], strips: Strips, chosen: Callable[[int], bool]
 ) -> tuple[FarDetections, Floats, Floats]:
-    """Detections in some drives that match a judged box, their distances from the camera, and the true lower edges."""
+    """Return detections in some drives that match a judged box, their distances from the camera, and the true
+    lower edges.
+    """
     parts, distances, edges = [], [], []
     for picture in pictures:
         if not chosen(picture.drive):

@@ -30,7 +30,7 @@ class ExportError(RuntimeError):
 
 
 def export(net: FarNet, out: Path, card: dict[str, Any], tried: Strips) -> dict[str, Any]:
-    """Writes the network and its card, and tests the export on some images. Returns the card. Raises `ExportError`."""
+    """Write the network and its card, and tests the export on some images. Returns the card. Raises `ExportError`."""
     shipped, file = ExportedFarNet(net).eval(), out / "far.onnx"
     width = tried.rgb.shape[2]
     with warnings.catch_warnings():

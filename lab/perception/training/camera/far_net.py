@@ -58,7 +58,7 @@ class _Block(nn.Module):
         self.first, self.second = _step(channels, channels), _step(channels, channels)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Same shape."""
+        """Return same shape."""
         return x + self.second(self.first(x))
 
 
@@ -78,7 +78,7 @@ class FarNet(nn.Module):
         nn.init.constant_(self.out.bias[:CLASSES], PRIOR)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Raw channels, heat logits first."""
+        """Return raw channels, heat logits first."""
         fine = self.fine(self.stem(x))
         coarse = self.coarse(fine)
         coarse = coarse + fn.interpolate(self.join(self.coarsest(coarse)), scale_factor=2.0, mode="nearest")
@@ -124,12 +124,12 @@ class ExportedFarNet(nn.Module):
 
 
 def scaled(pixels: Tensor) -> Tensor:
-    """Normalizes the square roots of pixels (0 to 255), so that an unlit car at night also stands out."""
+    """Normalize the square roots of pixels (0 to 255), so that an unlit car at night also stands out."""
     return (torch.sqrt(pixels) - MEAN) / SPREAD
 
 
 def loss_of(raw: Tensor, boxes: Tensor, shift: Tensor) -> Tensor:
-    """The loss of a batch.
+    """Return the loss of a batch.
 
     Args:
         raw: (n, `CHANNELS`, h, w), network output.
@@ -183,7 +183,9 @@ def _targets(
     rows: int,
     columns: int,
 ) -> tuple[Tensor, Tensor]:
-    """Heat (n, classes, rows, columns) with 1 at each center, and weights (n, 1, rows, columns), 0 where unknown."""
+    """Return heat (n, classes, rows, columns) with 1 at each center, and weights (n, 1, rows, columns), 0
+    where unknown.
+    """
     across = torch.arange(columns, device=label.device) + 0.5
     down = torch.arange(rows, device=label.device) + 0.5
     x, y = ((left + right) / 2.0).floor() + 0.5, ((top + bottom) / 2.0).floor() + 0.5
@@ -209,7 +211,7 @@ def _highest(down: Tensor, across: Tensor) -> Tensor:
 
 
 def _focal(logits: Tensor, heat: Tensor, weight: Tensor) -> Tensor:
-    """Penalty-reduced focal loss of CenterNet (alpha 2, beta 4), summed."""
+    """Return penalty-reduced focal loss of CenterNet (alpha 2, beta 4), summed."""
     p = torch.sigmoid(logits).clamp(1e-4, 1.0 - 1e-4)
     is_peak = (heat > 0.999).float()
     hit = -((1.0 - p) ** 2) * torch.log(p) * is_peak

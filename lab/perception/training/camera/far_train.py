@@ -68,7 +68,7 @@ def train(
     widths: tuple[int, int, int] = WIDTHS,
     begun: FarNet | None = None,
 ) -> FarNet:
-    """Trains for a number of minutes, or of steps, and returns the network. `begun`: a network to train further."""
+    """Train for a number of minutes, or of steps, and returns the network. `begun`: a network to train further."""
     torch.manual_seed(seed)
     net = (begun or FarNet(*widths)).to(device, memory_format=torch.channels_last)
     top_rate = TOP_RATE if begun is None else FURTHER * TOP_RATE
@@ -118,7 +118,9 @@ class _Batches:
         self._chances = chances / chances.sum()
 
     def draw(self) -> tuple[Tensor, Tensor, Tensor]:
-        """Scaled pixels (n, 3, rows, width), boxes (n, m, 10), and the column and row where each crop starts (n, 2)."""
+        """Return scaled pixels (n, 3, rows, width), boxes (n, m, 10), and the column and row where each crop starts
+        (n, 2).
+        """
         random, n, device = self._random, self._batch, self._device
         which = torch.from_numpy(random.choice(len(self._rgb), n, p=self._chances)).to(device)
         down = random.integers(0, 2 * MARGIN_ROWS + 1, n)
@@ -140,7 +142,7 @@ class _Batches:
         return scaled(self._changed(pixels)), boxes, torch.stack([left, top], 1)
 
     def _changed(self, pixels: Tensor) -> Tensor:
-        """Changes brightness and colors, and adds noise. Gain and offset follow the light: night stays readable."""
+        """Change brightness and colors, and adds noise. Gain and offset follow the light: night stays readable."""
         n, device = len(pixels), self._device
         gain = torch.exp(
             COLOR * torch.randn(n, 3, 1, 1, device=device) + LIGHT * torch.randn(n, 1, 1, 1, device=device)
@@ -151,7 +153,7 @@ class _Batches:
 
 
 def outputs_of(net: FarNet, device: torch.device) -> Run:
-    """The network as `far_check.check` takes it."""
+    """Return the network as `far_check.check` takes it."""
     shipped = ExportedFarNet(net.to(device)).eval()
 
     def run(strip: Pixels) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -163,14 +165,14 @@ def outputs_of(net: FarNet, device: torch.device) -> Run:
 
 
 def _rate(share: float) -> float:
-    """Learning rate at a fraction of the time, relative to its highest value."""
+    """Return learning rate at a fraction of the time, relative to its highest value."""
     if share < WARM_UP:
         return 0.05 + 0.95 * share / WARM_UP
     return max(0.5 * (1.0 + math.cos(math.pi * (share - WARM_UP) / (1.0 - WARM_UP))), 0.002)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Trains, checks and exports."""
+    """Return trains, checks and exports."""
     parser = argparse.ArgumentParser(description="Train the detector of far vehicles.")
     parser.add_argument("--data", type=Path, nargs="+", required=True, help="folders of recordings to train on")
     parser.add_argument("--check", type=Path, nargs="+", required=True, help="folders of recordings to check on")

@@ -54,7 +54,7 @@ class HeadSettings:
 
 
 def train(data: Sequence[Path], check: Sequence[Path], settings: HeadSettings) -> dict[str, Any]:
-    """Trains, exports and scores. Returns the card.
+    """Return trains, exports and scores. Returns the card.
 
     Raises:
         RestoreError: The network to start from cannot be used.
@@ -80,7 +80,7 @@ def train(data: Sequence[Path], check: Sequence[Path], settings: HeadSettings) -
 
 
 def fit(head: nn.Sequential, seen: Tensor, gestures: Tensor, steps: int) -> None:
-    """Trains the head.
+    """Train the head.
 
     Args:
         head: Two linear layers with a ReLU between them.

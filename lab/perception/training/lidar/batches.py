@@ -65,7 +65,7 @@ class WindowStore:
         return len(self.history)
 
     def batch(self, which: Tensor, vary: bool) -> WindowBatch:
-        """The windows with these indices (b,), augmented for training if `vary`."""
+        """Return the windows with these indices (b,), augmented for training if `vary`."""
         history = self.history[which]
         if vary:
             history = _forgetful(history)
@@ -127,7 +127,7 @@ def _thinned(old: Tensor, window: Tensor, slot: Tensor, windows: int) -> Tensor:
 
 
 def _motion(pose: Tensor, age: Tensor, noisy: bool) -> tuple[Tensor, Tensor, Tensor]:
-    """Rotation and translation (b, sweeps) that bring each sweep into the frame of the first."""
+    """Return rotation and translation (b, sweeps) that bring each sweep into the frame of the first."""
     yaw, turn = pose[:, :1, 2], pose[:, :, 2] - pose[:, :1, 2]
     dx, dy = pose[:, :, 0] - pose[:, :1, 0], pose[:, :, 1] - pose[:, :1, 1]
     along, across = torch.cos(yaw) * dx + torch.sin(yaw) * dy, torch.cos(yaw) * dy - torch.sin(yaw) * dx
@@ -141,7 +141,7 @@ def _motion(pose: Tensor, age: Tensor, noisy: bool) -> tuple[Tensor, Tensor, Ten
 
 
 def _forgetful(history: Tensor) -> Tensor:
-    """Truncates some histories."""
+    """Truncate some histories."""
     count, most = history.shape
     length = torch.randint(2, most, (count, 1), device=history.device)
     whole = torch.rand(count, 1, device=history.device) >= FORGET
@@ -150,7 +150,7 @@ def _forgetful(history: Tensor) -> Tensor:
 
 
 def varied(points: Tensor, window: Tensor, boxes: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Mirrors, rotates, scales and shifts windows with their boxes, drops points and adds noise."""
+    """Return mirrors, rotates, scales and shifts windows with their boxes, drops points and adds noise."""
     count, device = len(boxes), boxes.device
     mirror = (torch.rand(count, device=device) < 0.5).float() * -2.0 + 1.0
     turn = (torch.rand(count, device=device) * 2.0 - 1.0) * TURN_RAD

@@ -63,7 +63,7 @@ class SweepWindows:
 
 
 def load(folders: Sequence[Path], jobs: int, most: int | None = None, every: int = EVERY) -> SweepWindows:
-    """Loads every recording in some folders.
+    """Load every recording in some folders.
 
     Args:
         folders: Recordings or folders of recordings.
@@ -149,14 +149,14 @@ class _Tick:
 
 
 def label_of(kind: ObjectKind, length_m: float) -> int:
-    """Index into `LABELS` of a body of this kind and length, or `IGNORED`."""
+    """Return index into `LABELS` of a body of this kind and length, or `IGNORED`."""
     if kind is ObjectKind.EMERGENCY and length_m > LARGE_EMERGENCY_M:
         kind = ObjectKind.TRUCK
     return LABEL_OF_KIND.get(kind, IGNORED)
 
 
 def _truth(ticks: Sequence[_Tick], history: Sequence[int]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-    """Boxes (k, 10) and labels (k,) at the end of a window, within the grid."""
+    """Return boxes (k, 10) and labels (k,) at the end of a window, within the grid."""
     now = ticks[history[0]]
     boxes = vehicle_frame(now.boxes, now.pose)
     x, y = boxes[:, 0], boxes[:, 1]
@@ -172,7 +172,7 @@ def _truth(ticks: Sequence[_Tick], history: Sequence[int]) -> tuple[NDArray[np.f
 
 
 def vehicle_frame(boxes: Floats, pose: Floats) -> Floats:
-    """Ground-truth boxes (k, 9) (see `BOX_COLUMNS`) in the frame of a vehicle at `pose` (see `Recorded.pose`).
+    """Return ground-truth boxes (k, 9) (see `BOX_COLUMNS`) in the frame of a vehicle at `pose` (see `Recorded.pose`).
 
     Returns:
         (k, 9): middle x, y, z, length, width, height, yaw, velocity x and y; the first nine of `BOX`.
@@ -205,7 +205,7 @@ def returns_in(boxes: Floats, points: NDArray[np.float32]) -> Floats:
 
 
 def _moved(then: _Tick, now: _Tick) -> Any:
-    """Points of one tick in the frame of a later one."""
+    """Return points of one tick in the frame of a later one."""
     points = then.points.astype(np.float32) / CENTIMETRE
     turn, yaw = then.pose[3] - now.pose[3], now.pose[3]
     dx, dy = then.pose[:2] - now.pose[:2]

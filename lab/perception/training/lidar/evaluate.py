@@ -42,7 +42,7 @@ class ScoredDetections:
 
 
 def predicted(net: PillarNet, store: WindowStore, batch: int = 8) -> list[Detections]:
-    """Detections in each window, with uncalibrated scores."""
+    """Return detections in each window, with uncalibrated scores."""
     net.eval()
     found: list[Detections] = []
     with torch.no_grad():
@@ -100,7 +100,7 @@ def _beside_ignored(middle: Floats, ignored: Floats) -> bool:
 
 
 def average_precision(of: ScoredDetections) -> float:
-    """Area under the precision-recall curve; precision at a recall is the best at that recall or higher."""
+    """Return area under the precision-recall curve; precision at a recall is the best at that recall or higher."""
     if not of.bodies or not len(of.score):
         return 0.0
     hits = np.cumsum(of.right)
@@ -109,13 +109,13 @@ def average_precision(of: ScoredDetections) -> float:
 
 
 def mean_average_precision(all_labels: Sequence[ScoredDetections]) -> float:
-    """Mean average precision over the labels that have bodies."""
+    """Return mean average precision over the labels that have bodies."""
     counted = [average_precision(label) for label in all_labels if label.bodies]
     return sum(counted) / max(1, len(counted))
 
 
 def calibrated(all_labels: Sequence[ScoredDetections]) -> Calibration:
-    """Slope and shift that turn a logit into the probability that the detection is correct (Platt 1999)."""
+    """Return slope and shift that turn a logit into the probability that the detection is correct (Platt 1999)."""
     fits = [_platt(label.score, label.right) for label in all_labels]
     return Calibration(
         tuple(slope for slope, _ in fits), tuple(shift for _, shift in fits), (LEAST_SCORE,) * len(all_labels)
@@ -123,7 +123,7 @@ def calibrated(all_labels: Sequence[ScoredDetections]) -> Calibration:
 
 
 def _platt(score: Floats, right: NDArray[np.bool_]) -> tuple[float, float]:
-    """Logistic regression on the logit by Newton's method, regularized toward slope 1 and shift 0."""
+    """Return logistic regression on the logit by Newton's method, regularized toward slope 1 and shift 0."""
     share = np.clip(score, 1e-6, 1.0 - 1e-6)
     inputs = np.stack([np.log(share / (1.0 - share)), np.ones(len(share))], axis=1).reshape(-1, 2)
     prior = np.array([1.0, 0.0])
@@ -138,7 +138,7 @@ def _platt(score: Floats, right: NDArray[np.bool_]) -> tuple[float, float]:
 
 
 def report(all_labels: Sequence[ScoredDetections]) -> list[dict[str, float | str]]:
-    """One row per label: AP at 2 m, bodies, and errors of correct detections (medians and 90th percentiles)."""
+    """Return one row per label: AP at 2 m, bodies, and errors of correct detections (medians and 90th percentiles)."""
     rows: list[dict[str, float | str]] = []
     for name, label in zip(LABELS, all_labels, strict=True):
         row: dict[str, float | str] = {"label": name, "bodies": label.bodies, "ap": round(average_precision(label), 4)}

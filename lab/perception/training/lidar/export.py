@@ -56,7 +56,7 @@ class ExportError(RuntimeError):
 
 
 def export(run: Path, check: Sequence[Path], to: Path = DATA, ranges: Sequence[Path] = ()) -> dict[str, Any]:
-    """Writes `lidar.onnx` and `card.json`.
+    """Write `lidar.onnx` and `card.json`.
 
     Args:
         run: Output folder of `lab.perception.training.lidar.train`.
@@ -157,7 +157,9 @@ def _difference(shipped: ExportedPillarNet, file: Path, store: WindowStore) -> f
 
 
 def _box_difference(expected: Sequence[Any], got: Sequence[Any]) -> float:
-    """Largest box difference over the stronger half, matched by label and cell: equal logits may come in any order."""
+    """Return largest box difference over the stronger half, matched by label and cell: equal logits may come in
+    any order.
+    """
     places = {place: i for i, place in enumerate(zip(got[1].tolist(), got[2].tolist(), strict=True))}
     half = list(zip(expected[1].tolist(), expected[2].tolist(), strict=True))[: len(expected[0]) // 2]
     pairs = [(i, places[place]) for i, place in enumerate(half) if place in places]

@@ -55,7 +55,7 @@ class Targets:
 
 
 def targets(boxes: Tensor, labels: Tensor, grid: BevGrid = GRID) -> Targets:
-    """Targets from padded boxes (b, most, 10) and labels (b, most)."""
+    """Return targets from padded boxes (b, most, 10) and labels (b, most)."""
     x, y = (boxes[..., 0] - grid.x_min_m) / grid.cell_m, (boxes[..., 1] - grid.y_min_m) / grid.cell_m
     row, column = torch.floor(x).long(), torch.floor(y).long()
     inside = (row >= 0) & (row < grid.rows) & (column >= 0) & (column < grid.columns)
@@ -128,7 +128,7 @@ def _counted(boxes: Tensor, ignored: Tensor, grid: BevGrid) -> Tensor:
 
 
 def losses(heat: Tensor, box: Tensor, aim: Targets) -> tuple[Tensor, Tensor]:
-    """The heatmap loss and the box loss, one scalar each."""
+    """Return the heatmap loss and the box loss, one scalar each."""
     heat, box = heat.float(), box.float()
     share = torch.sigmoid(heat).clamp(1e-5, 1.0 - 1e-5)
     top = aim.heat > 0.999

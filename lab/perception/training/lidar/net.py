@@ -79,7 +79,7 @@ class PillarNet(nn.Module):
         nn.init.constant_(self.heat.bias, PRIOR_LOGIT)
 
     def forward(self, features: Tensor, cell: Tensor, windows: int) -> tuple[Tensor, Tensor]:
-        """Logits and regressed values from point features (n, 8) and pillar indices (n,).
+        """Return logits and regressed values from point features (n, 8) and pillar indices (n,).
 
         See `lab.perception.training.lidar.pillars`.
         """
@@ -92,7 +92,7 @@ class PillarNet(nn.Module):
         return self.maps(cells, windows)
 
     def maps(self, cells: Tensor, windows: int) -> tuple[Tensor, Tensor]:
-        """Logits and regressed values from coarse cells (windows * cells, width)."""
+        """Return logits and regressed values from coarse cells (windows * cells, width)."""
         x = cells.reshape(windows, self.grid.rows, self.grid.columns, self.widths[0]).permute(0, 3, 1, 2)
         x1 = self.first(x)
         x2 = self.second(x1)
@@ -109,7 +109,7 @@ class ExportedPillarNet(nn.Module):
         self.net = net
 
     def forward(self, features: Tensor, slot: Tensor, occupied: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Logit (k,), label (k,), coarse cell (k,) and regressed values (k, 10) of the strongest cells.
+        """Return logit (k,), label (k,), coarse cell (k,) and regressed values (k, 10) of the strongest cells.
 
         Args:
             features: (n, 8), point features.
@@ -127,7 +127,7 @@ class ExportedPillarNet(nn.Module):
 
 
 def strongest(heat: Tensor, box: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    """The `STRONGEST` highest local maxima of one window (1, ...)."""
+    """Return the `STRONGEST` highest local maxima of one window (1, ...)."""
     around = functional.max_pool2d(heat, 3, 1, 1)
     peaks = torch.where(heat == around, heat, torch.full_like(heat, -20.0)).flatten()
     logit, index = torch.topk(peaks, STRONGEST)

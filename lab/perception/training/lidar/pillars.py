@@ -10,7 +10,7 @@ from stucksolver_perception.lidar.pillars import FAR_M, OLD_S, TALL_M
 
 
 def pillars(points: Tensor, window: Tensor, grid: BevGrid = GRID) -> tuple[Tensor, Tensor]:
-    """Features (m, 8) and pillar indices (m,) of points (n, 5) in several windows.
+    """Return features (m, 8) and pillar indices (m,) of points (n, 5) in several windows.
 
     Pillar indices of window w start at w * `grid.pillars`.
     """

@@ -73,7 +73,7 @@ class Options:
 
 
 def train(options: Options) -> list[dict[str, float | str]]:
-    """Trains, checks, and writes `lidar.pt` and `lab.language.json` to the folder `options.out`.
+    """Return trains, checks, and writes `lidar.pt` and `lab.language.json` to the folder `options.out`.
 
     Returns:
         One row for each label, see `lab.perception.training.lidar.evaluate.report`.
@@ -142,7 +142,7 @@ def drawn_how_often(windows: SweepWindows) -> np.ndarray[tuple[int], np.dtype[np
 
 
 def _fit(net: PillarNet, store: WindowStore, how_often: Tensor, options: Options) -> tuple[PillarNet, int]:
-    """The network with weights averaged over the steps, and the number of steps."""
+    """Return the network with weights averaged over the steps, and the number of steps."""
     device = store.device
     decayed = [parameter for parameter in net.parameters() if parameter.ndim > 1]
     rest = [parameter for parameter in net.parameters() if parameter.ndim <= 1]
@@ -183,13 +183,13 @@ def _fit(net: PillarNet, store: WindowStore, how_often: Tensor, options: Options
 
 
 def _share(began: float, step: int, options: Options) -> float:
-    """Fraction of the training that is done, 0 to 1."""
+    """Return fraction of the training that is done, 0 to 1."""
     by_time = (time.monotonic() - began) / (60.0 * options.minutes)
     return max(by_time, step / options.steps) if options.steps else by_time
 
 
 def one_cycle(share: float) -> float:
-    """Learning rate as a fraction of the highest: rises linearly, then falls as a cosine."""
+    """Return learning rate as a fraction of the highest: rises linearly, then falls as a cosine."""
     if share < WARM_UP:
         return LEAST_RATE + (1.0 - LEAST_RATE) * share / WARM_UP
     down = (share - WARM_UP) / (1.0 - WARM_UP)
