@@ -85,7 +85,9 @@ def checkout(folder: Path) -> None:
     listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     for name in listed.split("\0"):
         if (
-            name.startswith(("src/", "examples/", "packages/stucksolver-language/tests/llm/", "docs/tutorial/"))
+            name.startswith(
+                ("packages/stucksolver/src/", "examples/", "packages/stucksolver-language/tests/llm/", "docs/tutorial/")
+            )
             and (ROOT / name).is_file()
         ):
             (folder / name).parent.mkdir(parents=True, exist_ok=True)

@@ -7,7 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stucksolver.immobilization import Detector, DetectorSettings, Trigger
-from stucksolver.scene import Status
+from stucksolver.scene import LineKind, Status
+from stucksolver.solver import EventKind
+from worlds import World, drive, straight_road
 
 DT = 0.05
 SLOW = 4.9 / 3.6
@@ -118,3 +120,21 @@ def test_the_settings_move_the_bounds(bound, dwell):
 def test_settings_that_make_no_sense_are_refused_by_name(name, value):
     with pytest.raises(ValueError, match=name):
         DetectorSettings(**{name: value})
+
+
+def creeps(**options):
+    """What reasoners decide about a vehicle that drives at 7 km/h on a free road."""
+    world = World(straight_road(left=LineKind.BROKEN), speed=7.0 / 3.6, cruise_mps=7.0 / 3.6)
+    return [event for event in drive(world, 6.0, **options).events if event.kind is EventKind.DECIDED]
+
+
+def test_detector_default_settings_leave_a_creeping_vehicle_alone():
+    assert creeps() == []
+
+
+def test_detector_settings_decide_what_reasoners_call_immobilized():
+    """One definition for detector and reasoner: with a threshold of 10 km/h, 7 km/h is not "moving along the route"."""
+    first = creeps(detector=DetectorSettings(v_min_mps=10.0 / 3.6))[0]
+    moving = next(step for step in first.decision.analysis.steps if step.id == "S2.3")
+    assert (moving.answer, first.decision.analysis.immobilized) == (False, True)
+    assert first.scene.ego.immobilized_below_mps == pytest.approx(10.0 / 3.6)

@@ -46,7 +46,7 @@ class Config(NamedTuple):
     """`privileged`: driver and solver know the world from the client's ground truth; `sensors`: from the declared
     sensors. With `sensors`, both run in the solver's process, and `driver` must be `planner`."""
     rig: str = ""
-    """The calibration of these sensors, a file like `stucksolver/perception/rig.toml`; empty: that file."""
+    """The calibration of these sensors, a file like `stucksolver_perception/rig.toml`; empty: that file."""
     sensors: bool = True
     """Declare the sensors of Bao and Li 2025 (arXiv:2510.26023). Without them nothing is rendered.
 

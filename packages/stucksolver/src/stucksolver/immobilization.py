@@ -6,6 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 from enum import Enum
 
+from stucksolver.scene.scene import EXPECTED_PROGRESS_M, IMMOBILIZED_BELOW_MPS
 from stucksolver.scene.status import Status
 
 
@@ -32,9 +33,9 @@ class DetectorSettings:
         ValueError: A setting is not greater than 0.
     """
 
-    v_min_mps: float = 5 / 3.6
+    v_min_mps: float = IMMOBILIZED_BELOW_MPS
     dwell_s: float = 1.0
-    progress_m: float = 5.0
+    progress_m: float = EXPECTED_PROGRESS_M
     progress_window_s: float = 20.0
 
     def __post_init__(self) -> None:

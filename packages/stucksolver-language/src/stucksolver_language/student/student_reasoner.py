@@ -19,7 +19,7 @@ from stucksolver.reasoners.reasoner import (
     ReasonerTrace,
 )
 from stucksolver.reasoners.rules import RuleReasoner
-from stucksolver.reasoners.rules.analyze import LIGHT_AHEAD_M, MOVING_MPS, blocker, loops, red_light_within
+from stucksolver.reasoners.rules.analyze import LIGHT_AHEAD_M, blocker, loops, red_light_within
 from stucksolver.reasoners.rules.observe import goes_first
 from stucksolver.scene import REQUESTS, GuidanceIntent, ObjectKind, Scene
 from stucksolver_language.student.candidates import candidates
@@ -130,7 +130,7 @@ class DistilledReasoner:
             controls=tuple(n for n, c in enumerate(scene.controls) if c.applies is not False)[:MOST_CONTROLS],
             participants=_participants(encoded, numbers),
             asked=asked,
-            immobilized=(stuck and scene.ego.speed_mps < MOVING_MPS) or loops(scene),
+            immobilized=(stuck and scene.ego.is_slow) or loops(scene),
             cause=_cause(scene, numbers, said.analysis.cause) if stuck and asked is None else None,
             wait=wait,
             ends=ends,
@@ -144,7 +144,7 @@ class DistilledReasoner:
         choice = self._choice
         if said in DUTIES:
             return said
-        if scene.guidance is not None or scene.ego.speed_mps >= MOVING_MPS:
+        if scene.guidance is not None or not scene.ego.is_slow:
             return None
         if soon < choice.soon or scene.ego.stopped_for_s > choice.longest_s:
             return None
@@ -212,7 +212,7 @@ def _wanted(scene: Scene) -> bool:
     """True if something may be done: the passenger asks for it, or the vehicle does not get on."""
     if scene.guidance is not None:
         return _asked(scene) in REQUESTS
-    return (scene.ego.speed_mps < MOVING_MPS or loops(scene)) and not scene.ego.at_destination
+    return (scene.ego.is_slow or loops(scene)) and not scene.ego.at_destination
 
 
 def _unheld(scene: Scene, said: Decision) -> bool:

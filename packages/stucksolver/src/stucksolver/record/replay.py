@@ -14,7 +14,7 @@ from stucksolver.ladder import Ladder
 from stucksolver.plan import apply_limits_to_decision
 from stucksolver.reasoners import ReasonerAnswer, ReasonerError, ReasonerRequest, RuleReasoner, parse_trace
 from stucksolver.record.hash_chain import RecordError, read_chain
-from stucksolver.record.record_file import FORMAT, image_of, policy_of
+from stucksolver.record.record_file import DETECTOR, FORMAT, image_of, policy_of
 from stucksolver.record.serialization import (
     accepted_answer,
     inputs_of,
@@ -124,7 +124,8 @@ class _Again:
         self.report.versions = data["versions"]
         self._rules = RuleReasoner(ladder.waits.limits())
         guard = Guard(policy_of(data["policy"], self._path))
-        self._setup = SolverSetup(guard, ladder, names, data["ask_back"], observe_only)
+        detector = DETECTOR.validate_python(data["detector"])
+        self._setup = SolverSetup(guard, ladder, names, data["ask_back"], observe_only, detector)
         state = state_of(data["state"], ladder, frozenset(names), observe_only=observe_only)
         self._state = replace(state, scene=self._scene(data["state"]["scene"]))
 

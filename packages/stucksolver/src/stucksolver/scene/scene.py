@@ -31,6 +31,14 @@ class LaneRelation(str, Enum):
     OFF_ROAD = "off_road"
 
 
+IMMOBILIZED_BELOW_MPS = 5 / 3.6
+"""Speed below which the ego counts as immobilized, by default (m/s): 5 km/h, as in Bao and Li 2025
+(arXiv:2510.26023).
+"""
+EXPECTED_PROGRESS_M = 5.0
+"""Progress that is expected within the detector's window, by default (m). Ours: a car length."""
+
+
 class SceneEgo(FrozenModel):
     """The ego as described to a reasoner."""
 
@@ -44,10 +52,19 @@ class SceneEgo(FrozenModel):
     """New progress along the route in the detector's window (m); None before the first full window. The solver
     fills this in.
     """
+    immobilized_below_mps: float = Field(default=IMMOBILIZED_BELOW_MPS, gt=0)
+    """The detector's threshold of speed (m/s). The solver fills this in."""
+    expected_progress_m: float = Field(default=EXPECTED_PROGRESS_M, gt=0)
+    """Progress that the detector expects within its window (m). The solver fills this in."""
     distance_to_destination_m: float | None
     at_destination: bool
     length_m: float = Field(gt=0)
     width_m: float = Field(gt=0)
+
+    @property
+    def is_slow(self) -> bool:
+        """True if the ego is slower than the detector's threshold."""
+        return self.speed_mps < self.immobilized_below_mps
 
 
 class SceneObject(TrackedObject):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from stucksolver.scene import ControlKind, LightState, Scene
 
-MOVING_MPS = 5 / 3.6
 AHEAD_M = 45.0
 LIGHT_M = 40.0
 
@@ -19,7 +18,7 @@ def situation_text(scene: Scene | None, question: str | None = None) -> str:
 
 def _doing(scene: Scene) -> str:
     lead = next(iter(scene.in_path_ahead(AHEAD_M)), None)
-    doing = "Driving" if scene.ego.speed_mps >= MOVING_MPS else "Standing"
+    doing = "Standing" if scene.ego.is_slow else "Driving"
     if lead is None:
         return f"{doing}, nothing in the way."
     what = lead.kind.value.replace("_", " ")

@@ -136,7 +136,7 @@ class StuckSolver:
         """What was said since the last step; filled by any thread."""
         unread = self._reader.reader
         ask_back = unread.why if isinstance(unread, NoInterpreter) else ASK_BACK
-        self._setup = SolverSetup(self.guard, self.ladder, names, ask_back, observe_only)
+        self._setup = SolverSetup(self.guard, self.ladder, names, ask_back, observe_only, self._detector.settings)
         self._state = first_state(self.ladder, frozenset(reasoners), observe_only=observe_only)
         if record is not None:
             settings = self._detector.settings
