@@ -34,7 +34,8 @@ def made(request, monkeypatch):
     return module
 
 
-def test_there_is_one_for_each_and_none_is_longer_than_60_lines():
+def test_templates_cover_all_kinds_within_60_lines():
+    """There is one template for each kind, and none has more than 60 lines."""
     assert sorted(TEMPLATES) == ["behaviour", "criterion", "reasoner", "scenario", "sensor", "stack"]
     assert all(len(code.splitlines()) <= 60 for code in TEMPLATES.values())
 
@@ -116,7 +117,8 @@ def test_the_criterion_notes_each_hard_stop_once(made):
 
 
 @pytest.mark.parametrize("made", ["sensor"], indirect=True)
-def test_the_sensor_gives_the_last_fix_again_for_three_seconds_now_and_then(made):
+def test_sensor_template_repeats_last_fix_for_3_s_at_times(made):
+    """The sensor repeats its last fix for 3 s now and then, which makes an outage."""
     from carlette.geometry import Pose, Vector
     from carlette.in_process import open_world
     from carlette.sensors.sensor import SensorAttributes

@@ -33,7 +33,8 @@ def test_folders_are_made_and_the_text_is_there(tmp_path: Path) -> None:
     assert os.listdir(path.parent) == ["log.json"]
 
 
-def test_a_file_is_replaced_in_one_go_and_may_be_read_by_whom_the_umask_lets(tmp_path: Path) -> None:
+def test_write_text_replaces_atomically_with_umask_permissions(tmp_path: Path) -> None:
+    """A file is replaced in one step, and its permissions follow the umask."""
     path = tmp_path / "log.json"
     path.write_text("old")
     with path.open() as before:
@@ -55,7 +56,8 @@ def test_a_full_disk_is_told_and_the_old_file_kept(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_a_folder_without_permission_is_told_and_the_old_file_kept(tmp_path: Path) -> None:
+def test_write_text_without_permission_keeps_old_file(tmp_path: Path) -> None:
+    """A folder without write permission is reported, and the old file stays."""
     path = tmp_path / "log.json"
     path.write_text("old")
     tmp_path.chmod(0o500)
@@ -79,7 +81,8 @@ def test_a_file_where_a_folder_should_be_is_told(tmp_path: Path) -> None:
     assert (tmp_path / "out").read_text() == "I am a file"
 
 
-def test_a_folder_where_the_file_should_be_is_told_and_nothing_is_left(tmp_path: Path) -> None:
+def test_write_text_onto_folder_fails_without_leftovers(tmp_path: Path) -> None:
+    """A folder at the path of the file is reported, and no temporary file remains."""
     (tmp_path / "log.json").mkdir()
     with pytest.raises(OutputError, match=r"log\.json"):
         write_text(tmp_path / "log.json", "new")

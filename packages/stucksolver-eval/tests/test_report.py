@@ -220,7 +220,8 @@ def test_folders_are_made_and_nothing_else_is_left(tmp_path):
 
 
 @pytest.mark.integration
-def test_a_failed_write_names_path_and_remedy_and_keeps_the_old_report(tmp_path):
+def test_report_failed_write_names_remedy_and_keeps_old_report(tmp_path):
+    """A failed write names the path and the remedy, and keeps the old report."""
     path = tmp_path / "report.html"
     path.write_text("the old report")
     code = f"""
@@ -309,5 +310,6 @@ def test_four_long_busy_runs_stay_small(tmp_path):
     assert (tmp_path / "report.html").stat().st_size < 6_000_000
 
 
-def test_the_page_knows_the_words_that_a_drive_that_succeeded_ends_with():
+def test_report_page_knows_statuses_of_successful_runs():
+    """The page contains the status texts of successful runs."""
     assert f'["{COMPLETED}", "{PERFECT}"].includes(status)' in (ASSETS / "palette.js").read_text(encoding="utf-8")

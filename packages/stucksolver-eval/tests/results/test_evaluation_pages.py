@@ -27,7 +27,8 @@ DECISION = {
 }
 
 
-def test_every_figure_is_explained_and_what_others_published_is_marked_and_folded(tmp_path: Path) -> None:
+def test_evaluation_page_explains_scores_and_folds_published_ones(tmp_path: Path) -> None:
+    """Every score is explained where it is, and published scores of others are marked and folded."""
     store = begun(tmp_path / "out")
     keep(store, ROUTES[0], 1, record(ROUTES[0], 80.0, "TickRuntime", CRASH))
     page = evaluation_page(summarize(store), {})
@@ -43,7 +44,8 @@ def test_each_recovery_figure_has_a_meaning() -> None:
     assert set(RECOVERY_MEANINGS) == set(RECOVERY_HEAD[1:])
 
 
-def test_runs_stand_side_by_side_with_the_drives_that_ended_differently(tmp_path: Path) -> None:
+def test_comparison_page_lists_routes_with_different_results(tmp_path: Path) -> None:
+    """Runs are compared side by side, with the routes on which their results differ."""
     stores = [begun(tmp_path / name, recovery=name) for name in ("none", "rules")]
     keep(stores[0], ROUTES[0], 1, record(ROUTES[0], 50.0, "Agent got blocked"))
     keep(stores[1], ROUTES[0], 1, record(ROUTES[0], 100.0, None))

@@ -201,7 +201,8 @@ def test_link_to_any_name_is_relative_and_leads_there(name):
 
 
 @given(st.text(), st.text(), st.text())
-def test_files_of_a_route_stay_in_their_folder_whatever_its_names(route_id, town, scenario):
+def test_route_file_name_stays_in_folder_for_any_text(route_id, town, scenario):
+    """The file name of a route stays in its folder, whatever the names of the route contain."""
     name = save_name(route_id, town, scenario)
     assert Path(name).name == name and "\0" not in name
 

@@ -94,7 +94,8 @@ def test_what_is_no_evaluation_is_named(tmp_path: Path) -> None:
         summarize(ResultStore(tmp_path))
 
 
-def test_a_route_is_done_when_its_outcome_is_there_and_it_did_not_crash(tmp_path: Path) -> None:
+def test_result_store_route_is_done_unless_crashed(tmp_path: Path) -> None:
+    """A route is done when its outcome is stored and it did not crash."""
     store = begun(tmp_path / "out")
     assert not store.is_done(ROUTES[0], 1)
     store.write_outcome(ROUTES[0], outcome(ROUTES[0], state="crashed"))
@@ -112,7 +113,8 @@ def test_missing_routes_count_as_zero(tmp_path: Path) -> None:
     assert (found.comfort, found.infraction_score) == (100.0, 0.6)
 
 
-def test_all_scores_come_from_files_alone_and_the_report_names_every_route(tmp_path: Path) -> None:
+def test_evaluation_scores_come_from_files_and_cover_every_route(tmp_path: Path) -> None:
+    """All scores are computed from the files alone, and the report contains every route."""
     store = begun(tmp_path / "out")
     keep(store, ROUTES[0], 1, record(ROUTES[0], 100.0, None, SPEED))
     store.write_outcome(ROUTES[1], outcome(ROUTES[1], state="crashed", reason="it <b>fell</b> over"))

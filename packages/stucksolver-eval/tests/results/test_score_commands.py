@@ -65,9 +65,10 @@ def test_a_crashed_route_shows_in_the_exit_code(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("unanswered", "warned"), [(5, False), (6, True)])
-def test_a_model_that_hardly_answered_shows_in_table_page_and_exit_code(
+def test_score_unreliable_model_warns_in_output_page_and_exit_code(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], unanswered: int, warned: bool
 ) -> None:
+    """A model that leaves more than half of the queries unanswered causes a warning in output, page and exit code."""
     from stores import outcome
 
     store = begun(tmp_path / "a", recovery="rules", reasoner="openai:m")
@@ -132,9 +133,8 @@ def test_what_is_no_evaluation_is_named(tmp_path: Path, command: list[str], caps
     assert "is not a result folder of `stucksolver evaluate`" in capsys.readouterr().err
 
 
-def test_evaluations_of_other_routes_are_told_apart_by_words_not_digests(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_compare_different_routes_error_contains_no_digest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The error for evaluations of different routes is one line of words, without digests."""
     first, second = evaluation(tmp_path / "a", "none", 50.0), begun(tmp_path / "b", suite_digest="0" * 64).folder
     assert main(["compare", str(first), str(second)]) == 2
     error = capsys.readouterr().err

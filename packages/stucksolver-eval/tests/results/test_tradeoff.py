@@ -34,9 +34,10 @@ def test_every_setting_is_a_row_for_people_and_for_scripts(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("completions", [HALF, {"dt=1": 50.0, "dt=3": 60.0}])
-def test_the_picture_has_a_line_for_each_of_the_first_setting(
+def test_tradeoff_plot_has_line_per_first_setting(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, completions: dict[str, float]
 ) -> None:
+    """The plot has one line for each value of the first setting."""
     figure = pytest.importorskip("matplotlib.figure", reason="needs matplotlib (the extra `report`)").Figure
     drawn = []
     monkeypatch.setattr(figure, "savefig", lambda self, path, **_: drawn.append((self, Path(path))))

@@ -77,7 +77,8 @@ def test_another_end_is_not_tried_again(tmp_path, monkeypatch):
     assert (tmp_path / "attempts").read_text() == "x"
 
 
-def test_a_process_that_hears_no_signal_is_ended_all_the_same(tmp_path, monkeypatch):
+def test_route_process_ignoring_signals_is_killed(tmp_path, monkeypatch):
+    """A process that ignores signals is killed all the same."""
     monkeypatch.setattr(route_process, "_work", route_crashers.complain_and_stay)
     monkeypatch.setattr(process, "LEAVE_S", 0.5)
     assert reason(tmp_path) == "something is wrong"
@@ -89,7 +90,8 @@ def test_a_route_that_hangs_is_ended(tmp_path, monkeypatch):
     assert "made no progress for 1 s" in reason(tmp_path)
 
 
-def test_a_server_that_dies_during_a_route_is_one_clear_reason_soon(tmp_path):
+def test_route_process_killed_server_gives_prompt_clear_reason(tmp_path):
+    """A server that dies during a route gives one clear reason before the time limit for silence."""
     others = set(psutil.Process().children(recursive=True))
     killed_at: list[float] = []
 

@@ -143,7 +143,8 @@ def test_entry_that_cannot_be_read_is_named_by_its_number(monkeypatch, entry):
 # ---- with a server
 
 
-def test_server_of_ones_own_is_asked_without_a_key_and_says_so(server):
+def test_custom_server_gets_no_key_and_preflight_notes_it(server):
+    """A server of the user's is queried without a key, and the preflight says so."""
     reasoner = make_reasoner(f"openai:reader@{server.url}")
     (note,) = preflight(reasoner, "it")
     assert "is sent no key" in note and "--send-key" in note and server.url in note
@@ -172,7 +173,8 @@ def test_key_of_the_server_is_sent_and_told(server, monkeypatch):
     assert KEYS_VARIABLE in note and OWN_KEY not in note
 
 
-def test_server_that_wants_a_key_gets_a_message_with_the_remedy(server):
+def test_custom_server_requiring_key_names_the_remedy(server):
+    """If the server requires a key and none was sent, the error names --send-key."""
     server.key = "right"
     with pytest.raises(ReasonerNameError, match=r"none was sent: --send-key sends OPENAI_API_KEY"):
         preflight(make_reasoner(f"openai:reader@{server.url}"), "it")
@@ -343,7 +345,8 @@ def test_send_key_is_no_setting(tmp_path):
 
 
 @pytest.mark.integration
-def test_send_key_without_a_server_or_a_key_says_what_is_missing(tmp_path):
+def test_send_key_without_server_or_key_names_missing_part(tmp_path):
+    """With --send-key and without a server or a key, the error names the missing one."""
     assert "no server is named" in stucksolver("cases", "--send-key", folder=tmp_path).stderr
     words = ("cases", "--send-key", "--reasoner", "openai:m@http://h/v1")
     assert "there is no key" in stucksolver(*words, folder=tmp_path, OPENAI_API_KEY="").stderr

@@ -90,7 +90,8 @@ def test_what_cannot_be_done_is_one_line_with_the_remedy(capsys, file, tmp_path)
     assert "forget what?" in refused(capsys, "forget", file)
 
 
-def test_drives_with_a_file_that_is_no_memory_are_refused_before_they_begin(tmp_path):
+def test_system_with_invalid_memory_file_is_rejected_before_run(tmp_path):
+    """A system whose memory is another file, or which has no recovery to use it, is rejected before the run."""
     (tmp_path / "diary").write_text("dear diary " * 400)
     with pytest.raises(SystemSpecError, match="not a StuckSolver memory"):
         check_arm(SystemSpec(recovery="rules", memory=tmp_path / "diary"))
