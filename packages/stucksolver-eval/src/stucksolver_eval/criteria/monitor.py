@@ -43,8 +43,8 @@ class ScenarioFeed(Protocol):
 class CriteriaMonitor:
     """Judges one ego on one route. Call `update` once per tick, `finish` once at the end, then `close`.
 
-    Other distributions add criteria by entry points in `stucksolver.criteria`: a class that is called with the world, its
-    map, the ego and the route's line, and implements `Criterion`. Its infractions are reported; only those of the
+    Other distributions add criteria by entry points in `stucksolver.criteria`: a class that is called with the world,
+    its map, the ego and the route's line, and implements `Criterion`. Its infractions are reported; only those of the
     benchmark's kinds cost points.
     """
 
