@@ -54,7 +54,6 @@ RECORD = np.dtype(
 Records = NDArray[np.void]
 
 MAP_CHANGE = 1
-LIGHT_UPDATE = 2
 
 _SENSOR_HEADER = struct.Struct("<QQd6f")
 _WORLD_HEADER = struct.Struct("<Qdf3iI")

@@ -19,7 +19,6 @@ MOST_EPISODES = 10_000
 """The oldest are dropped when there are more: some 20 MB of file."""
 MOST_DAYS = 365
 """Older episodes are dropped: streets and cars change, and nobody's words should be kept for ever."""
-PAGE_BYTES = 4096
 MOST_PAGES = 16_384
 """The file never grows beyond 64 MB."""
 BUSY_S = 5.0
