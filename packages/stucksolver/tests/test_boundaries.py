@@ -136,7 +136,8 @@ def test_only_a_small_bag_that_lies_there_is_driven_over(change):
 
 
 @pytest.mark.parametrize("field", ["time_s", "speed_mps", "progress_m"])
-def test_a_status_that_is_no_number_starts_nothing_and_ends_nothing_in_an_error(field):
+def test_step_nan_in_status_raises_no_error(field):
+    """A NaN in the status raises no error and leads to no contact."""
     world = World(straight_road(), [thing("lead", 60.0)])
     with StuckSolver(world.scene, clock="lockstep", ladder=stubborn()) as solver:
         for k in range(100):

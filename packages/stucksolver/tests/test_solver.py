@@ -52,7 +52,8 @@ def test_after_the_plan_the_vehicle_is_handed_back():
     assert seen.kinds()[-2:] == [EventKind.FINISHED, EventKind.CLOSED]
 
 
-def test_the_same_object_is_told_for_as_long_as_the_same_stretch_is_driven():
+def test_directive_is_same_object_while_path_is_same():
+    """The same object is sent for as long as the same path is driven."""
     seen = drive(parked(), 25.0)
     assert len({id(d) for d in seen.directives if isinstance(d, Execute)}) == 1
 
@@ -77,7 +78,8 @@ def test_oncoming_cars_are_let_pass_before_it_goes():
 
 
 @pytest.mark.integration
-def test_with_two_lanes_of_our_own_it_changes_there_and_back():
+def test_parked_car_with_two_lanes_uses_lane_change():
+    """With two lanes in its direction, the ego changes there and back."""
     world = parked(road=MULTI)
     seen = drive(world, 30.0)
     assert executed(seen) == ["change_lane"]
@@ -181,7 +183,8 @@ def test_after_a_recovery_the_next_episode_starts_without_memories():
 
 
 @pytest.mark.integration
-def test_a_refused_reasoner_is_told_why_at_once_and_asked_later_after_that():
+def test_rejected_reasoner_gets_reason_at_once_then_cooldown():
+    """A rejected reasoner is queried with the reason at once, and later only after the pause."""
     world = parked(sight_m=100.0)
     seen = drive(world, 30.0, ladder=stubborn(cooldown_s=4.0))
     decided = [e for e in seen.events if e.kind is EventKind.DECIDED]
@@ -189,7 +192,8 @@ def test_a_refused_reasoner_is_told_why_at_once_and_asked_later_after_that():
     assert "oncoming_sight" in decided[1].scene.attempts[0].outcome
 
 
-def test_a_plan_with_a_new_route_asks_for_it_at_its_end():
+def test_plan_with_new_route_replans_at_end():
+    """A plan with a new route sends `Replan` once, with the start of that route."""
     world = parked(road=MULTI)
     original = world.scene
     place = CandidateWaypoint(id="left+60", lane_id="left", x_m=60.0, y_m=LANE_M, distance_m=60.0)

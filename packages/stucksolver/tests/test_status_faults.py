@@ -116,8 +116,11 @@ def test_step_two_fields_wrong_in_turn_are_two_reports():
 
 @pytest.mark.integration
 @pytest.mark.parametrize("field", ["time_s", "speed_mps", "progress_m"])
-def test_step_status_lost_during_a_plan_ends_it_and_frees_the_vehicle(field, tmp_path):
-    """A running plan is supervised for a while without a status. Then it ends, and the record derives all of it."""
+def test_step_status_lost_in_plan_ends_it_and_releases_vehicle(field, tmp_path):
+    """A running plan is monitored for a while without a status.
+
+    Then it ends, and the record replays all of it.
+    """
     begun = []
 
     def lost(status, tick):
@@ -151,8 +154,11 @@ def slowed(world):
 
 @pytest.mark.integration
 @pytest.mark.parametrize("field", ["time_s", "speed_mps"])
-def test_step_status_lost_for_seconds_is_no_jump_of_the_clock(field):
-    """Six seconds without a status are one report; then the vehicle is helped, in the same time as before."""
+def test_step_status_lost_for_6_s_is_one_report(field):
+    """Six seconds without a status are one report and no jump of the clock.
+
+    The vehicle is then helped in the same time as before.
+    """
 
     def lost(status, tick):
         return status.model_copy(update={field: math.nan}) if 30 <= tick < 150 else status
@@ -203,8 +209,11 @@ def test_step_clock_that_does_not_run_is_reported_once(clock, caplog):
 
 
 @pytest.mark.integration
-def test_step_clock_that_stands_for_a_while_and_runs_again_helps():
-    """A simulation is paused while its loop goes on."""
+def test_step_clock_paused_and_resumed_still_recovers():
+    """A clock that pauses and runs again does not prevent a recovery.
+
+    A simulation is paused while its loop goes on.
+    """
     world, told = stuck(), []
     with StuckSolver(world.scene, on_event=told.append, ladder=stubborn(), clock="lockstep") as solver:
         for tick in range(800):
