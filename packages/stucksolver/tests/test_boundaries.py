@@ -22,8 +22,8 @@ WORLD = World(straight_road(), [thing("lead", 65.0)])
 COMING = thing("coming", 100.0, LANE_M, speed=-10.0)
 
 
-def codes(behaviors, seen):
-    return {r.code for r in GUARD.accept(behaviors, FrenetScene(seen), False)[0].rejects}
+def codes(behaviors, surroundings):
+    return {r.code for r in GUARD.accept(behaviors, FrenetScene(surroundings), False)[0].rejects}
 
 
 def seen(**changes):

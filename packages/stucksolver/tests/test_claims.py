@@ -20,8 +20,8 @@ TWO_WAY = straight_road()
 TWO_LANES = straight_road(left=LineKind.BROKEN, oncoming=None)
 
 
-def started(seen):
-    return [e.time_s for e in seen.events if e.kind is EventKind.STARTED]
+def started(result):
+    return [e.time_s for e in result.events if e.kind is EventKind.STARTED]
 
 
 def behind_a_van():

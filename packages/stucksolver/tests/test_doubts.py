@@ -31,8 +31,8 @@ BAG = {"kind": K.BAG, "height": 0.1, "seen_for_s": 5.0, "kind_confidence": 0.95}
 class Pictured(World):
     """A world whose scenes have a picture."""
 
-    def scene(self, seen=None):
-        return super().scene(seen).model_copy(update={"image": PICTURE})
+    def scene(self, surroundings=None):
+        return super().scene(surroundings).model_copy(update={"image": PICTURE})
 
 
 class SeesAnother:

@@ -144,6 +144,6 @@ def test_sight_beyond_junction_reduces_required_sight_distance():
     assert asked[1] < asked[0] - 2.0
 
 
-def with_sight(view, told):
-    sight = tuple(LaneSight(lane_id=name, ahead_m=ahead, behind_m=50.0) for name, ahead in told.items())
+def with_sight(view, lengths_m):
+    sight = tuple(LaneSight(lane_id=name, ahead_m=ahead, behind_m=50.0) for name, ahead in lengths_m.items())
     return FrenetScene(view.surroundings.model_copy(update={"sight": sight}))

@@ -40,8 +40,8 @@ def changed(behavior, heard):
     return apply_guidance_limits(RecoveryPlan(behaviors=(behavior,)), heard).behaviors[0]
 
 
-def begun(seen):
-    return [d.behavior for d in seen.directives if isinstance(d, Execute)]
+def begun(result):
+    return [d.behavior for d in result.directives if isinstance(d, Execute)]
 
 
 @pytest.mark.parametrize(

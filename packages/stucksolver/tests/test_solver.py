@@ -22,10 +22,10 @@ def parked(*others, road=TWO_WAY, **more):
     return World(road, [thing("lead", 75.0), *others], **more)
 
 
-def executed(seen):
+def executed(result):
     """Names of the behaviours performed, in order."""
     found = []
-    for directive in seen.directives:
+    for directive in result.directives:
         if isinstance(directive, Execute) and (not found or found[-1] != directive.behavior.name):
             found.append(directive.behavior.name)
     return found
@@ -142,7 +142,7 @@ def test_a_red_light_costs_one_look_every_few_seconds():
     world = World(TWO_WAY, controls=(red_light(8.0),), cruise_mps=0.0)
     calls = []
     original = world.scene
-    world.scene = lambda seen: calls.append(world.time_s) or original(seen)
+    world.scene = lambda surroundings: calls.append(world.time_s) or original(surroundings)
     drive(world, 31.0)
     assert 9 <= len(calls) <= 11
     assert min(b - a for a, b in itertools.pairwise(calls)) >= 3.0 - 1e-6
@@ -197,7 +197,7 @@ def test_plan_with_new_route_replans_at_end():
     world = parked(road=MULTI)
     original = world.scene
     place = CandidateWaypoint(id="left+60", lane_id="left", x_m=60.0, y_m=LANE_M, distance_m=60.0)
-    world.scene = lambda seen: original(seen).model_copy(update={"waypoints": (place,)})
+    world.scene = lambda surroundings: original(surroundings).model_copy(update={"waypoints": (place,)})
 
     class Onwards:
         name = "onwards"

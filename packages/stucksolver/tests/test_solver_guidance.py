@@ -17,8 +17,8 @@ def slow_cars(**more):
     return World(TWO_WAY, cars, x=40.0, **more)
 
 
-def endings(seen):
-    return seen.texts(EventKind.GUIDANCE_ENDED)
+def endings(result):
+    return result.texts(EventKind.GUIDANCE_ENDED)
 
 
 @pytest.mark.integration

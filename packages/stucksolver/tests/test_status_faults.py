@@ -52,8 +52,8 @@ def driven(spoil, seconds=12.0, world=None, **options):
     return told, orders, world
 
 
-def faults(told):
-    return [event.text for event in told if event.kind is EventKind.FAULT]
+def faults(events):
+    return [event.text for event in events if event.kind is EventKind.FAULT]
 
 
 def lines(caplog):
@@ -268,12 +268,18 @@ def test_timeline_high_rate_loop_is_no_fault():
 
 
 LATE = {
-    "surroundings.age_s": lambda seen: seen.model_copy(update={"age_s": 11.0}),
-    "surroundings.age_s is": lambda seen: seen.model_copy(update={"age_s": 0.6 + 0.1 * (seen.frame % 7)}),
-    "surroundings.time_s": lambda seen: seen.model_copy(update={"time_s": seen.time_s - 11.0}),
-    "surroundings.time_s is": lambda seen: seen.model_copy(update={"time_s": seen.time_s + 11.0}),
-    "surroundings.time_s is ": lambda seen: seen.model_copy(update={"time_s": 0.3 * seen.time_s - 1.0}),
-    "surroundings.frame": lambda seen: seen.model_copy(update={"frame": 7}),
+    "surroundings.age_s": lambda surroundings: surroundings.model_copy(update={"age_s": 11.0}),
+    "surroundings.age_s is": lambda surroundings: surroundings.model_copy(
+        update={"age_s": 0.6 + 0.1 * (surroundings.frame % 7)}
+    ),
+    "surroundings.time_s": lambda surroundings: surroundings.model_copy(update={"time_s": surroundings.time_s - 11.0}),
+    "surroundings.time_s is": lambda surroundings: surroundings.model_copy(
+        update={"time_s": surroundings.time_s + 11.0}
+    ),
+    "surroundings.time_s is ": lambda surroundings: surroundings.model_copy(
+        update={"time_s": 0.3 * surroundings.time_s - 1.0}
+    ),
+    "surroundings.frame": lambda surroundings: surroundings.model_copy(update={"frame": 7}),
 }
 
 
@@ -350,7 +356,10 @@ def test_step_errors_without_a_text_do_not_get_through(part):
 def test_step_no_scene_at_all_is_no_answer(scene):
     world, told = stuck(), []
     with StuckSolver(
-        lambda seen: scene() if scene is Raises else scene, on_event=told.append, ladder=stubborn(), clock="lockstep"
+        lambda surroundings: scene() if scene is Raises else scene,
+        on_event=told.append,
+        ladder=stubborn(),
+        clock="lockstep",
     ) as solver:
         for _ in range(200):
             assert solver.step(world.status(), world.surroundings) is CONTINUE

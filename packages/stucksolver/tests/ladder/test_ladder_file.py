@@ -105,7 +105,7 @@ def test_a_ladder_without_any_reasoner_that_is_there_is_refused():
     no_rules = DEFAULT.replace('kind = "rules"', 'kind = "model"', 1)
     text = no_rules[: no_rules.index('[[rung]]\nkind = "passenger"')]
     with pytest.raises(ValueError, match="give a reasoner named model"):
-        StuckSolver(lambda seen: None, ladder=parse_ladder(text, "x.toml"))
+        StuckSolver(lambda surroundings: None, ladder=parse_ladder(text, "x.toml"))
 
 
 def test_a_file_that_is_not_there_names_the_profiles(tmp_path):
@@ -118,19 +118,19 @@ def test_solver_ladder_from_file_profile_or_value_is_used(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(DEFAULT.replace('solid_line = "passenger"', 'solid_line = "operator"'))
     for given_, expected in ((path, "operator"), ("evaluation", "autonomous"), (profile("default"), "passenger")):
-        assert StuckSolver(lambda seen: None, ladder=given_).guard.policy.solid_line == expected
+        assert StuckSolver(lambda surroundings: None, ladder=given_).guard.policy.solid_line == expected
     with pytest.raises(LadderError, match="less than ladder 'default' does for: solid_line"):
-        StuckSolver(lambda seen: None, guard=Guard(), ladder=path)
+        StuckSolver(lambda surroundings: None, guard=Guard(), ladder=path)
     stricter = Guard(GuardPolicy(solid_line="forbid"))
-    assert StuckSolver(lambda seen: None, guard=stricter, ladder=path).guard is stricter
+    assert StuckSolver(lambda surroundings: None, guard=stricter, ladder=path).guard is stricter
 
 
 def test_solver_guard_laxer_than_default_ladder_is_rejected():
     """A user's guard must not require less than the default ladder; a stricter guard is used."""
     with pytest.raises(LadderError, match="less than ladder 'default' does for: solid_line"):
-        StuckSolver(lambda seen: None, guard=Guard(GuardPolicy(solid_line="autonomous")))
+        StuckSolver(lambda surroundings: None, guard=Guard(GuardPolicy(solid_line="autonomous")))
     stricter = Guard(GuardPolicy(solid_line="forbid"))
-    assert StuckSolver(lambda seen: None, guard=stricter).guard is stricter
+    assert StuckSolver(lambda surroundings: None, guard=stricter).guard is stricter
 
 
 def test_ladder_command_prints_profile_and_checks_file(tmp_path, capsys):

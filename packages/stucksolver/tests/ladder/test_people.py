@@ -63,8 +63,8 @@ def solid_line(seconds, answer, **options):
     return world, told
 
 
-def kinds(told):
-    return [e.kind for e in told]
+def kinds(events):
+    return [e.kind for e in events]
 
 
 def test_a_solid_line_is_crossed_with_the_passengers_yes():
@@ -112,7 +112,7 @@ def test_what_needs_the_operator_is_not_released_by_the_passenger():
 
 
 def test_a_yes_to_nothing_is_refused():
-    solver = StuckSolver(lambda seen: None)
+    solver = StuckSolver(lambda surroundings: None)
     with pytest.raises(QuestionError, match="nothing is asked"):
         solver.approve()
     with pytest.raises(QuestionError, match="nothing is asked"):

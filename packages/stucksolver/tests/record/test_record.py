@@ -75,8 +75,8 @@ def test_record_sign_words_are_kept_and_replay_matches(tmp_path):
     """Words on signs are stored in the record and change nothing in the replay."""
 
     class Signed(World):
-        def scene(self, seen=None):
-            return super().scene(seen).model_copy(update={"signs": (CLOSED,)})
+        def scene(self, surroundings=None):
+            return super().scene(surroundings).model_copy(update={"signs": (CLOSED,)})
 
     _, (file,) = recorded(tmp_path, Signed(TWO_WAY, [thing("lead", 75.0)], x=66.0))
     assert CLOSED.model_dump_json() in file.read_text()
@@ -285,7 +285,7 @@ def test_record_image_file_is_verified_by_digest(tmp_path):
     world = World(TWO_WAY, [thing("lead", 75.0)], x=66.0)
     scene, picture = world.scene, os.urandom(4000)
     image = CameraImage(width=320, height=180, jpeg=base64.b64encode(picture))
-    world.scene = lambda seen=None: scene(seen).model_copy(update={"image": image})
+    world.scene = lambda surroundings=None: scene(surroundings).model_copy(update={"image": image})
     _, (file,) = recorded(tmp_path, world, 20.0)
     (stored,) = (tmp_path / "images").iterdir()
     assert stored.read_bytes() == picture
