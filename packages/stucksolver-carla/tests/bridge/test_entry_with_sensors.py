@@ -75,9 +75,9 @@ def drive(client, tmp_path, monkeypatch):
     world.tick()
 
 
-def _end(one):
+def _end(owner):
     """Of an agent or an actor."""
-    one.close() if isinstance(one, LeaderboardAgent) else one.destroy()
+    owner.close() if isinstance(owner, LeaderboardAgent) else owner.destroy()
 
 
 @pytest.mark.release

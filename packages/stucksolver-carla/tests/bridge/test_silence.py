@@ -91,12 +91,12 @@ def made(tmp_path, monkeypatch):
         item.close()
 
 
-def steps(one, count):
+def steps(agent, count):
     """Runs the control loop; a live one has the time to hear an answer."""
     for _ in range(count):
-        assert one.run_step() == "control"
-        if one.solver.live:
-            one.solver.process.poll()
+        assert agent.run_step() == "control"
+        if agent.solver.live:
+            agent.solver.process.poll()
 
 
 @pytest.mark.parametrize("end", ["silent", "trickles"])

@@ -40,8 +40,8 @@ def spoiled(world, seconds, spoil, **options):
     return told, directives, nearest
 
 
-def texts(told, kind):
-    return [e.text for e in told if e.kind is kind]
+def texts(events, kind):
+    return [e.text for e in events if e.kind is kind]
 
 
 def driving(world):
@@ -59,7 +59,7 @@ def test_without_any_surroundings_no_plan_is_started():
 
 def test_without_a_scene_nobody_is_asked():
     told, world = [], stuck()
-    with StuckSolver(lambda seen: None, clock="lockstep", on_event=told.append) as solver:
+    with StuckSolver(lambda surroundings: None, clock="lockstep", on_event=told.append) as solver:
         for _ in range(200):
             assert solver.step(world.status(), world.surroundings) is CONTINUE
             world.drive(CONTINUE)
@@ -185,7 +185,7 @@ def test_camera_health_detects_frozen_image_after_motion():
 def test_a_black_camera_does_not_keep_the_rules_from_helping():
     world = stuck()
     scene = world.scene
-    world.scene = lambda seen=None: scene(seen).model_copy(update={"image": jpeg(100)})
+    world.scene = lambda surroundings=None: scene(surroundings).model_copy(update={"image": jpeg(100)})
     seen = drive(world, 25.0)
     assert EventKind.RECOVERED in seen.kinds()
     assert "the camera image shows nothing" in seen.texts(EventKind.FAULT)

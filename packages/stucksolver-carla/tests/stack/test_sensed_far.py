@@ -179,13 +179,13 @@ def recall() -> SightModel:
 
 
 def seen_from(
-    seen: FreeSpace | None = None, far_tracks: tuple[FarTrack, ...] = (), blockers: Floats = NOTHING
+    free_space: FreeSpace | None = None, far_tracks: tuple[FarTrack, ...] = (), blockers: Floats = NOTHING
 ) -> PerceptionResult:
     none = np.zeros(0)
     nobody = FarDetections(1.0, none, none, none, none, none, np.zeros(0, np.int64), none, DAY)
     view = FarView((FarImage(nobody, pose(), blockers),), CameraSight(RIG.camera, recall()), recall())
     about = {"tracks": (), "attributes": {}, "lights": {}, "far": nobody, "picture_time_s": 1.0}
-    return PerceptionResult(pose=pose(), seen=seen or space(50.0), far_tracks=far_tracks, far_view=view, **about)
+    return PerceptionResult(pose=pose(), seen=free_space or space(50.0), far_tracks=far_tracks, far_view=view, **about)
 
 
 def sight(percept: PerceptionResult) -> dict[str, tuple[float, float]]:

@@ -49,11 +49,11 @@ def failing(name, seed=0):
     return before, now, fault.after(now, 1.0)
 
 
-def is_same(one, other):
+def is_same(first, other):
     """Field for field, arrays by their values."""
-    if one is None or other is None:
-        return one is other
-    pairs = ((getattr(one, field.name), getattr(other, field.name)) for field in fields(one))
+    if first is None or other is None:
+        return first is other
+    pairs = ((getattr(first, field.name), getattr(other, field.name)) for field in fields(first))
     return all(np.array_equal(a, b) for a, b in pairs)
 
 

@@ -43,17 +43,17 @@ def measured(seen):
     return readings(seen, seed=3)
 
 
-def readings(seen, seed=0, count=TICKS, **more):
-    suite = SensorSuite(seen.actors[0], seen.map, RIG, seed=seed, **more)
+def readings(stage, seed=0, count=TICKS, **more):
+    suite = SensorSuite(stage.actors[0], stage.map, RIG, seed=seed, **more)
     try:
         found = []
         for _ in range(count):
-            seen.world.tick()
+            stage.world.tick()
             found.append(suite.read())
         return found
     finally:
         suite.close()
-        seen.world.tick()
+        stage.world.tick()
 
 
 def fixes(found):
