@@ -83,27 +83,27 @@ def written(folder, ticks, ticks_in_file=3):
     return Recording(folder)
 
 
-def assert_alike(one, other):
+def assert_alike(first, other):
     """Exact but for what is kept in fewer bits."""
-    assert (one.time_s, one.wheel_mps, one.jpeg) == (other.time_s, other.wheel_mps, other.jpeg)
+    assert (first.time_s, first.wheel_mps, first.jpeg) == (other.time_s, other.wheel_mps, other.jpeg)
     for name in ("pose", "imu", "gnss"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-    assert one.sweep.time_s == other.sweep.time_s
-    np.testing.assert_allclose(one.sweep.points[:, :3], other.sweep.points[:, :3], atol=0.00503)
-    np.testing.assert_allclose(one.sweep.points[:, 3], other.sweep.points[:, 3], atol=0.00197)
+        np.testing.assert_array_equal(getattr(first, name), getattr(other, name))
+    assert first.sweep.time_s == other.sweep.time_s
+    np.testing.assert_allclose(first.sweep.points[:, :3], other.sweep.points[:, :3], atol=0.00503)
+    np.testing.assert_allclose(first.sweep.points[:, 3], other.sweep.points[:, 3], atol=0.00197)
     for name in ("actor_id", "kind", "lamps", "doors", "gesture", "shown"):
-        np.testing.assert_array_equal(getattr(one.truth, name), getattr(other.truth, name))
-    np.testing.assert_allclose(one.truth.boxes, other.truth.boxes, rtol=1e-6)
-    assert one.truth.type_id == other.truth.type_id
-    assert (one.instances is None) == (other.instances is None)
+        np.testing.assert_array_equal(getattr(first.truth, name), getattr(other.truth, name))
+    np.testing.assert_allclose(first.truth.boxes, other.truth.boxes, rtol=1e-6)
+    assert first.truth.type_id == other.truth.type_id
+    assert (first.instances is None) == (other.instances is None)
     if other.instances is not None:
-        np.testing.assert_array_equal(one.instances, other.instances)
-    assert (one.lights is None) == (other.lights is None)
-    if one.lights is not None and other.lights is not None:
-        np.testing.assert_array_equal(one.lights.light_id, other.lights.light_id)
-        np.testing.assert_array_equal(one.lights.state, other.lights.state)
-        assert [len(head) for head in one.lights.heads] == [len(head) for head in other.lights.heads]
-        for ours, theirs in zip(one.lights.heads, other.lights.heads, strict=True):
+        np.testing.assert_array_equal(first.instances, other.instances)
+    assert (first.lights is None) == (other.lights is None)
+    if first.lights is not None and other.lights is not None:
+        np.testing.assert_array_equal(first.lights.light_id, other.lights.light_id)
+        np.testing.assert_array_equal(first.lights.state, other.lights.state)
+        assert [len(head) for head in first.lights.heads] == [len(head) for head in other.lights.heads]
+        for ours, theirs in zip(first.lights.heads, other.lights.heads, strict=True):
             np.testing.assert_allclose(ours, theirs, rtol=1e-6)
 
 

@@ -13,8 +13,8 @@ from stucksolver_perception.tracking import ObjectTracker
 LIDAR = load_rig().lidar
 
 
-def everywhere(seen, nearest_m=math.inf):
-    cells = np.full((AZIMUTHS, int(LIDAR.range_m / CELL_M)), seen)
+def everywhere(is_free, nearest_m=math.inf):
+    cells = np.full((AZIMUTHS, int(LIDAR.range_m / CELL_M)), is_free)
     return FreeSpace(cells, np.full(AZIMUTHS, nearest_m), np.zeros(AZIMUTHS), (0.0, 0.0))
 
 
