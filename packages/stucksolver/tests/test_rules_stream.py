@@ -68,7 +68,7 @@ def test_over_the_line_of_a_stop_sign_it_creeps_first():
 
 
 @pytest.mark.parametrize(("ago_s", "again"), [(5.0, False), (20.0, True)])
-def test_flow_failed_attempt_delays_next_one(ago_s, again):
+def test_flow_failed_attempt_delays_next_attempt(ago_s, again):
     """After a failed attempt to find a gap, the next attempt comes only later."""
     attempt = FailedAttempt(time_s=-ago_s, behaviors=("keep_lane",), codes=(RejectCode.COLLISION,), outcome="")
     assert bool(plan(decide(crossing(), attempts=(attempt,)))) is again

@@ -112,7 +112,7 @@ def test_pass_lets_fast_traffic_in_adjacent_lane_pass() -> None:
     assert not any(is_clear(here, way) for way in ways(here))
 
 
-def test_group_includes_close_vehicle_and_not_far_one() -> None:
+def test_group_includes_close_vehicle_and_excludes_far_vehicle() -> None:
     """A vehicle close behind the passed one is passed with it; a farther one is not."""
     close = situation((65.0, 0.0, 2.4, 0.9, 0.0, 0.0), (78.0, 0.0, 2.4, 0.9, 0.0, 0.0))
     far = situation((65.0, 0.0, 2.4, 0.9, 0.0, 0.0), (85.0, 0.0, 2.4, 0.9, 0.0, 0.0))
