@@ -110,7 +110,10 @@ def test_lane_change_with_room_before_a_slow_leader_is_accepted(lead_mps):
 
 
 @pytest.mark.parametrize("aside_m", [0.05, 0.15, 0.25])
-def test_rider_whom_the_path_would_pass_too_near_is_not_followed(aside_m):
-    """The stack has no reason to stay behind somebody beside the body's way."""
+def test_cyclist_too_near_to_path_is_not_followed(aside_m):
+    """A cyclist that the path would pass too near does not count as followed.
+
+    The stack has no reason to stay behind a cyclist beside the body's path.
+    """
     rider = thing("rider", 62.0, -(1.85 / 2 + 0.3 + aside_m), kind=ObjectKind.BICYCLE, speed=1.5)
     assert not GUARD.accept([KeepLane(distance_m=60.0, speed_mps=5.5)], World(MULTI, [rider]).view(), False)[0].accepted

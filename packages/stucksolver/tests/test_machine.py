@@ -332,7 +332,8 @@ def test_a_step_is_pure(drives):
             ]
 
 
-def test_whatever_moves_the_vehicle_has_a_verdict_of_this_very_tick(drives):
+def test_directive_that_moves_vehicle_has_verdict_of_same_tick(drives):
+    """Each directive that moves the vehicle belongs to an accepted plan that was ticked in that step."""
     moved = 0
     for run in drives:
         accepted = None

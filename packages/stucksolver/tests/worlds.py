@@ -178,8 +178,8 @@ class World:
     def status(self) -> Status:
         return Status(time_s=self.time_s, speed_mps=abs(self.speed), progress_m=self.x)
 
-    def scene(self, seen: Surroundings | None = None) -> Scene:
-        view = self.view() if seen is None else FrenetScene(seen)
+    def scene(self, surroundings: Surroundings | None = None) -> Scene:
+        view = self.view() if surroundings is None else FrenetScene(surroundings)
         return build_scene(view, self.status(), describe(self.offers))
 
     def clearance(self) -> float:

@@ -17,7 +17,8 @@ def written(tmp_path, content):
     return path
 
 
-def test_the_evaluator_gives_the_file_and_the_names_of_all_routes_so_far(tmp_path):
+def test_read_config_takes_file_and_last_route_name(tmp_path):
+    """The evaluator passes the file and the names of all routes up to the present one."""
     path = written(tmp_path, {"recovery": "rules", "python": sys.executable})
     config, name = read_config(f"{path}+RouteScenario_1_rep0_Town01+RouteScenario_2_rep0_Town02")
     assert name == "RouteScenario_2_rep0_Town02"
@@ -72,7 +73,8 @@ def test_a_file_that_is_not_there_is_named(tmp_path):
         read_config(str(tmp_path / "nothing.json"))
 
 
-def test_lines_of_a_guidance_script_are_said_once_when_their_time_has_come(tmp_path):
+def test_guidance_player_plays_each_line_once_when_due(tmp_path):
+    """The lines of a guidance script are played once, at their time."""
     lines = [
         {"when": {"stopped_s": 6}, "say": ["please overtake them", "go round"]},
         {"when": {"place_m": 50}, "say": ["slower"]},

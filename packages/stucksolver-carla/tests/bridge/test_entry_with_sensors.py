@@ -75,14 +75,15 @@ def drive(client, tmp_path, monkeypatch):
     world.tick()
 
 
-def _end(one):
+def _end(owner):
     """Of an agent or an actor."""
-    one.close() if isinstance(one, LeaderboardAgent) else one.destroy()
+    owner.close() if isinstance(owner, LeaderboardAgent) else owner.destroy()
 
 
 @pytest.mark.release
 @pytest.mark.slow
-def test_it_sees_a_car_that_stands_in_its_lane_goes_round_it_and_touches_nothing(client, drive, tmp_path):
+def test_entry_sensor_mode_passes_stopped_car_without_contact(client, drive, tmp_path):
+    """In sensor mode, the entry passes a car that has stopped in its lane, without contact."""
     world = client.get_world()
     agent, ego, bumps = drive(recovery="rules")
     begin = ego.get_location()
@@ -113,7 +114,8 @@ class SmallPictures:
 
 
 @pytest.mark.slow
-def test_what_does_not_fit_ends_the_drive_with_one_clear_line_before_anybody_has_moved(drive, monkeypatch, tmp_path):
+def test_entry_sensor_mismatch_ends_run_with_one_line(drive, monkeypatch, tmp_path):
+    """Sensors that do not fit end the run with one clear line before any vehicle has moved."""
     usual = entry_class(monkeypatch)
     with pytest.raises(SolverError, match=r"declares 0 sensors of type sensor\.lidar\.ray_cast"):
         drive(type("Entry", (NoLidar, usual), {}))

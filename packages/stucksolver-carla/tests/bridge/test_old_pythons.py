@@ -17,7 +17,8 @@ EVALUATORS = {"carla", "agents", "leaderboard", "srunner"}
 
 
 @pytest.mark.parametrize("path", FILES, ids=[str(p.relative_to(FOLDER)) for p in FILES])
-def test_a_file_has_the_grammar_of_python_3_7_and_imports_the_standard_library_alone(path):
+def test_bridge_files_parse_as_python_3_7_with_standard_library(path):
+    """A file has the grammar of Python 3.7 and imports only the standard library."""
     tree = ast.parse(path.read_text(), feature_version=(3, 7))
     allowed = set(sys.stdlib_module_names) | {"stucksolver_bridge"}
     if path.parent.name == "leaderboard":

@@ -41,7 +41,7 @@ def allowed(around, speed=8.0, wished=1.0, turning=0.0):
     )
 
 
-def test_it_brakes_for_one_who_drives_into_its_way_from_the_side() -> None:
+def test_foresight_brakes_for_vehicle_entering_path_from_side() -> None:
     assert allowed(one(65.0, -16.0, 0.0, 8.0)) < -1.0
 
 

@@ -88,7 +88,8 @@ def look(gives_way, front, speed, around):
     return gives_way.look(SQUARE, front - MODEL.half_length, EgoSpeeds(speed, 12.0), around, 0.05)
 
 
-def test_a_square_turn_is_shorter_in_the_way_of_the_stream_and_ends_where_the_wide_one_does() -> None:
+def test_square_turn_has_shorter_conflict_and_same_end() -> None:
+    """A square turn is shorter in the path of the flow and ends where the wide turn does."""
     line = wide_turn()
     assert np.abs(SQUARE.curvature).max() == pytest.approx(1.0 / RADIUS_M, rel=0.05)
     before, after = oncoming(line), oncoming(SQUARE)
@@ -96,14 +97,16 @@ def test_a_square_turn_is_shorter_in_the_way_of_the_stream_and_ends_where_the_wi
     assert (SQUARE.x[-1], SQUARE.y[-1]) == pytest.approx((line.x[-1], line.y[-1]))
 
 
-def test_places_beyond_the_turn_move_by_as_much_as_the_line_is_longer() -> None:
+def test_square_turn_moves_later_places_by_added_length() -> None:
+    """Places beyond the turn move by as much as the line is longer."""
     line = wide_turn()
     found = with_square_turn(line, met_on(line), 1.0, anywhere)
     assert found is not None
     assert found.moved(np.array([10.0, line.length])) == pytest.approx([10.0, found.line.length])
 
 
-def test_where_the_road_ends_at_the_junction_the_square_turn_joins_the_lanes_own_arc() -> None:
+def test_square_turn_at_road_end_joins_lane_arc() -> None:
+    """Where the road ends at the junction, the square turn joins the arc of the lane."""
     line = wide_turn()
 
     def near_the_lanes(x, y, z):
@@ -114,12 +117,14 @@ def test_where_the_road_ends_at_the_junction_the_square_turn_joins_the_lanes_own
     assert 0.0 < found.longer_m < SQUARE.length - line.length
 
 
-def test_a_turn_that_would_leave_the_road_stays_as_it_is() -> None:
+def test_square_turn_leaving_road_is_not_used() -> None:
+    """A turn that would leave the road stays as it is."""
     line = wide_turn()
     assert with_square_turn(line, met_on(line), 1.0, lambda x, y, z: False) is None
 
 
-def test_a_straight_drive_and_a_right_turn_stay_as_they_are() -> None:
+def test_square_turn_changes_only_left_turns() -> None:
+    """A straight path and a right turn stay as they are."""
     line, right = make_path(np.arange(150.0), np.zeros(150), np.full(150, 30.0)), wide_turn()
     right = make_path(right.x, -right.y, right.speed)
     meeting = met_on(wide_turn())
@@ -127,7 +132,8 @@ def test_a_straight_drive_and_a_right_turn_stay_as_they_are() -> None:
     assert with_square_turn(right, meeting, 1.0, anywhere) is None
 
 
-def test_only_straight_oncoming_traffic_with_the_right_of_way_is_a_stream() -> None:
+def test_stream_ways_are_oncoming_through_traffic_with_priority() -> None:
+    """Only straight oncoming traffic with the right of way is a traffic flow."""
     way = oncoming(SQUARE)
     others = (replace(way, straight=False), replace(way, joins=True), replace(way, goes_first=False))
     assert stream_ways(SQUARE, JunctionConflicts(WAIT_S, (way, *others))) == [way]
@@ -139,7 +145,8 @@ def sets_off(spacing_m):
     return any(look(watch(), WAIT_S - 1.0, 0.0, train).wait_m is None for train in trains)
 
 
-def test_it_crosses_in_gaps_in_which_a_body_fits_and_in_no_shorter_ones() -> None:
+def test_turn_yield_accepts_gaps_that_fit_vehicle() -> None:
+    """The ego crosses in gaps in which its body fits, and in no shorter ones."""
     assert sets_off(26.0)
     assert not sets_off(15.0)
 
@@ -158,14 +165,16 @@ def test_it_never_stops_in_the_stream(front, speed, car_x, going) -> None:
         assert found.wait_m is None
 
 
-def test_one_that_has_set_off_gives_up_before_the_stream_if_somebody_comes_after_all() -> None:
+def test_turn_yield_started_ego_stops_before_late_flow() -> None:
+    """An ego that has set off stops before the flow if a vehicle comes after all."""
     gives_way = watch()
     assert look(gives_way, WAIT_S - 1.0, 0.0, cars()).wait_m is None
     assert look(gives_way, WAIT_S + 1.0, 3.0, cars(*np.arange(50.0, 130.0, 11.0))).wait_m is not None
     assert not gives_way.going
 
 
-def test_it_stops_before_the_way_of_whoever_comes_ahead_of_the_stream() -> None:
+def test_turn_yield_stops_before_other_conflict_path() -> None:
+    """The ego stops before the path of a vehicle that comes ahead of the flow."""
     s = np.arange(0.0, 100.0)
     across = replace(
         oncoming(SQUARE), x=0.0 * s + 66.0, y=s - 50.0, yaw=0.0 * s + np.pi / 2.0, s=s, inside_s=40.0, meets_s=48.0,
@@ -204,7 +213,8 @@ def joining_watch(front):
     return gives_way
 
 
-def test_a_stream_that_it_has_joined_sets_its_pace_until_it_drives_in_its_lane() -> None:
+def test_joined_flow_sets_speed_until_ego_is_in_lane() -> None:
+    """A joined flow sets the speed until the ego drives in its lane."""
     assert joining_watch(95.0).flow_mps == pytest.approx(14.0)
     assert joining_watch(120.0).flow_mps == 0.0
 
@@ -215,7 +225,8 @@ def test_it_counts_on_no_more_acceleration_than_the_car_has() -> None:
 
 
 @pytest.mark.parametrize(("ahead_m", "presses"), [(1.0, True), (-1.0, False)])
-def test_it_chooses_another_way_into_a_stream_before_the_junction_only(ahead_m, presses) -> None:
+def test_planner_changes_entry_path_only_before_junction(ahead_m, presses) -> None:
+    """The planner selects another path into a flow only before the junction."""
     world = LitWorld()
     driver = PlannerDriver(world.add_ego(20.0, RIGHT, 0.0, 0.0))
     driver.set_destination(world.map.get_waypoint(carla.Location(150.0, RIGHT, 0.0)).transform.location)

@@ -69,12 +69,14 @@ def barrier(x, y):
 
 
 @pytest.mark.integration
-def test_who_has_begun_to_turn_right_may_still_go_straight_on():
+def test_other_ways_in_right_turn_offer_straight_on():
+    """An ego that has begun to turn right may still go straight on."""
     (way,) = ways_from(6)
     assert way.turn == "straight" and way.distance_m < 5.0
 
 
-def test_the_new_route_goes_round_the_block_and_not_back_into_the_street():
+def test_other_ways_route_avoids_closed_street():
+    """The new route leads around the block and not back into the street."""
     (way,) = ways_from(6)
     _, points = road()
     assert way.route_length_m is not None and way.route_length_m > 2 * len(points)
@@ -83,7 +85,7 @@ def test_the_new_route_goes_round_the_block_and_not_back_into_the_street():
     assert closed not in {item.waypoint.road_id for item in route}
 
 
-def test_the_new_route_begins_on_the_very_lane_that_is_offered():
+def test_other_ways_route_begins_on_offered_lane():
     (way,) = ways_from(6)
     found = grid_town().get_waypoint(way.waypoint.transform.location)
     assert (found.road_id, found.lane_id) == (way.waypoint.road_id, way.waypoint.lane_id)
