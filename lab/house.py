@@ -100,13 +100,13 @@ def _count(package: Package, path: Path) -> None:
     with path.open("rb") as file:
         package.comments += sum(token.type == tokenize.COMMENT for token in tokenize.tokenize(file.readline))
     tree = ast.parse(text)
-    for node in tree.body:
-        if isinstance(node, ast.ClassDef):
-            package.classes[node.name] += 1
-        if isinstance(node, ast.Assign | ast.AnnAssign):
-            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+    for statement in tree.body:
+        if isinstance(statement, ast.ClassDef):
+            package.classes[statement.name] += 1
+        if isinstance(statement, ast.Assign | ast.AnnAssign):
+            targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
             numbers = any(
-                isinstance(part, ast.Constant) and isinstance(part.value, int | float) for part in ast.walk(node)
+                isinstance(part, ast.Constant) and isinstance(part.value, int | float) for part in ast.walk(statement)
             )
             names = [target.id for target in targets if isinstance(target, ast.Name)]
             package.constants += numbers * sum(name.isupper() for name in names)
