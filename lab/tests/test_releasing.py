@@ -31,10 +31,10 @@ def test_a_python_that_is_not_here_is_not_made_up(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setenv("PYENV_ROOT", str(tmp_path))
     assert find_python("3.11") is None
-    (tmp_path / "python3.11").write_text("#!/bin/sh\necho 3.9\n")
+    (tmp_path / "python3.11").write_text("#!/bin/sh\necho 3.9\n", encoding="utf-8")
     (tmp_path / "python3.11").chmod(0o755)
     assert find_python("3.11") is None, "one by that name that is another"
-    (tmp_path / "python3.11").write_text("#!/bin/sh\necho 3.11\n")
+    (tmp_path / "python3.11").write_text("#!/bin/sh\necho 3.11\n", encoding="utf-8")
     assert find_python("3.11") == str(tmp_path / "python3.11")
 
 

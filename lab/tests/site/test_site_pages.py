@@ -47,7 +47,7 @@ def site(tmp_path_factory):
     """The folder of the site, as `make docs` builds it."""
     pytest.importorskip("mkdocs", reason="the extra docs is not installed")
     folder = tmp_path_factory.mktemp("site")
-    (folder / "report.html").write_text(REPORT)
+    (folder / "report.html").write_text(REPORT, encoding="utf-8")
     command = [
         sys.executable,
         "-m",
@@ -156,9 +156,9 @@ def test_the_reference_has_every_command_option_type_and_call(site):
     assert all(f'id="python-m-lab-{name}"' in commands for name in COMMANDS)
     assert "--oncoming" in commands and "Exit codes" in commands
     for name, schema in schemas().items():
-        assert json.loads((site / f"docs/reference/schemas/{name}.json").read_text()) == schema
+        assert json.loads((site / f"docs/reference/schemas/{name}.json").read_text(encoding="utf-8")) == schema
     http_page = (site / "docs/reference/http.html").read_text(encoding="utf-8")
-    calls = json.loads((site / "docs/reference/openapi.json").read_text())["paths"]
+    calls = json.loads((site / "docs/reference/openapi.json").read_text(encoding="utf-8"))["paths"]
     assert len(calls) > 5 and all(path in http_page for path in calls)
     python = (site / "docs/reference/python.html").read_text(encoding="utf-8")
     assert 'id="stucksolver.solver.StuckSolver.step"' in python
@@ -166,7 +166,7 @@ def test_the_reference_has_every_command_option_type_and_call(site):
 
 def test_site_contains_demo_report_unchanged(site):
     """The report of the demonstration is a page of the site, unchanged, and its page links to it."""
-    assert (site / "docs/demo/report.html").read_text() == REPORT
+    assert (site / "docs/demo/report.html").read_text(encoding="utf-8") == REPORT
     assert 'href="demo/report.html"' in (site / "docs/demo.html").read_text(encoding="utf-8")
 
 

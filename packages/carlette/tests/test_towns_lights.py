@@ -154,7 +154,7 @@ def test_junctions_cycle_in_the_order_of_the_real_simulator(town: str) -> None:
 
 def test_map_named_like_town_cycles_in_file_order(town01: Path) -> None:
     """A map that only has the name of a town cycles its lights in the order of the file."""
-    text = town01.read_text().replace('"381"', '"9381"')
+    text = town01.read_text(encoding="utf-8").replace('"381"', '"9381"')
     signals = read_signals(RoadNetwork(MapFile("Town01", text)), ElementTree.fromstring(text))
     phases = {signal.id: signal.turn.phase for signal in signals if signal.turn.group == "222"}
     assert phases == {"9381": 0, "382": 1, "383": 2}

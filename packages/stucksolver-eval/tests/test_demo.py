@@ -99,10 +99,12 @@ def test_with_the_solver_the_ego_gets_past_the_parked_car(both):
 def test_demo_figures_are_the_same_on_table_page_and_summary(both):
     """One drive stands until it fails, the other one recovers."""
     out, logs, report = both
-    page = json.loads(re.search(r'type="application/json"[^>]*>(.*?)</script>', report.read_text(), re.DOTALL)[1])
+    page = json.loads(
+        re.search(r'type="application/json"[^>]*>(.*?)</script>', report.read_text(encoding="utf-8"), re.DOTALL)[1]
+    )
     for k, (log, shown) in enumerate(zip(logs, page["runs"], strict=True), 1):
         (path,) = (out / "runs" / f"{k}").glob("seed-1/outcomes/*.json")
-        outcome = RouteOutcome.model_validate_json(path.read_text())
+        outcome = RouteOutcome.model_validate_json(path.read_text(encoding="utf-8"))
         figures = recovery_figures([outcome])
         assert (log.result.immobilizations, log.result.recoveries) == (figures.met, figures.left) == (1, k - 1)
         assert log.result.time_to_recover_s == figures.median_s
@@ -233,7 +235,7 @@ def test_demo_invalid_driver_fails_before_any_run(tmp_path: Path):
 def test_a_drive_that_fails_is_told_with_its_reason(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     lines = ["class Quits:", "    def __init__(self, vehicle, carla_map): ...", "    def set_route(self, route): ..."]
     lines += ["    def run_step(self):", "        raise ValueError('my own mistake')"]
-    (tmp_path / "agent_that_quits.py").write_text("\n".join(lines))
+    (tmp_path / "agent_that_quits.py").write_text("\n".join(lines), encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(RunError, match="my own mistake"):
         demo(DemoSpec(driver="agent_that_quits:Quits", out=tmp_path / "out"), lambda _: None)

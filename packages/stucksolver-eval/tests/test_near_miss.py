@@ -84,6 +84,6 @@ def test_many_at_once_are_each_as_alone():
 
 def test_nobody_else_defines_one():
     """Whoever speaks of near misses takes them from the one place."""
-    sources = {path: path.read_text() for path in Path(stucksolver_eval.__path__[0]).rglob("*.py")}
+    sources = {path: path.read_text(encoding="utf-8") for path in Path(stucksolver_eval.__path__[0]).rglob("*.py")}
     makers = [path.name for path, text in sources.items() if 'kind="near_miss"' in text]
     assert makers == ["near_miss.py"]

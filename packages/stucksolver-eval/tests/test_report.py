@@ -223,7 +223,7 @@ def test_folders_are_made_and_nothing_else_is_left(tmp_path):
 def test_report_failed_write_names_remedy_and_keeps_old_report(tmp_path):
     """A failed write names the path and the remedy, and keeps the old report."""
     path = tmp_path / "report.html"
-    path.write_text("the old report")
+    path.write_text("the old report", encoding="utf-8")
     code = f"""
 import resource, signal, sys
 sys.path.insert(0, {str(Path(__file__).parent)!r})
@@ -239,12 +239,12 @@ except ReportError as error:
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert f"cannot write the report to {path}" in result.stdout
     assert "free that much space" in result.stdout
-    assert path.read_text() == "the old report"
+    assert path.read_text(encoding="utf-8") == "the old report"
     assert [entry.name for entry in tmp_path.iterdir()] == ["report.html"]
 
 
 def test_an_impossible_folder_is_reported(tmp_path):
-    (tmp_path / "file").write_text("")
+    (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(ReportError, match="cannot write the report to"):
         write_report([run_log()], tmp_path / "file" / "report.html", "Runs", [])
 

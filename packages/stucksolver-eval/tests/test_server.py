@@ -82,7 +82,7 @@ def test_a_server_that_died_is_noticed() -> None:
 
 def test_a_server_that_never_comes_up_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asleep = tmp_path / "python"
-    asleep.write_text("#!/bin/sh\nexec sleep 600\n")
+    asleep.write_text("#!/bin/sh\nexec sleep 600\n", encoding="utf-8")
     asleep.chmod(asleep.stat().st_mode | stat.S_IXUSR)
     monkeypatch.setattr(servers, "sys", SimpleNamespace(executable=str(asleep)))
     monkeypatch.setattr(servers, "START_LIMIT_S", 0.3)

@@ -114,9 +114,9 @@ def test_a_campaign_goes_on_where_it_was(tmp_path):
     whole = campaign(tmp_path / "whole", 1, 10**6, 3, judge_only=True)
     campaign(tmp_path / "cut", 1, 10**6, 2, judge_only=True)
     file = tmp_path / "cut" / "seed-1.jsonl"
-    file.write_text(file.read_text() + '{"place": 2, "scene": 2, "clas', encoding="utf-8")
+    file.write_text(file.read_text(encoding="utf-8") + '{"place": 2, "scene": 2, "clas', encoding="utf-8")
     assert campaign(tmp_path / "cut", 1, 10**6, 3, judge_only=True) == whole
-    assert file.read_text() == (tmp_path / "whole" / "seed-1.jsonl").read_text()
+    assert file.read_text(encoding="utf-8") == (tmp_path / "whole" / "seed-1.jsonl").read_text(encoding="utf-8")
 
 
 @pytest.mark.integration
@@ -126,7 +126,9 @@ def test_campaign_with_two_processes_has_the_same_result(tmp_path):
     one = campaign(tmp_path / "one", 2, 8, classes=classes, jobs=1)
     two = campaign(tmp_path / "two", 2, 8, classes=classes, jobs=2)
     assert one == two and one["counts"]["driven"] >= 8
-    assert (tmp_path / "one" / "seed-2.jsonl").read_text() == (tmp_path / "two" / "seed-2.jsonl").read_text()
+    assert (tmp_path / "one" / "seed-2.jsonl").read_text(encoding="utf-8") == (
+        tmp_path / "two" / "seed-2.jsonl"
+    ).read_text(encoding="utf-8")
 
 
 @pytest.mark.integration

@@ -180,10 +180,10 @@ def test_recorder_invalid_file_is_rejected_with_its_problem(
 @pytest.mark.parametrize("text", ["years of work", ""])
 def test_a_file_of_somebody_else_is_never_overwritten(tmp_path: Path, text: str) -> None:
     theirs = tmp_path / "thesis.tex"
-    theirs.write_text(text)
+    theirs.write_text(text, encoding="utf-8")
     with pytest.raises(CompletionRequestError, match=r"thesis\.tex' exists and is not a carlette log"):
         LogRecorder(theirs, straight_world())
-    assert theirs.read_text() == text
+    assert theirs.read_text(encoding="utf-8") == text
 
 
 def test_recorder_missing_folder_and_wrong_map_are_rejected(recorded, tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from stucksolver_bridge.guidance_script import GuidancePlayer
 
 def written(tmp_path, content):
     path = tmp_path / "config.json"
-    path.write_text(content if isinstance(content, str) else json.dumps(content))
+    path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
     return path
 
 

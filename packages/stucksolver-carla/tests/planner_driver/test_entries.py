@@ -69,7 +69,7 @@ def test_entry_with_planner_in_config_drives_with_planner(entry, tmp_path) -> No
     ego = world.add_ego(10.0, LEFT)
     entry.CarlaDataProvider.get_map = lambda: world.map
     config = tmp_path / "config.json"
-    config.write_text(json.dumps({"driver": "planner", "sensors": False}))
+    config.write_text(json.dumps({"driver": "planner", "sensors": False}), encoding="utf-8")
     agent = entry.StuckSolverAgent()
     agent.hero_actor, agent._dense_plan = ego, []
     agent._dense_plan = [(w.transform, option) for w, option in plan_along(world, 10, 120)]

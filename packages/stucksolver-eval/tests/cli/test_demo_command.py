@@ -113,7 +113,7 @@ def test_a_bad_map_file_is_named_with_what_is_wrong(refused, out: Path, tmp_path
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
 def test_a_map_file_without_permission_is_named(refused, out: Path, tmp_path: Path) -> None:
     path = tmp_path / "town.xodr"
-    path.write_text(EMPTY_MAP)
+    path.write_text(EMPTY_MAP, encoding="utf-8")
     path.chmod(0o000)
     assert str(path) in refused(out, "--map", str(path))
 
@@ -127,7 +127,7 @@ def test_demo_unknown_town_error_names_searched_folder(refused, out: Path, tmp_p
 def test_demo_map_without_suitable_street_names_remedy(refused, out: Path, tmp_path: Path) -> None:
     """A map without a suitable street is an error that says what was searched and how to go on."""
     path = tmp_path / "short.xodr"
-    path.write_text(SHORT_ROAD)
+    path.write_text(SHORT_ROAD, encoding="utf-8")
     line = refused(out, "--map", str(path))
     assert "searched" in line and "use another map" in line
 
@@ -149,7 +149,7 @@ def test_a_bad_choice_is_told_with_the_good_ones(refused, out: Path, arguments, 
 
 def test_demo_unwritable_folder_fails_before_any_run(refused, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder that cannot be written is reported before any simulator starts."""
-    (tmp_path / "file").write_text("I am a file")
+    (tmp_path / "file").write_text("I am a file", encoding="utf-8")
     monkeypatch.setattr(subprocess, "Popen", None)  # no simulator can be started
     line = refused(tmp_path / "file" / "out")
     assert str(tmp_path / "file") in line and "--out" in line
@@ -207,7 +207,7 @@ def test_demo_run_writes_table_report_and_log(mark: str, out: Path) -> None:
 @pytest.mark.release
 def test_a_map_without_road_marks_is_driven_too(mark: str, out: Path, tmp_path: Path) -> None:
     path = tmp_path / "bare.xodr"
-    path.write_text(SHORT_ROAD.replace('length="60"', 'length="900"'))
+    path.write_text(SHORT_ROAD.replace('length="60"', 'length="900"'), encoding="utf-8")
     told = ("--map", str(path), "--out", str(out), "--oncoming", "0", "--no-pictures")
     process = start(mark, "demo", *told, program=ONE_ARM + PROGRAM)
     said, errors = process.communicate(timeout=HANGS_S)

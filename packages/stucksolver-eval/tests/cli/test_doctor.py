@@ -91,7 +91,7 @@ def test_a_machine_without_a_browser_is_told_what_to_install(monkeypatch, tmp_pa
     monkeypatch.setenv("PATH", str(tmp_path))
     [found] = doctor._browser()
     assert found.state == "absent" and "apt install chromium" in found.remedy
-    (tmp_path / "firefox").write_text("#!/bin/sh\n")
+    (tmp_path / "firefox").write_text("#!/bin/sh\n", encoding="utf-8")
     (tmp_path / "firefox").chmod(0o755)
     [found] = doctor._browser()
     assert (found.state, found.detail) == ("ok", str(tmp_path / "firefox"))
@@ -101,10 +101,10 @@ def test_a_mistake_in_the_configuration_is_found(monkeypatch, tmp_path):
     from stucksolver.commands import doctor
 
     monkeypatch.setenv("STUCKSOLVER_CONFIG", str(tmp_path / "mine.toml"))
-    (tmp_path / "mine.toml").write_text("[demo]\nsede = 1\n")
+    (tmp_path / "mine.toml").write_text("[demo]\nsede = 1\n", encoding="utf-8")
     [found] = doctor._settings()
     assert found.state == "broken" and "did you mean 'seed'?" in found.detail
-    (tmp_path / "mine.toml").write_text("[demo]\nseed = 1\n")
+    (tmp_path / "mine.toml").write_text("[demo]\nseed = 1\n", encoding="utf-8")
     [found] = doctor._settings()
     assert found.state == "ok" and "mine.toml" in found.detail
 

@@ -45,7 +45,7 @@ def test_the_seed_chooses_the_wording() -> None:
 
 def script(folder: Path, data: object) -> Path:
     path = folder / "script.json"
-    path.write_text(json.dumps(data))
+    path.write_text(json.dumps(data), encoding="utf-8")
     return path
 
 

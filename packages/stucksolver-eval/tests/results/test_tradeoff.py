@@ -28,7 +28,7 @@ def swept(folder: Path, completions: dict[str, float]) -> str:
 @pytest.mark.integration
 def test_every_setting_is_a_row_for_people_and_for_scripts(tmp_path: Path) -> None:
     told = swept(tmp_path, HALF)
-    rows = list(csv.DictReader((tmp_path / "tradeoff.csv").read_text().splitlines()))
+    rows = list(csv.DictReader((tmp_path / "tradeoff.csv").read_text(encoding="utf-8").splitlines()))
     assert {row["Setting"]: float(row["DS"]) for row in rows} == HALF
     assert all(label in told for label in HALF)
 

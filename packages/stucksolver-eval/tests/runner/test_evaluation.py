@@ -58,7 +58,7 @@ def records(out: Path) -> dict[str, str]:
     """What must be the same in every run, by file."""
     found = {}
     for path in sorted(out.glob("seed-*/records/*.json")):
-        record = json.loads(path.read_text())["_checkpoint"]["records"][0]
+        record = json.loads(path.read_text(encoding="utf-8"))["_checkpoint"]["records"][0]
         record["meta"].pop("duration_system")
         found[str(path.relative_to(out))] = json.dumps(record)
     return found
@@ -105,7 +105,7 @@ def test_evaluation_reuse_takes_unguided_routes_of_same_system(
     """With --reuse, routes without guidance are taken from an evaluation of the same system; another is rejected."""
     (file, silent), script = plain, tmp_path / "script.json"
     line = {"when": {"time_s": 1.0}, "say": ["go on"], "kind": "helpful"}
-    script.write_text(json.dumps({"version": 1, "routes": {"2": [line]}}))
+    script.write_text(json.dumps({"version": 1, "routes": {"2": [line]}}), encoding="utf-8")
     capfd.readouterr()
     guided = ("--guidance", str(script), "--reuse", str(silent))
     assert evaluate(file, tmp_path / "guided", *guided) == 0
@@ -178,7 +178,7 @@ def test_evaluation_driven_route_is_complete_with_motion_per_tick(plain: tuple[P
     record, outcome = store.record(route, 1), store.outcome(route, 1)
     assert record is not None and outcome is not None
     assert (record.status, record.scores.score_route) == ("Completed", 100.0)
-    assert len(json.loads(store.metric_info(route, 1).read_text())) == outcome.ticks + 1
+    assert len(json.loads(store.metric_info(route, 1).read_text(encoding="utf-8"))) == outcome.ticks + 1
     times = [t for t, _ in outcome.track]
     assert all(0.9 < b - a < 1.1 for a, b in pairwise(times))
 

@@ -62,19 +62,19 @@ def reason(folder: Path) -> str:
 def test_a_crash_is_tried_once_more_and_then_named(tmp_path, monkeypatch):
     monkeypatch.setattr(route_process, "_work", route_crashers.always_crash)
     assert "killed by SIGSEGV, 2 times in a row" in reason(tmp_path)
-    assert (tmp_path / "attempts").read_text() == "xx"
+    assert (tmp_path / "attempts").read_text(encoding="utf-8") == "xx"
 
 
 def test_a_route_that_crashed_once_is_driven_all_the_same(tmp_path, monkeypatch):
     monkeypatch.setattr(route_process, "_work", route_crashers.crash_once)
     assert run_task(task(tmp_path, limit_s=2.0)).state == "driven"
-    assert (tmp_path / "attempts").read_text() == "xx"
+    assert (tmp_path / "attempts").read_text(encoding="utf-8") == "xx"
 
 
 def test_another_end_is_not_tried_again(tmp_path, monkeypatch):
     monkeypatch.setattr(route_process, "_work", route_crashers.leave_with_3)
     assert "exit code 3" in reason(tmp_path)
-    assert (tmp_path / "attempts").read_text() == "x"
+    assert (tmp_path / "attempts").read_text(encoding="utf-8") == "x"
 
 
 def test_route_process_ignoring_signals_is_killed(tmp_path, monkeypatch):

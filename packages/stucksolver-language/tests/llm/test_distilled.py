@@ -371,8 +371,8 @@ def test_missing_weights_are_named_with_the_remedy(tmp_path):
 def test_weights_of_another_version_are_named_with_the_remedy(tmp_path, change, told):
     for name in (CARD, WEIGHTS):
         shutil.copy(DATA / name, tmp_path)
-    card = json.loads((tmp_path / CARD).read_text())
-    (tmp_path / CARD).write_text(json.dumps({**card, **change}))
+    card = json.loads((tmp_path / CARD).read_text(encoding="utf-8"))
+    (tmp_path / CARD).write_text(json.dumps({**card, **change}), encoding="utf-8")
     with pytest.raises(ReasonerNameError, match=rf"{told}.*python -m lab distill train"):
         make_reasoner(f"distilled:{tmp_path}")
 

@@ -88,10 +88,10 @@ def test_episodes_are_forgotten_by_number_time_and_vehicle(path):
 
 
 def test_a_file_of_something_else_is_refused_and_left_alone(path):
-    path.write_text("dear diary, " * 200)
+    path.write_text("dear diary, " * 200, encoding="utf-8")
     with pytest.raises(MemoryFileError, match="not a StuckSolver memory"):
         SolutionStore(path)
-    assert path.read_text().startswith("dear diary")
+    assert path.read_text(encoding="utf-8").startswith("dear diary")
     other = path.with_name("other.db")
     with sqlite3.connect(other) as connection:
         connection.execute("CREATE TABLE mine (x)")

@@ -86,7 +86,7 @@ def test_without_npm_the_remedy_is_told(data, monkeypatch, capsys):
 
 def test_a_folder_of_something_else_is_not_deleted(source, tmp_path, capsys):
     (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "thesis").write_text("200 pages")
+    (tmp_path / "mine" / "thesis").write_text("200 pages", encoding="utf-8")
     assert main(["voice", "install", "--from", str(source), "--folder", str(tmp_path / "mine")]) == 2
     assert "holds something else" in capsys.readouterr().err
     assert main(["voice", "remove", "--folder", str(tmp_path / "mine")]) == 2

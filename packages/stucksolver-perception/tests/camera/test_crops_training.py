@@ -194,11 +194,11 @@ def test_a_training_run_makes_a_network_that_the_runtime_loads(folder: Path, tmp
     assert np.allclose(told.kind.sum(1), 1.0)
     assert told.lamps.shape == (2, 5, 3)
     card = tmp_path / "out" / "crops.json"
-    marked = json.loads(card.read_text())
+    marked = json.loads(card.read_text(encoding="utf-8"))
     marked["least"]["kind"]["car"], marked["least"]["gesture"]["stop"] = 0.123, 0.456
-    card.write_text(json.dumps(marked))
+    card.write_text(json.dumps(marked), encoding="utf-8")
     least = calibrate(tmp_path / "out", [folder], only=("gesture",))["least"]
     assert (least["kind"]["car"], least["gesture"]["stop"]) == (0.123, NEVER), "there are no flaggers"
-    card.write_text(card.read_text().replace('"bag"', '"rug"'))
+    card.write_text(card.read_text(encoding="utf-8").replace('"bag"', '"rug"'), encoding="utf-8")
     with pytest.raises(NetworkFileError, match=r"crops\.json.*kinds"):
         CropNetwork(tmp_path / "out")

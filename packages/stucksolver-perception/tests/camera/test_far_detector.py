@@ -73,7 +73,7 @@ def test_without_weights_the_detector_names_the_missing_file(tmp_path: Path) -> 
 def test_damaged_weights_are_refused(tmp_path: Path) -> None:
     (tmp_path / "far.onnx").write_bytes(b"not what was trained")
     card = {"version": VERSION, "sha256": hashlib.sha256(b"what was trained").hexdigest(), "threshold": 0.3}
-    (tmp_path / "far.json").write_text(json.dumps(card))
+    (tmp_path / "far.json").write_text(json.dumps(card), encoding="utf-8")
     with pytest.raises(NetworkFileError, match="damaged"):
         FarDetector(tmp_path)
 

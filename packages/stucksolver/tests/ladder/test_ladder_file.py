@@ -83,7 +83,7 @@ def test_a_bad_ladder_is_refused_with_file_line_and_remedy(old, new, told, tmp_p
     text = DEFAULT.replace(old, new, 1)
     assert text != DEFAULT
     path = tmp_path / "mine.toml"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     with pytest.raises(LadderError, match=told) as refused:
         find_ladder(path)
     changed = new.split("\n")[0]
@@ -116,7 +116,7 @@ def test_a_file_that_is_not_there_names_the_profiles(tmp_path):
 def test_solver_ladder_from_file_profile_or_value_is_used(tmp_path):
     """A ladder can be a file, the name of a profile or a value. A guard laxer than it is rejected."""
     path = tmp_path / "mine.toml"
-    path.write_text(DEFAULT.replace('solid_line = "passenger"', 'solid_line = "operator"'))
+    path.write_text(DEFAULT.replace('solid_line = "passenger"', 'solid_line = "operator"'), encoding="utf-8")
     for given_, expected in ((path, "operator"), ("evaluation", "autonomous"), (profile("default"), "passenger")):
         assert StuckSolver(lambda surroundings: None, ladder=given_).guard.policy.solid_line == expected
     with pytest.raises(LadderError, match="less than ladder 'default' does for: solid_line"):
@@ -139,9 +139,9 @@ def test_ladder_command_prints_profile_and_checks_file(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert parse_ladder(printed, "x.toml") == profile("evaluation")
     path = tmp_path / "mine.toml"
-    path.write_text(printed.replace("tries = 10", "tries = 1001"))
+    path.write_text(printed.replace("tries = 10", "tries = 1001"), encoding="utf-8")
     assert main(["ladder", str(path)]) == 2
-    assert f"{path}, line {line_with(path.read_text(), 'tries = 1001')}" in capsys.readouterr().err
+    assert f"{path}, line {line_with(path.read_text(encoding='utf-8'), 'tries = 1001')}" in capsys.readouterr().err
 
 
 def test_every_kind_of_rung_tells_what_it_does():

@@ -82,7 +82,7 @@ def test_heads_are_saved_and_checked_without_naming_the_records_again(whole, tmp
     assert main(["replay", str(whole), "--save-heads", str(heads)]) == 0
     assert str(heads) in capsys.readouterr().out
     head = head_of(whole)
-    assert heads.read_text() == f"{head.digest}  {head.line}  {whole.as_posix()}\n"
+    assert heads.read_text(encoding="utf-8") == f"{head.digest}  {head.line}  {whole.as_posix()}\n"
     assert main(["replay", "--anchors", str(heads)]) == 0
     assert f"agrees with the anchor at line {head.line}" in capsys.readouterr().out
 
@@ -104,9 +104,9 @@ def test_replay_forged_record_is_rejected_only_with_anchor(whole, tmp_path, caps
 
 def test_saved_heads_are_never_written_over(whole, tmp_path, capsys):
     heads = tmp_path / "heads.txt"
-    heads.write_text("mine")
+    heads.write_text("mine", encoding="utf-8")
     assert main(["replay", str(whole), "--save-heads", str(heads)]) == 2
-    assert heads.read_text() == "mine"
+    assert heads.read_text(encoding="utf-8") == "mine"
     assert "File exists; name a new file" in capsys.readouterr().err
 
 
@@ -121,14 +121,14 @@ def test_saved_heads_are_never_written_over(whole, tmp_path, capsys):
 )
 def test_replay_malformed_anchor_file_is_rejected_with_line(text, told, tmp_path, capsys):
     """A file without valid anchors is rejected with its name and, where it has one, the wrong line."""
-    (tmp_path / "heads.txt").write_text(text)
+    (tmp_path / "heads.txt").write_text(text, encoding="utf-8")
     assert main(["replay", "--anchors", str(tmp_path / "heads.txt")]) == 2
     error = capsys.readouterr().err
     assert told in error and "heads.txt" in error
 
 
 def test_a_record_that_its_anchors_do_not_name_is_refused(whole, tmp_path, capsys):
-    (tmp_path / "heads.txt").write_text(f"{'0' * 64}  1  other.jsonl\n")
+    (tmp_path / "heads.txt").write_text(f"{'0' * 64}  1  other.jsonl\n", encoding="utf-8")
     assert main(["replay", str(whole), "--anchors", str(tmp_path / "heads.txt")]) == 2
     assert f"has no entry for {whole}" in capsys.readouterr().err
 

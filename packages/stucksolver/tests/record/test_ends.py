@@ -69,7 +69,7 @@ def test_a_script_gets_each_replay_as_json(broken, tmp_path, capsys):
     first, second = json.loads(capsys.readouterr().out)
     assert (first["file"], first["ended"], first["matches"]) == (str(broken), None, True)
     assert (second["file"], second["ended"], second["findings"]) == (str(file), last_line(file)["how"], [])
-    assert second["lines"] == len(file.read_text().splitlines()) and second["ticks"] > 0
+    assert second["lines"] == len(file.read_text(encoding="utf-8").splitlines()) and second["ticks"] > 0
     heads = tmp_path / "heads.txt"
     assert main(["replay", str(file), "--save-heads", str(heads), "--json"]) == 0
     [saved] = json.loads(capsys.readouterr().out)

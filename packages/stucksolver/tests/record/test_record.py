@@ -79,7 +79,7 @@ def test_record_sign_words_are_kept_and_replay_matches(tmp_path):
             return super().scene(surroundings).model_copy(update={"signs": (CLOSED,)})
 
     _, (file,) = recorded(tmp_path, Signed(TWO_WAY, [thing("lead", 75.0)], x=66.0))
-    assert CLOSED.model_dump_json() in file.read_text()
+    assert CLOSED.model_dump_json() in file.read_text(encoding="utf-8")
     assert replay(file).matches
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import io
 import itertools
 import os
 import sys
@@ -36,6 +37,10 @@ def main(arguments: Sequence[str] | None = None, *, program: str = PROGRAM, tabl
         program: Name of the program in messages.
         table: Commands by name. Defaults to those of all installed distributions.
     """
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal whose encoding lacks a character shows a question mark instead of ending the command.
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     words = without_logins(sys.argv[1:] if arguments is None else list(arguments))
     try:
         known = commands() if table is None else table
