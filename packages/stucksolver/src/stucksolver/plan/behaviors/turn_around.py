@@ -28,7 +28,7 @@ class TurnAround(Behavior):
     )
     checks: ClassVar[tuple[Check, ...]] = (Check.TURNING,)
 
-    name: Literal["multi_point_turn"] = "multi_point_turn"
+    name: Literal["turn_round"] = "turn_round"
     speed_mps: float = Field(default=1.4, ge=0.5, le=CREEP_MPS)
 
     def legs(self, view: FrenetScene) -> tuple[Leg, ...]:
