@@ -66,7 +66,7 @@ def test_a_crosswalk_is_backed_onto_only_with_nobody_near_it(kind, x, y, refused
 def test_somebody_behind_keeps_it_from_backing_up_in_a_junction_too():
     assert C.COLLISION in codes(World(IN_IT, [thing("behind", 41.0)]))
     assert codes(World(IN_IT, [thing("behind", 20.0, speed=4.0)]), BackUp(distance_m=5.0)) & {C.COLLISION, C.GAP}
-    assert codes(World(IN_IT, behind_m=8.0)) == {C.UNSEEN}
+    assert codes(World(IN_IT, behind_m=8.0)) == {C.PATH_NOT_VISIBLE}
 
 
 def crossing(x, away_m):

@@ -345,7 +345,7 @@ WITH_SHOULDER = MULTI.model_copy(
 def test_every_lane_entered_is_looked_back_along_and_one_reason_is_told(behind_m):
     for left, shoulder in ((52.0, 1e3), (1e3, 52.0)):
         found = sight_distance.check_sight_distance(entering(left, shoulder, behind_m=behind_m))
-        assert [r.code for r in found] == ([C.UNSEEN] if behind_m == 0.0 else [])
+        assert [r.code for r in found] == ([C.PATH_NOT_VISIBLE] if behind_m == 0.0 else [])
 
 
 def test_over_the_shoulder_cyclists_are_looked_for_and_in_a_lane_its_quickest():

@@ -147,7 +147,7 @@ TWINS = {
         World(narrowing(2.3)),
         World(TWO_WAY),
     ),
-    "backing up unseen": (C.UNSEEN, BackUp(distance_m=8.0), World(TWO_WAY, behind_m=10.0), World(TWO_WAY)),
+    "backing up unseen": (C.PATH_NOT_VISIBLE, BackUp(distance_m=8.0), World(TWO_WAY, behind_m=10.0), World(TWO_WAY)),
     "too long beside the route": (
         C.OFF_ROUTE,
         ChangeLane(side="left", distance_m=150.0, speed_mps=2.0),
@@ -277,8 +277,8 @@ def test_where_a_standing_car_fills_the_lane_behind_less_needs_to_be_seen():
 
     back = BackUp(distance_m=2.0)
     assert codes(back, behind(0.0)) == set()
-    assert C.UNSEEN in codes(back, behind(1.8))
-    assert C.UNSEEN in codes(back, behind(0.0, kind=K.PEDESTRIAN))
+    assert C.PATH_NOT_VISIBLE in codes(back, behind(1.8))
+    assert C.PATH_NOT_VISIBLE in codes(back, behind(0.0, kind=K.PEDESTRIAN))
     assert codes(BackUp(distance_m=4.0), behind(0.0)) != set()
     assert codes(back, behind(0.0, speed=1.0)) != set()
 

@@ -137,8 +137,8 @@ def test_a_solid_line_needs_the_yes_that_the_policy_says():
 
 
 def test_what_is_not_seen_is_not_free():
-    assert judged(World(WIDE, behind_m=30.0)) == {C.UNSEEN}
-    assert judged(World(WIDE, sight_m=20.0)) == {C.UNSEEN}
+    assert judged(World(WIDE, behind_m=30.0)) == {C.PATH_NOT_VISIBLE}
+    assert judged(World(WIDE, sight_m=20.0)) == {C.PATH_NOT_VISIBLE}
 
 
 def test_behind_the_barriers_of_a_closed_road_nobody_comes():
