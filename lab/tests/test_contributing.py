@@ -110,7 +110,7 @@ def test_the_criterion_notes_each_hard_stop_once(made):
     speeds = [10.0, 10.0, 9.6, 9.2, 9.0, 9.0, 8.5, 8.4]
     for k, speed in enumerate(speeds):
         place = SimpleNamespace(location=SimpleNamespace(x=1.0, y=2.0, z=0.0))
-        judge.update(made.Moment(k, 0.05 * k, place, SimpleNamespace(x=speed, y=0.0, z=0.0)))
+        judge.update(made.EgoTick(k, 0.05 * k, place, SimpleNamespace(x=speed, y=0.0, z=0.0)))
     assert [i.time_s for i in judge.infractions] == pytest.approx([0.1, 0.3])
     assert judge.infractions[0].kind == "harsh_braking"
 

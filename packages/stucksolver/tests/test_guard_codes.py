@@ -254,7 +254,7 @@ def test_every_code_has_its_test():
         C.TIMEOUT,
         C.NOT_IMMOBILIZED,
         C.REPEATED,
-        C.UNSOUND,
+        C.IMPLAUSIBLE,
     }
     assert {case[0] for case in TWINS.values()} | elsewhere == set(RejectCode)
 

@@ -452,7 +452,9 @@ def test_a_way_back_is_judged_as_a_plan_that_runs_and_says_whom_it_brakes_for():
 
 def test_on_the_way_back_too_an_error_that_grows_is_braked_for(monkeypatch):
     seen = []
-    monkeypatch.setattr(guard_module, "least_harm", lambda case, giving: seen.append((case, giving)) or FINISH)
+    monkeypatch.setattr(
+        guard_module, "least_harmful_option", lambda case, giving: seen.append((case, giving)) or FINISH
+    )
     world, _, _ = strayed()
     path = GUARD.way_back(world.view())
     world.x, world.y, world.yaw = 61.0, 2.9, 0.05
