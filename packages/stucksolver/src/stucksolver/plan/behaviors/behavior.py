@@ -135,20 +135,20 @@ class Behavior(FrozenModel, ABC):
     prepares: ClassVar[bool] = False
     """The behaviour only prepares the next one, so the vehicle need not have moved on after it."""
     starts_at_roadside: ClassVar[bool] = False
-    """It starts where the vehicle stands safely beside the traffic, so every rejection is waited out there."""
+    """It starts where the ego is stopped safely beside the traffic. The solver waits there after any rejection."""
     release: ClassVar[ApprovalLevel] = ApprovalLevel.AUTONOMOUS
     """Who must approve it, unless the policy says otherwise."""
 
     intents: ClassVar[tuple[GuidanceIntent, ...]] = ()
     """The intents of a passenger that it carries out, the main one first. They authorize a plan that contains it."""
     shifts_laterally: ClassVar[bool] = False
-    """It leaves the line that the vehicle is on. "Go" does not authorize a plan that contains it."""
+    """It moves the ego sideways, to pass an object or to prepare a pass. "Go" does not authorize a plan with it."""
     stays_behind_blocker: ClassVar[bool] = False
-    """It moves along the lane only, so that it does not get past an object in the lane."""
+    """It moves the ego along the lane only, so that it does not pass an object in the lane."""
     calls_person: ClassVar[bool] = False
-    """It stops the vehicle and calls a person for help."""
+    """It stops the ego and calls a person for help."""
     solution_rank: ClassVar[int | None] = None
-    """Rank among the behaviors of a plan that helped: the plan is remembered by the main intent of the lowest one.
+    """Rank among the behaviors of a plan that helped. The plan is remembered by the main intent of the lowest rank.
 
     None for requests and last resorts, which are not remembered.
     """
@@ -248,6 +248,10 @@ class LegBehavior(Behavior):
         Raises:
             CannotPlan: There are none.
         """
+
+    @abstractmethod
+    def must_finish(self, view: FrenetScene) -> bool:
+        """True if the vehicle is where it should finish the legs rather than stop, also if the plan is withdrawn."""
 
     def manoeuvre(self, view: FrenetScene, start: BehaviorStart) -> FrenetPath | None:
         """Return None: the legs are paths in the plane."""

@@ -13,7 +13,7 @@ from stucksolver.scene.interpretation import GuidanceIntent
 WAITS_S = 30.0
 """Time allowed beyond the driving time of a leg, to stop and let others pass."""
 BEGUN_RAD = math.radians(20.0)
-"""A vehicle that has turned by more than this is in the middle of a turn and continues from there."""
+"""An ego that has turned by more than this stands across the road and should finish the turn (rad)."""
 
 
 class TurnAround(LegBehavior):
@@ -40,6 +40,9 @@ class TurnAround(LegBehavior):
             CannotPlan: The road is too narrow.
         """
         return multi_point_turn(view)
+
+    def must_finish(self, view: FrenetScene) -> bool:
+        return abs(view.ego_yaw) > BEGUN_RAD
 
     def done(self, view: FrenetScene) -> bool:
         return heading_change_rad(view) > TURNED_RAD

@@ -28,7 +28,6 @@ from stucksolver.plan.behaviors import (
     Wait,
     drives_legs,
 )
-from stucksolver.plan.behaviors.turn_around import BEGUN_RAD
 from stucksolver.plan.frenet_path import FrenetPath, landing_m
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome, Step, stand
@@ -166,8 +165,7 @@ class Execution:
 
     def _committed(self, view: FrenetScene) -> bool:
         if self._leg is not None:
-            # A vehicle that stands across the road should finish the turn.
-            return abs(view.ego_yaw) > BEGUN_RAD
+            return self._leg.behavior.must_finish(view)
         if self._withdrawn and self._proven is not None and self._proven.path.over:
             return False  # whoever calls a stop may know that it is no bag
         return self._proven is not None and self._proven.committed(facing(view, self._proven).ego_s)
