@@ -14,7 +14,7 @@ from types import SimpleNamespace
 import pytest
 
 from stucksolver.guard import Guard
-from stucksolver.plan.behaviors import REGISTRY, describe
+from stucksolver.plan.behaviors import describe, register, unregister
 from stucksolver.reasoners.factory import make_reasoner
 from stucksolver.solver import EventKind
 from worlds import World, drive, straight_road, stubborn, thing
@@ -48,10 +48,11 @@ def test_files_and_folders_that_the_page_names_are_there(name):
 
 
 @pytest.mark.parametrize("made", ["behaviour"], indirect=True)
-def test_the_behaviour_is_offered_proven_and_driven(made, monkeypatch):
+def test_the_behaviour_is_offered_proven_and_driven(made, request):
     inch = made.InchForward(distance_m=0.8)
-    monkeypatch.setitem(REGISTRY, "inch_forward", made.InchForward)
-    assert describe.__wrapped__(("inch_forward",))[0].parameters["properties"]["distance_m"]["maximum"] == 1.0
+    register(made.InchForward)
+    request.addfinalizer(lambda: unregister("inch_forward"))
+    assert describe(("inch_forward",))[0].parameters["properties"]["distance_m"]["maximum"] == 1.0
     world = World(STREET, [thing("lead", 75.0)])
     verdict, proven = Guard().accept([inch], world.view(), False)
     assert verdict.accepted

@@ -7,7 +7,6 @@ from typing import Any
 import carla
 
 from stucksolver.plan import Continue, Directive, Execute, Replan, SafeStop
-from stucksolver.plan.behaviors import HazardLights
 from stucksolver_carla.drivers.behavior import DrivePoint, Driver, RouteError
 from stucksolver_carla.drivers.behavior.nearby_objects import HAZARD_LAMPS
 from stucksolver_carla.stack.active_directive import ActiveDirective
@@ -93,8 +92,9 @@ class CarlaStack(CarlaSceneSource):
             else:
                 self._driver.follow(points, directive.reverse)
         elif isinstance(directive, Execute):
-            if isinstance(directive.behavior, HazardLights):
-                self._hazard_lights(directive.behavior.on)
+            lights_on = directive.behavior.hazard_lights_on
+            if lights_on is not None:
+                self._hazard_lights(lights_on)
             if directive.brake_mps2 is None:
                 self._driver.hold()
             else:

@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from stucksolver.plan import RecoveryPlan
-from stucksolver.plan.behaviors import Behavior, parse_behavior
+from stucksolver.plan.behaviors import REGISTRY, Behavior, parse_behavior
 from stucksolver.scene import Scene
 from stucksolver_language.llm.offered_behaviors import available
 
@@ -22,8 +22,6 @@ GETS_ON_M = 5.0
 """A plan leads at least this far (m): the detector's own measure of progress. A shorter one ends where it began."""
 MOST_IDS = 3
 """Number of objects or waypoints that are tried for each parameter that names one."""
-CALLS = frozenset({"request_assistance"})
-"""Behaviours that ask a person. In a search there is nobody to ask."""
 AWAY_M, AWAY_MPS = (15.0, 20.0), (1.08, 1.8)
 """How far (m) and how fast (m/s) a short lane change goes before the way back. A search over a wider grid found that
 the guard accepts only short and slow ones where something blocks the other lane as well. At 0.8 m/s a plan
@@ -89,7 +87,9 @@ def offered(scene: Scene, steps: int) -> tuple[Behavior, ...]:
     """
     found: list[Behavior] = []
     for item in scene.behaviors:
-        if item.name in CALLS:
+        kind = REGISTRY.get(item.name)
+        # A plan that calls a person is no candidate: the search that labels the plans has no person to call.
+        if kind is None or kind.calls_person:
             continue
         properties: Any = item.parameters["properties"]
         axes = {name: _values(name, schema, scene, steps) for name, schema in properties.items()}

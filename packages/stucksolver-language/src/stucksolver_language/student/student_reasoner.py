@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from stucksolver.plan import CauseCode, Decision, Intent, RecoveryPlan, WaitReason
-from stucksolver.plan.behaviors import RequestAssistance
 from stucksolver.reasoners.reasoner import (
     ACCEPTED,
     PARSERS,
@@ -40,9 +39,6 @@ from stucksolver_language.student.scene_codec import write_scene
 
 DUTIES = frozenset({WaitReason.LIGHT, WaitReason.STOP_SIGN, WaitReason.PEOPLE, WaitReason.YIELD})
 """Where the rules of the road make the vehicle wait, it waits, however likely the wait is to end."""
-
-IN_LANE = frozenset({"back_up", "creep", "follow_vehicle", "keep_lane"})
-"""Behaviours that keep to the lane: plans of only these do not get past what stands in it."""
 
 
 @dataclass(frozen=True)
@@ -164,7 +160,7 @@ class DistilledReasoner:
     ) -> RecoveryPlan | None:
         """Return the best plan that the guard accepts; or else the rules' plan, for which a gap may open."""
         ranked = self._ranked(request.scene, plans, numbers, own)
-        if own is not None and any(isinstance(b, RequestAssistance) for b in own.behaviors):
+        if own is not None and any(b.calls_person for b in own.behaviors):
             if request.check is None or held_by_law(request.scene):
                 return own
             worth = dict(zip(plans, numbers.value, strict=True))
@@ -188,7 +184,7 @@ class DistilledReasoner:
         ranked = []
         for number, plan in enumerate(plans):
             ours = plan == own
-            stays = blocked and IN_LANE.issuperset(b.name for b in plan.behaviors)
+            stays = blocked and all(b.stays_behind_blocker for b in plan.behaviors)
             if (accepted[number] < self._choice.unlikely or stays) and not ours:
                 continue
             # A passenger's words choose the plan; without words what it is worth does.

@@ -26,9 +26,8 @@ from stucksolver.plan.behaviors import (
     Behavior,
     BehaviorStart,
     Check,
+    LegBehavior,
     NoPathError,
-    RequestAssistance,
-    TurnAround,
 )
 from stucksolver.plan.behaviors.registry import unknown_behavior_reason
 from stucksolver.plan.frenet_path import FrenetPath, lateral, shortest_shift
@@ -96,7 +95,7 @@ class Guard:
         )
 
     def accept_turn(
-        self, behavior: TurnAround, view: FrenetScene, approvals: Approvals = NOBODY
+        self, behavior: LegBehavior, view: FrenetScene, approvals: Approvals = NOBODY
     ) -> tuple[Verdict, ProvenLeg | None]:
         """Judge the rest of a turn from where the ego is.
 
@@ -121,10 +120,8 @@ class Guard:
         why = behavior.precondition(view)
         if old:
             return Verdict(rejects=(old,))
-        if why is None and isinstance(behavior, RequestAssistance) and not self.may_stand(view):
-            detail = (
-                "the vehicle may wait for help only where it may stop, not in a junction, crossing or oncoming lane"
-            )
+        detail = behavior.stopping_place_detail
+        if why is None and detail is not None and not self.may_stand(view):
             return Verdict(rejects=(RejectReason(code=RejectCode.STOPPING_PLACE, detail=detail),))
         return Verdict(rejects=(RejectReason(code=RejectCode.PRECONDITION, detail=why),)) if why else OK
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from stucksolver.guard.context import CheckContext
 from stucksolver.guard.verdict import RejectReason
+from stucksolver.plan.behaviors import Check, names_with
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.failed_attempts import RejectCode
 from stucksolver.scene.frenet_scene import MOVING_MPS
@@ -126,11 +127,12 @@ def passable(case: CheckContext) -> list[RejectReason]:
 
 def _not_passable(case: CheckContext, i: int) -> str | None:
     thing, policy = case.view.objects[i], case.policy.passable
-    if "drive_over" in case.approvals.barred:
+    driving_over = names_with(Check.PASSABLE)
+    if not driving_over.isdisjoint(case.approvals.barred):
         return "must not be driven over, somebody says"
     if thing.kind not in PASSABLE_KINDS:
         return f"is classified as {thing.kind.value}, which is never driven over"
-    confirmed = not {"drive_over", "soft_object"}.isdisjoint(case.approvals.passenger | case.approvals.operator)
+    confirmed = not {*driving_over, "soft_object"}.isdisjoint(case.approvals.passenger | case.approvals.operator)
     needed = policy.confirmed_confidence if confirmed else policy.confidence
     if (thing.kind_confidence or 0.0) < needed:
         sure = thing.kind_confidence or 0.0

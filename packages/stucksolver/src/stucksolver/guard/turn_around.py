@@ -15,7 +15,7 @@ import numpy as np
 from stucksolver.guard.policy import Approvals, GuardPolicy
 from stucksolver.guard.rss import rss_distance, step_off
 from stucksolver.guard.verdict import OK, RejectReason, Verdict, no_path
-from stucksolver.plan.behaviors import AbortAction, ApprovalLevel, NoPathError, TurnAround
+from stucksolver.plan.behaviors import AbortAction, ApprovalLevel, LegBehavior, NoPathError
 from stucksolver.plan.multi_point_turn import POSE_STEP_M, Leg, corners, gaps_m, room_at_edges_m
 from stucksolver.scene.boxes import separation
 from stucksolver.scene.failed_attempts import PlanFailure, RejectCode
@@ -39,7 +39,7 @@ class ProvenLeg:
         expected_s: Duration of this leg (s).
     """
 
-    behavior: TurnAround
+    behavior: LegBehavior
     leg: Leg
     after_s: float
     expected_s: float
@@ -65,7 +65,7 @@ class ProvenLeg:
 
 
 def prove_turn(
-    behavior: TurnAround, view: FrenetScene, policy: GuardPolicy, approvals: Approvals
+    behavior: LegBehavior, view: FrenetScene, policy: GuardPolicy, approvals: Approvals
 ) -> tuple[Verdict, ProvenLeg | None]:
     """Judge the whole rest of a turn from where the ego is. A turn without a path is refused with `NO_PATH`.
 
@@ -96,7 +96,7 @@ def prove_turn(
 
 
 def unreleased_line(
-    behavior: TurnAround, at: tuple[float, float], view: FrenetScene, policy: GuardPolicy, approvals: Approvals
+    behavior: LegBehavior, at: tuple[float, float], view: FrenetScene, policy: GuardPolicy, approvals: Approvals
 ) -> Verdict:
     """Judge in advance whether a later turn of a plan may cross the lines where it will begin.
 
@@ -138,7 +138,7 @@ def recheck_leg(proven: ProvenLeg, view: FrenetScene, policy: GuardPolicy) -> Ve
     return Verdict(rejects=tuple(rejects), abort=AbortAction.YIELD, brake_mps2=view.ego.limits.max_braking_mps2)
 
 
-def _duration_s(leg: Leg, view: FrenetScene, behavior: TurnAround, policy: GuardPolicy) -> float:
+def _duration_s(leg: Leg, view: FrenetScene, behavior: LegBehavior, policy: GuardPolicy) -> float:
     speed = min(policy.turning.slowest_mps, behavior.speed_mps)
     sets_off = speed / (policy.prediction.sluggish_acceleration * view.ego.limits.comfort_acceleration_mps2)
     return leg.length_m / speed + sets_off

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field, TypeAdapter
 
 from stucksolver.plan.behaviors.registry import AnyBehavior
+from stucksolver.plan.simple_directives import Continue, Replan, SafeStop
 from stucksolver.scene.base_model import FrozenModel
 
 EXPIRES_TICKS = 10
@@ -25,12 +26,6 @@ class PathPoint(FrozenModel):
     y_m: float
     speed_mps: float
     no_stop: bool = False
-
-
-class Continue(FrozenModel):
-    """Drive as if StuckSolver were not there."""
-
-    kind: Literal["continue"] = "continue"
 
 
 class Execute(FrozenModel):
@@ -68,20 +63,6 @@ class Execute(FrozenModel):
         away = [math.hypot(p.x_m - x_m, p.y_m - y_m) for p in self.path]
         rest = self.path[away.index(min(away)) :] if away else ()
         return sum(math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) for a, b in pairwise(rest))
-
-
-class Replan(FrozenModel):
-    """Replan the route, from a candidate waypoint of the scene or from here (None)."""
-
-    kind: Literal["replan"] = "replan"
-    route_start: str | None = None
-
-
-class SafeStop(FrozenModel):
-    """Stop with hazard lights on and stay until another directive; nothing more can be done here."""
-
-    kind: Literal["safe_stop"] = "safe_stop"
-    reason: str
 
 
 Directive = Annotated[Continue | Execute | Replan | SafeStop, Field(discriminator="kind")]

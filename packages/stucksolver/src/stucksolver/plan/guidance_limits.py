@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from stucksolver.plan.behaviors import Nudge, Wait, parse_behavior
-from stucksolver.plan.behaviors.behavior import Behavior
+from stucksolver.plan.behaviors import Behavior, parse_behavior
 from stucksolver.plan.decision import Decision, RecoveryPlan
-from stucksolver.plan.intent_authorization import DOES
 from stucksolver.scene import Scene
-from stucksolver.scene.interpretation import GuidanceIntent, GuidanceLimits, Interpretation
+from stucksolver.scene.interpretation import GuidanceLimits, Interpretation
 
 ABOVE = 0.1
 """Distance from a bound that a parameter must exceed, in the parameter's own unit."""
@@ -44,13 +42,8 @@ def _as_said(behavior: Behavior, reading: Interpretation, limits: GuidanceLimits
     speed_mps = getattr(behavior, "speed_mps", None)
     if limits.speed_mps is not None and speed_mps is not None:
         changes["speed_mps"] = min(speed_mps, _bounded(behavior, "speed_mps", limits.speed_mps))
-    if limits.distance_m is not None and isinstance(behavior, DOES.get(reading.intent, ())):
-        aside = isinstance(behavior, Nudge) and reading.side is not None
-        name = "offset_m" if aside else "distance_m"
-        if aside or (reading.intent is not GuidanceIntent.OVERTAKE and hasattr(behavior, name)):
-            changes[name] = _bounded(behavior, name, limits.distance_m)
-    if limits.wait_s is not None and isinstance(behavior, Wait) and reading.intent is GuidanceIntent.LET_ME_OUT:
-        changes["duration_s"] = _bounded(behavior, "duration_s", limits.wait_s)
+    for name, value in behavior.guided_parameters(reading, limits).items():
+        changes[name] = _bounded(behavior, name, value)
     return parse_behavior({**behavior.model_dump(), **changes}) if changes else behavior
 
 

@@ -61,7 +61,7 @@ class FaultyReasoner:
                 raise ReasonerError("cancelled")
             time.sleep(min(0.05, self._delay_s))
         behaviors = self._choose(self, scene)
-        decision = _sure(RecoveryPlan(behaviors=behaviors))  # type: ignore[arg-type]
+        decision = _sure(RecoveryPlan(behaviors=behaviors))
         return ReasonerAnswer(
             decision, self.name, ReasonerTrace(answers=(decision.model_dump_json(),), model=self.name)
         )

@@ -1,5 +1,7 @@
 """The base class of all data that crosses process boundaries: immutable and strict, with one JSON form."""
 
+from abc import ABC, abstractmethod
+
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 
@@ -7,6 +9,14 @@ class FrozenModel(BaseModel):
     """A frozen record. Unknown fields, NaN and infinities are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class RegisteredModels(ABC):
+    """Annotation of a field that holds an instance of one of several models, which are registered at run time."""
+
+    @abstractmethod
+    def models(self) -> tuple[type[FrozenModel], ...]:
+        """Return the models that are registered now."""
 
 
 def first_problem(error: ValidationError) -> str:

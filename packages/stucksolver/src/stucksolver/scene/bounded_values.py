@@ -14,7 +14,7 @@ from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import ValidationError
 
-from stucksolver.scene.base_model import FrozenModel, first_problem
+from stucksolver.scene.base_model import FrozenModel, RegisteredModels, first_problem
 
 M = TypeVar("M", bound=FrozenModel)
 Where = tuple[Any, str]
@@ -131,10 +131,22 @@ def _encodable(text: str, where: Where) -> str:
     return text
 
 
-@cache
 def known_types(kind: type[FrozenModel]) -> frozenset[type]:
     """Return the models, the enumerations and the mappings that may occur in a model, by its fields' annotations."""
     found: set[type] = set()
+    waiting: list[type[FrozenModel]] = [kind]
+    while waiting:
+        annotated, registered = _annotated_types(waiting.pop())
+        found |= annotated
+        waiting += [model for item in registered for model in item.models() if model not in found]
+    return frozenset(found)
+
+
+@cache
+def _annotated_types(kind: type[FrozenModel]) -> tuple[frozenset[type], frozenset[RegisteredModels]]:
+    """Return the types that may occur in a model, without the registered models, and the annotations of these."""
+    found: set[type] = set()
+    registered: set[RegisteredModels] = set()
     waiting: list[type] = [kind]
     while waiting:
         item = waiting.pop()
@@ -143,13 +155,21 @@ def known_types(kind: type[FrozenModel]) -> frozenset[type]:
         found.add(item)
         if issubclass(item, FrozenModel):
             for field in item.model_fields.values():
-                waiting += [part for part in _parts(field.annotation) if issubclass(part, (FrozenModel, Enum, dict))]
-    return frozenset(found)
+                for part in _parts(field.annotation, tuple(field.metadata)):
+                    if isinstance(part, RegisteredModels):
+                        registered.add(part)
+                    elif issubclass(part, (FrozenModel, Enum, dict)):
+                        waiting.append(part)
+    return frozenset(found), frozenset(registered)
 
 
-def _parts(annotation: Any) -> Iterator[type]:
-    """Yield the classes in an annotation."""
+def _parts(annotation: Any, metadata: tuple[Any, ...] = ()) -> Iterator[type | RegisteredModels]:
+    """Yield the classes in an annotation. An annotation of registered models stands for the class that it annotates."""
     inner = get_args(annotation)
+    registered = [item for item in (*metadata, *inner) if isinstance(item, RegisteredModels)]
+    if registered:
+        yield from registered
+        return
     if get_origin(annotation) is dict:
         yield dict
     if not inner and isinstance(annotation, type):

@@ -117,4 +117,4 @@ def _stands_at_light(scene: Scene, state: LightState) -> bool:
 def _one(scene: Scene, behavior: Behavior, why: str) -> Way:
     if not scene.offers(behavior.name):
         return None, (None, f"the stack does not offer {behavior.name}")
-    return RecoveryPlan(behaviors=(behavior,)), (None, why)  # type: ignore[arg-type]
+    return RecoveryPlan(behaviors=(behavior,)), (None, why)

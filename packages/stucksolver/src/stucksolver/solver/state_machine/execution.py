@@ -20,18 +20,14 @@ from stucksolver.guard import (
     begin_nosed_out,
 )
 from stucksolver.guard.turn_around import unreleased_line
-from stucksolver.plan import Execute, RecoveryPlan, Replan, SafeStop
+from stucksolver.plan import Execute, RecoveryPlan
 from stucksolver.plan.behaviors import (
     AbortAction,
     Behavior,
     KeepLane,
-    RejoinRoute,
-    ReplanRoute,
-    RequestAssistance,
-    TurnAround,
     Wait,
+    drives_legs,
 )
-from stucksolver.plan.behaviors.turn_around import BEGUN_RAD
 from stucksolver.plan.frenet_path import FrenetPath, landing_m
 from stucksolver.scene.frenet_scene import FrenetScene
 from stucksolver.solver.state_machine.execution_steps import ExecutionOutcome, Step, stand
@@ -100,10 +96,11 @@ class Execution:
         segment = self._segments[0]
         proven: ProvenPlan | None = None
         leg: ProvenLeg | None = None
-        if isinstance(segment[0], TurnAround):
-            verdict, leg = self._guard.accept_turn(segment[0], view, self._approvals)
-        elif segment[0].stands_still:
-            verdict = self._guard.allows_standing(segment[0], view, self._approvals)
+        first = segment[0]
+        if drives_legs(first):
+            verdict, leg = self._guard.accept_turn(first, view, self._approvals)
+        elif first.stands_still:
+            verdict = self._guard.allows_standing(first, view, self._approvals)
         else:
             # Only the last stretch of a plan may end in motion, because the stack drives on from there. A stop before
             # the next stretch, or after its refusal, would lead beyond the proven path.
@@ -127,7 +124,7 @@ class Execution:
 
     def _turn_released(self, proven: ProvenPlan | None, view: FrenetScene) -> Verdict:
         """Judge whether a turn later in the plan lacks an approval, before the stretch that leads to it begins."""
-        turn = next((b for segment in self._segments[1:] for b in segment if isinstance(b, TurnAround)), None)
+        turn = next((b for segment in self._segments[1:] for b in segment if drives_legs(b)), None)
         if turn is None:
             return OK
         at = (view.ego.x_m, view.ego.y_m)
@@ -168,8 +165,7 @@ class Execution:
 
     def _committed(self, view: FrenetScene) -> bool:
         if self._leg is not None:
-            # A vehicle that stands across the road should finish the turn.
-            return abs(view.ego_yaw) > BEGUN_RAD
+            return self._leg.behavior.must_finish(view)
         if self._withdrawn and self._proven is not None and self._proven.path.over:
             return False  # whoever calls a stop may know that it is no bag
         return self._proven is not None and self._proven.committed(facing(view, self._proven).ego_s)
@@ -219,7 +215,7 @@ class Execution:
             if way is not None:
                 behavior = KeepLane(distance_m=5.0, speed_mps=3.0) if self._way_back is not None else self._behavior
                 points = path_points(way, view.backwards if reverse else view, no_stop=True)
-                self._blind = Execute(behavior=behavior, path=points, reverse=reverse)  # type: ignore[arg-type]
+                self._blind = Execute(behavior=behavior, path=points, reverse=reverse)
         return self._blind
 
     def _give_way(self, verdict: Verdict, view: FrenetScene, now_s: float) -> Step | ExecutionOutcome:
@@ -301,7 +297,7 @@ class Execution:
         self.last_verdict = verdict
         self._leg = self._proven = None
         # At the roadside the vehicle stands safely, whatever keeps it there; the stack would drive back unproven.
-        returns = isinstance(self._segments[0][0], RejoinRoute)
+        returns = self._segments[0][0].starts_at_roadside
         if self._gap_until_s is None:
             self._gap_until_s, self._traffic_s = now_s + (RETURN_WAIT_S if returns else GAP_WAIT_S), now_s
         passing = returns or passes(verdict, moving(view), sensed=view.ego.position_sd_m is not None)
@@ -371,17 +367,16 @@ class Execution:
         behavior, proven = self._behavior, self._proven
         if self._leg is not None:
             return along_leg(self._leg, view)
-        if isinstance(behavior, ReplanRoute):
-            return Replan(route_start=behavior.route_start)
-        if isinstance(behavior, RequestAssistance):
-            return SafeStop(reason=behavior.reason)
+        own = behavior.directive()
+        if own is not None:
+            return own
         if proven is None:
-            return Execute(behavior=behavior)  # type: ignore[arg-type]
+            return Execute(behavior=behavior)
         seen = facing(view, proven)
         rest = proven.path.from_station(seen.ego_s)
         path = path_points(rest, seen, np.array([proven.committed(float(s)) for s in rest.s]))
         return Execute(
-            behavior=behavior,  # type: ignore[arg-type]
+            behavior=behavior,
             path=path,
             reverse=proven.reverse,
             ignore=proven.path.over,
