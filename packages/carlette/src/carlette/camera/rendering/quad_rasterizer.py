@@ -321,5 +321,10 @@ def _halve(samples: Pixels, picture: Pixels) -> None:
         for x in range(len(row)):
             a, b, c, d = upper[2 * x], upper[2 * x + 1], lower[2 * x], lower[2 * x + 1]
             even = (a & _MASK) + (b & _MASK) + (c & _MASK) + (d & _MASK)
-            odd = ((a >> _BYTE_BITS) & _MASK) + ((b >> _BYTE_BITS) & _MASK) + ((c >> _BYTE_BITS) & _MASK) + ((d >> _BYTE_BITS) & _MASK)
+            odd = (
+                ((a >> _BYTE_BITS) & _MASK)
+                + ((b >> _BYTE_BITS) & _MASK)
+                + ((c >> _BYTE_BITS) & _MASK)
+                + ((d >> _BYTE_BITS) & _MASK)
+            )
             row[x] = ((even >> _QUARTER) & _MASK) | (((odd >> _QUARTER) & _MASK) << _BYTE_BITS)
