@@ -88,7 +88,7 @@ def _drawn_to_who_passes(case: CheckContext) -> bool:
     """True if the ego, with comfortable braking, comes within touching distance of someone who passes beside it.
 
     The body keeps its heading, away from the path, until it stops. Whoever passes meets its whole side, so the corner
-    that reaches out furthest counts. Lengths in metres, in road coordinates.
+    that reaches out furthest counts. Lengths in meters, in road coordinates.
     """
     view = case.view
     if case.error_m * case.error_rad <= 0.0:
@@ -214,7 +214,7 @@ def _drawn_against(
 def _beside_the_error(case: CheckContext, speed_mps: float) -> PredictedContact | None:
     """Return the contact to which going on or starting may lead beside a stationary object within touching distance.
 
-    The path leads past it, but the vehicle has left its path towards it. If its steering fault lasts, the vehicle comes
+    The path leads past it, but the vehicle has left its path toward it. If its steering fault lasts, the vehicle comes
     nearer, by less than any look ahead along the path shows. `speed_mps`: the speed of that contact (m/s).
     """
     which = _standing(case)

@@ -68,7 +68,7 @@ class CheckContext:
 
     @cached_property
     def reach(self) -> Array:
-        """(stations,): half extent of the body across the road (m), enlarged by the uncertainty of localisation."""
+        """(stations,): half extent of the body across the road (m), enlarged by the uncertainty of localization."""
         half_length, half_width = self.view.ego.length_m / 2, self.view.ego.width_m / 2
         reach: Array = half_width * np.abs(np.cos(self.heading)) + half_length * np.abs(np.sin(self.heading))
         return reach + SURE_SDS * (self.view.ego.position_sd_m or 0.0)
@@ -86,7 +86,7 @@ class CheckContext:
         return max(self.policy.entry.beside_m - float(self.view.doubt_m[i]), 0.0)
 
     def inside(self, lane: Lane) -> Mask:
-        """(stations,): True where the body reaches into a lane by more than a few centimetres."""
+        """(stations,): True where the body reaches into a lane by more than a few centimeters."""
         known = self._inside.get(id(lane))
         if known is None:
             known = self._inside[id(lane)] = self._reaching_into(lane)
@@ -132,7 +132,7 @@ class CheckContext:
                 yield lane
 
     def on_rails(self, until_s: float) -> bool:
-        """True if the ego's centre or that arc length (m) is on a level crossing."""
+        """True if the ego's center or that arc length (m) is on a level crossing."""
         here = float(self.path.s[0])
         return any(self.view.zone_at(s, ZoneKind.LEVEL_CROSSING) is not None for s in (here, until_s))
 

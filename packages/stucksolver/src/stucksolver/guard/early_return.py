@@ -1,7 +1,7 @@
-"""Past the commit point a path moves sideways towards what stands only with room for the tracking error that may grow.
+"""Past the commit point a path moves sideways toward what stands only with room for the tracking error that may grow.
 
 Before the commit point a tracking error ends the plan by a stop. Past it the plan is finished, with an error of up to
-`TrackingPolicy.error_m`. On a way back into the lane the heading carries the body towards what was passed, so a stop
+`TrackingPolicy.error_m`. On a way back into the lane the heading carries the body toward what was passed, so a stop
 for a contact that is predicted there comes too late.
 """
 
@@ -18,7 +18,7 @@ from stucksolver.scene.frenet_scene import MOVING_MPS
 
 
 def early_return(case: CheckContext, no_stop: Mask) -> list[RejectReason]:
-    """Check that no committed part of a path leads towards a standing object that a tracking error would then touch.
+    """Check that no committed part of a path leads toward a standing object that a tracking error would then touch.
 
     Along such a part the gap stays at least the largest tracking error since the commit point, or what it was where the
     path began to lead there: beside an object, an error shows in time for a stop.

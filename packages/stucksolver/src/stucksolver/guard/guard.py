@@ -38,7 +38,7 @@ from stucksolver.scene.plausibility import implausibility
 from stucksolver.scene.road import LaneDirection, ZoneKind
 
 MOST = 6
-"""Largest number of behaviours checked in a plan: a bound on the work of one check."""
+"""Largest number of behaviors checked in a plan: a bound on the work of one check."""
 
 
 class Guard:
@@ -59,14 +59,14 @@ class Guard:
         approvals: Approvals = NOBODY,
         stops: bool = False,
     ) -> tuple[Verdict, ProvenPlan | None]:
-        """Judge moving behaviours as one path from the ego's current state.
+        """Judge moving behaviors as one path from the ego's current state.
 
         Args:
-            behaviors: The behaviours, in order.
+            behaviors: The behaviors, in order.
             view: The surroundings in road coordinates.
             guided: The passenger's words ask for the plan.
             approvals: What people have approved.
-            stops: The path must end at rest, because the next behaviour stands still or is judged only there.
+            stops: The path must end at rest, because the next behavior stands still or is judged only there.
 
         Returns:
             The verdict, and the proven path (None if refused).
@@ -116,7 +116,7 @@ class Guard:
         return recheck_leg(proven, view, self.policy)
 
     def allows_standing(self, behavior: Behavior, view: FrenetScene, approvals: Approvals = NOBODY) -> Verdict:
-        """Judge a behaviour that stands still."""
+        """Judge a behavior that stands still."""
         old = _unsound((behavior,), view) or self._stale(view) or self._unreleased(behavior, approvals)
         why = behavior.precondition(view)
         if old:
@@ -296,10 +296,10 @@ class Guard:
     def lay_out(
         self, behaviors: Sequence[Behavior], view: FrenetScene, guided: bool, approvals: Approvals, stops: bool = False
     ) -> ProvenPlan:
-        """Plan behaviours as one path from here, without judging it. The arguments are those of `accept`.
+        """Plan behaviors as one path from here, without judging it. The arguments are those of `accept`.
 
         Raises:
-            CannotPlan: The behaviours have no path here.
+            CannotPlan: The behaviors have no path here.
         """
         if len({b.reverse for b in behaviors}) > 1:
             raise NoPathError(
@@ -384,7 +384,7 @@ class Guard:
 
 
 def _unsound(behaviors: Sequence[Behavior], view: FrenetScene) -> RejectReason | None:
-    """Check the inputs: the surroundings are plausible, and the behaviours are known and within their bounds."""
+    """Check the inputs: the surroundings are plausible, and the behaviors are known and within their bounds."""
     wrong = implausibility(view.surroundings) or next(
         (why for b in behaviors[:MOST] if (why := unknown_behavior_reason(b))), None
     )

@@ -1,4 +1,4 @@
-"""Decides whether the stack may drive on by itself where a plan or a stop has ended, and watches it afterwards."""
+"""Decides whether the stack may drive on by itself where a plan or a stop has ended, and watches it afterward."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def _touches(view: FrenetScene, policy: GuardPolicy, driven_m: Array, t: Array, 
     ego = view.ego
     way = driven_m if ego.speed_mps >= 0.0 else -driven_m
     half_turn = curvature_per_m * way / 2
-    # The rear axle moves along the heading: in a curve the centre moves towards its inside, and the body cuts in.
+    # The rear axle moves along the heading: in a curve the center moves toward its inside, and the body cuts in.
     slip = math.asin(max(-1.0, min(curvature_per_m * ego.limits.wheelbase_m / 2, 1.0)))
     chord, bearing = way * np.sinc(half_turn / np.pi), ego.yaw_rad + slip + half_turn
     x, y = ego.x_m + chord * np.cos(bearing), ego.y_m + chord * np.sin(bearing)
@@ -114,7 +114,7 @@ def _touches(view: FrenetScene, policy: GuardPolicy, driven_m: Array, t: Array, 
         (np.array([o.length_m / 2 for o in others]), np.array([o.width_m / 2 for o in others])),
     )
     soft = np.array([_is_soft(view, i, policy) for i in range(len(view.objects))], dtype=bool)
-    # What is a few centimetres away can come no nearer than those, so there every overlap counts.
+    # What is a few centimeters away can come no nearer than those, so there every overlap counts.
     nearer = (gap < gap[:1] - policy.clearance.nearer_m) | ((gap < 0.0) & (gap[:1] >= 0.0))
     result: Mask = (gap < policy.harm.touch_m) & nearer & ~soft
     return result
@@ -138,7 +138,7 @@ def _first(view: FrenetScene, t: Array, going_on: Mask, stopping: Mask) -> Rejec
 
 
 def _turning_back(view: FrenetScene, policy: HandBackPolicy) -> FrenetPath:
-    """Return an arc at the smallest radius to the road's direction, followed by a shift to the centre of the
+    """Return an arc at the smallest radius to the road's direction, followed by a shift to the center of the
     route's lane.
     """
     radius, side = view.ego.limits.min_turn_radius_m, np.sign(view.ego_yaw)

@@ -15,7 +15,7 @@ from stucksolver.scene.road import LaneDirection, LaneKind, LineKind
 
 
 def marking(case: CheckContext) -> list[RejectReason]:
-    """Check that kerbs are never crossed, and solid lines only slowly, past a stationary obstruction, as the policy
+    """Check that curbs are never crossed, and solid lines only slowly, past a stationary obstruction, as the policy
     allows.
     """
     near_m = case.policy.lanes.line_near_m

@@ -1,6 +1,6 @@
 """A lane change that waits for its gap with the nose out: begun at the border, and judged like any running plan.
 
-From a stand inside the lane, a lane change must be proven before it begins, through all the metres to the border. A
+From a stand inside the lane, a lane change must be proven before it begins, through all the meters to the border. A
 vehicle that stands at the border begins at once and gives way on every tick until `Guard.recheck` lets it go on. So
 there is one proof for the wait and for the lane change that ends it: they cannot disagree.
 """
@@ -30,7 +30,7 @@ def begin_nosed_out(
 
     Args:
         guard: The guard, which refused the plan only for traffic that will move on.
-        behaviors: The behaviours, in order.
+        behaviors: The behaviors, in order.
         view: The surroundings in road coordinates.
         guided: The passenger's words ask for the plan.
         approvals: What people have approved.
@@ -51,7 +51,7 @@ def begin_nosed_out(
 
 
 def is_nosed_out(guard: Guard, proven: ProvenPlan, view: FrenetScene) -> bool:
-    """True if the ego stands with its nose at the border of a lane that the plan enters, turned towards it.
+    """True if the ego stands with its nose at the border of a lane that the plan enters, turned toward it.
 
     The lane's traffic then sees where the ego wants to go. Only for lanes of the ego's own direction: nobody waits in
     the lane of oncoming traffic.

@@ -30,7 +30,7 @@ class PhantomVehicle:
     """A vehicle that may appear.
 
     Attributes:
-        at_m: Distance of its front ahead of the ego's centre when it appears (m).
+        at_m: Distance of its front ahead of the ego's center when it appears (m).
         speed_mps: Its speed then (m/s).
         limit_mps: Its highest speed (m/s).
         accelerates_mps2: Its acceleration up to that speed (m/s²).

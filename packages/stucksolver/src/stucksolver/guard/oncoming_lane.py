@@ -46,7 +46,7 @@ class LaneBorrow:
 
 def oncoming(case: CheckContext) -> list[RejectReason]:
     """Check that an oncoming lane is used only away from junctions and crossings, and if it is seen to be free for the
-    whole manoeuvre.
+    whole maneuver.
     """
     for borrowed in borrowed_lanes(case):
         found = _zone(case, borrowed) + _sight(case, borrowed) + _gap(case, borrowed)

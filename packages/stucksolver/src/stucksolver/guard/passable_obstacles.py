@@ -66,7 +66,7 @@ def _standing(case: CheckContext, i: int) -> str | None:
 
 
 def _parked(case: CheckContext, i: int) -> bool:
-    """True if it stands where vehicles park: off the lane's centre, for a two-wheeler outside driving lanes."""
+    """True if it stands where vehicles park: off the lane's center, for a two-wheeler outside driving lanes."""
     if case.view.two_wheeled[i]:
         lane = case.view.lane_of[i]
         return lane is None or lane.strip.kind is not LaneKind.DRIVING

@@ -34,7 +34,7 @@ NAMED = 3
 def collision(case: CheckContext) -> list[RejectReason]:
     """Check that no object is predicted to overlap the ego or to come nearer than its minimum gap.
 
-    This includes doors that open and pedestrians who step off the kerb.
+    This includes doors that open and pedestrians who step off the curb.
     """
     which = relevant(case)
     if not len(which):

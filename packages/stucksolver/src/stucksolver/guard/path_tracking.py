@@ -1,6 +1,6 @@
 """How a vehicle follows a path from its real position and heading: the motion that the guard checks.
 
-The vehicle is a bicycle: the centre of its body stays on the path and its rear axle does not slip sideways. The body
+The vehicle is a bicycle: the center of its body stays on the path and its rear axle does not slip sideways. The body
 lags behind the path's direction by half a wheelbase, so it is not tangent to a bend. A vehicle that begins askew first
 drives in the direction in which it points, with a limited turning circle and a limited steering rate. A vehicle off
 its path is assumed to keep that offset for the duration of a stop plus a second, because the cause may persist.
@@ -57,7 +57,7 @@ def swing_out_motion(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy
 
 
 def _kept_error(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy) -> Array:
-    """(stations,): lateral offset of the body's centre from the path (m, left positive)."""
+    """(stations,): lateral offset of the body's center from the path (m, left positive)."""
     error = view.ego_d - float(path.d[0])
     if abs(error) < policy.beside_m:
         return np.zeros(len(path.s))
@@ -71,7 +71,7 @@ def _kept_error(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy) -> 
 def _driven_off(
     stations: Array, target: Array, course: Array, view: FrenetScene, policy: TrackingPolicy
 ) -> tuple[list[float], list[float], list[float]]:
-    """Return the centre's arc lengths and offsets (m) and the body's headings (rad) while an askew ego joins its path.
+    """Return the center's arc lengths and offsets (m) and the body's headings (rad) while an askew ego joins its path.
 
     `stations`, `target` and `course`, each (stations,): arc lengths (m), offsets (m) and directions (rad) of the path.
     """

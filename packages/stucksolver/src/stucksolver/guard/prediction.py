@@ -92,7 +92,7 @@ def gaps_at_heading(case: CheckContext, which: Array, way_m: float) -> Array:
 
 
 def is_on_drift_side(case: CheckContext, which: Array) -> Mask:
-    """(objects,): True for those on the ego's side of the path, if its lateral error exceeds that of localisation."""
+    """(objects,): True for those on the ego's side of the path, if its lateral error exceeds that of localization."""
     if abs(case.error_m) < case.policy.tracking.beside_m:
         return np.zeros(len(which), bool)
     result: Mask = (case.view.d[which] - case.view.ego_d) * case.error_m > 0.0

@@ -44,12 +44,12 @@ SETTLED = frozenset({Check.CREEP_SPEED, Check.OFF_ROUTE, Check.WITHIN_LANE})
 
 @dataclass(frozen=True)
 class ProvenPlan:
-    """Behaviours laid out as one path; `Guard.accept` returns them only if it accepts them.
+    """Behaviors laid out as one path; `Guard.accept` returns them only if it accepts them.
 
     Attributes:
-        behaviors: The behaviours, in order.
+        behaviors: The behaviors, in order.
         path: The path. A reverse path is in the frame of `FrenetScene.backwards`.
-        ends_s: Arc length at which each behaviour ends (m).
+        ends_s: Arc length at which each behavior ends (m).
         no_stop: (stations,) True where the ego is committed: a stop would end where no vehicle should stop, and the
             safe option is to finish, which was proven.
         expected_s: Expected duration (s).
@@ -76,7 +76,7 @@ class ProvenPlan:
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:
-        """The checks that its behaviours name, in the guard's order."""
+        """The checks that its behaviors name, in the guard's order."""
         return tuple(check for check in CHECKS if any(check in b.checks for b in self.behaviors))
 
     @cached_property

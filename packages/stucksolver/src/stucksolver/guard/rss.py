@@ -1,4 +1,4 @@
-"""The distances of Responsibility-Sensitive Safety (RSS), and the gap to a pedestrian who may step off the kerb."""
+"""The distances of Responsibility-Sensitive Safety (RSS), and the gap to a pedestrian who may step off the curb."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ def _limit_mps(lane: Lane, policy: GuardPolicy) -> float | None:
 def within_limits(path: FrenetPath, view: FrenetScene, policy: GuardPolicy, *, reverse: bool) -> FrenetPath:
     """Return a path slowed for doors, and to the limits of its lanes where it is no quicker than a recovery.
 
-    Recovery speed is what behaviours ask for wherever they are. A plan that asks for more is to know the limits, and is
+    Recovery speed is what behaviors ask for wherever they are. A plan that asks for more is to know the limits, and is
     refused above them (`check_speed_cap`).
     """
     case = CheckContext(view, tracked_path(path, view, policy.tracking, reverse=reverse), policy)

@@ -1,4 +1,4 @@
-"""The rules of the road that a recovery might break, and each behaviour's own bounds."""
+"""The rules of the road that a recovery might break, and each behavior's own bounds."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def _scene_of(thing: TrackedObject, stands_mps: float) -> str | None:
 
 
 def creep_speed(case: CheckContext) -> list[RejectReason]:
-    """Check that behaviours that must be slow keep to walking pace."""
+    """Check that behaviors that must be slow keep to walking pace."""
     asked, cap = float(case.path.speed.max()), case.policy.speeds.creep_mps
     if asked <= cap + EPSILON:
         return []
@@ -191,7 +191,7 @@ def check_lane_visible(case: CheckContext) -> list[RejectReason]:
 
 
 def _closed(case: CheckContext, lane: Lane, seen_m: float) -> bool:
-    """True if the sight of a lane ends at a stopped vehicle that fills it, and the ego only creeps towards it."""
+    """True if the sight of a lane ends at a stopped vehicle that fills it, and the ego only creeps toward it."""
     view, policy = case.view, case.policy.backing
     standing = ~view.moving & (view.s > view.ego_s)
     nearer = view.s - view.along - view.ego_s

@@ -105,7 +105,7 @@ def unreleased_line(
 
     Args:
         behavior: The turn.
-        at: (x, y) in the local frame of the body's centre when the turn begins (m).
+        at: (x, y) in the local frame of the body's center when the turn begins (m).
         view: The surroundings in road coordinates, seen from where the ego is now.
         policy: The guard's bounds.
         approvals: What people have approved.
@@ -165,7 +165,7 @@ def _zones(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -
 def _solid_line(
     view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy, approvals: Approvals
 ) -> list[RejectReason]:
-    """Check that no kerb is crossed, and a solid line between lanes only as the policy allows."""
+    """Check that no curb is crossed, and a solid line between lanes only as the policy allows."""
     lines = [
         lane.lines(max(swept[0], lane.start_m), min(swept[1], lane.end_m))
         for lane in view.frame.lanes

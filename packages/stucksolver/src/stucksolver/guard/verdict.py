@@ -74,7 +74,7 @@ class Verdict(FrozenModel):
 
 
 def no_path(error: NoPathError) -> Verdict:
-    """Return the verdict that refuses behaviours for which there is no path."""
+    """Return the verdict that refuses behaviors for which there is no path."""
     return Verdict(rejects=(RejectReason(code=RejectCode.NO_PATH, detail=str(error), failure=error.failure),))
 
 

@@ -61,7 +61,7 @@ class Approval(FrozenModel):
     emergency_scene: ApprovalLevel = ApprovalLevel.OPERATOR
     """Passing a stopped emergency vehicle, unless the ego moves over by a whole lane, which needs no approval."""
     behaviors: dict[str, ApprovalLevel] = Field(default_factory=dict)
-    """By the behaviour's name; behaviours that are not listed keep their default."""
+    """By the behavior's name; behaviors that are not listed keep their default."""
 
     @field_validator("behaviors")
     @classmethod

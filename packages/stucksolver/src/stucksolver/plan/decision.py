@@ -69,7 +69,7 @@ class Analysis(FrozenModel):
 
 
 class RecoveryPlan(FrozenModel):
-    """Step 3: behaviours to perform in order, and whether to plan the route again."""
+    """Step 3: behaviors to perform in order, and whether to plan the route again."""
 
     behaviors: tuple[AnyBehavior, ...] = Field(min_length=1, max_length=6)
     replan_route: bool = False

@@ -34,17 +34,17 @@ class Continue(FrozenModel):
 
 
 class Execute(FrozenModel):
-    """Perform a behaviour. The same object is returned for as long as the same stretch is to be driven.
+    """Perform a behavior. The same object is returned for as long as the same stretch is to be driven.
 
     An order is valid for `expires_ticks` ticks of the stack's clock, unless `step` returns it or another one again.
     After that the stack must fall back (`Lease` does that): stop, or finish the path where `no_stop` says so.
 
     Attributes:
-        behavior: The behaviour.
-        path: The path that the guard has proven, in the local frame; empty for a behaviour that stands still.
+        behavior: The behavior.
+        path: The path that the guard has proven, in the local frame; empty for a behavior that stands still.
         reverse: The path lies behind the ego, which backs up along it.
         ignore: Ids of objects that the path drives over; do not brake for them.
-        brake_mps2: Deceleration for a behaviour that stands still (m/s²); None for a normal, gentle stop.
+        brake_mps2: Deceleration for a behavior that stands still (m/s²); None for a normal, gentle stop.
         expires_ticks: Number of ticks for which the order is valid.
     """
 

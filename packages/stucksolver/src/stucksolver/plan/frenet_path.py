@@ -1,4 +1,4 @@
-"""A manoeuvre: the path of a behaviour in road coordinates, in the form that the guard proves."""
+"""A maneuver: the path of a behavior in road coordinates, in the form that the guard proves."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HAND_BACK_BRAKING_MPS2 = 2.5
 class FrenetPath:
     """A path: stations every `STEP_M` along the road, with lateral offsets and upper bounds on the speed.
 
-    A manoeuvre in reverse is in the frame of `FrenetScene.backwards`.
+    A maneuver in reverse is in the frame of `FrenetScene.backwards`.
 
     Attributes:
         s: Arc lengths (stations,) (m).
@@ -65,7 +65,7 @@ class FrenetPath:
         return heading
 
     def body(self, yaw_rad: float, wheelbase_m: float) -> Array:
-        """(stations,): headings of a body whose centre follows the path and that starts with heading `yaw_rad`
+        """(stations,): headings of a body whose center follows the path and that starts with heading `yaw_rad`
         (rad).
         """
         return self.yaw if self.yaw is not None else body_heading(self.heading(), yaw_rad, wheelbase_m / 2)
@@ -78,7 +78,7 @@ class FrenetPath:
         return replace(self, s=stations, d=d, speed=speed, yaw=None)
 
     def then(self, other: FrenetPath) -> FrenetPath:
-        """Return this manoeuvre followed by another one that starts where this one ends."""
+        """Return this maneuver followed by another one that starts where this one ends."""
         return FrenetPath(
             np.concatenate([self.s, other.s[1:]]),
             np.concatenate([self.d, other.d[1:]]),
@@ -91,14 +91,14 @@ class FrenetPath:
         )
 
     def stopping(self) -> FrenetPath:
-        """Return the same manoeuvre, but with a stop at its end."""
+        """Return the same maneuver, but with a stop at its end."""
         room = np.maximum(self.end_s - self.s, 0.0)
         speed = np.minimum(self.speed, np.maximum(np.sqrt(2 * SOFT_BRAKING_MPS2 * room), LEAST_MPS))
         speed[-1] = 0.0
         return replace(self, speed=speed, stops=True)
 
     def no_quicker(self, limits_mps: Array) -> FrenetPath:
-        """Return the same manoeuvre within speed limits (stations,) (m/s); it brakes softly before a lower one."""
+        """Return the same maneuver within speed limits (stations,) (m/s); it brakes softly before a lower one."""
         over = self.speed > limits_mps
         if not over.any():
             return self
@@ -109,15 +109,15 @@ class FrenetPath:
 
 
 def body_heading(course_rad: Array, yaw_rad: float, lever_m: float) -> Array:
-    """(stations,): headings of a body whose centre moves in the directions `course_rad` and that starts with `yaw_rad`.
+    """(stations,): headings of a body whose center moves in the directions `course_rad` and that starts with `yaw_rad`.
 
-    The rear axle, `lever_m` behind the centre, does not slip sideways: dyaw/ds = sin(course - yaw) / lever. In a steady
+    The rear axle, `lever_m` behind the center, does not slip sideways: dyaw/ds = sin(course - yaw) / lever. In a steady
     bend of radius R the slip is asin(lever / R), as for the kinematic bicycle; here for small angles.
 
     Args:
         course_rad: (stations,) directions, one every `STEP_M` (rad).
         yaw_rad: Heading at the start (rad).
-        lever_m: Distance of the rear axle behind the centre (m).
+        lever_m: Distance of the rear axle behind the center (m).
     """
     keeps = math.exp(-STEP_M / lever_m)
     found = [yaw_rad]
@@ -187,14 +187,14 @@ def straight(s_from: float, d: float, length_m: float, speed_mps: float) -> Fren
 def turned_shift(
     start: tuple[float, float], yaw_rad: float, d_to: float, length_m: float, speed_mps: float, view: FrenetScene
 ) -> FrenetPath | None:
-    """Return the rest of a cosine shift that the vehicle, which points towards `d_to` already, is in the middle of.
+    """Return the rest of a cosine shift that the vehicle, which points toward `d_to` already, is in the middle of.
 
     A cosine shift of length L and height D has offset D/2 (1 - cos x) and slope pi D/(2 L) sin x at phase x. The rest
     of the height and the heading fix the phase, tan(x/2) = L tan(yaw) / (pi rest), and the height D.
 
     Args:
         start: Arc length and offset (m).
-        yaw_rad: Heading relative to the road there, towards `d_to` (rad).
+        yaw_rad: Heading relative to the road there, toward `d_to` (rad).
         d_to: Lateral offset at the end (m).
         length_m: Length of the whole shift (m); what is left of it is shorter.
         speed_mps: Upper bound on the speed (m/s); comfort bounds it as well.
@@ -217,7 +217,7 @@ def turned_shift(
 
 
 def along_lane(lane: Lane | None, s_from: float, d_from: float, length_m: float, speed_mps: float) -> FrenetPath:
-    """Return a path that reaches the lane's centre within ten metres and follows it; at a constant offset without a
+    """Return a path that reaches the lane's center within ten meters and follows it; at a constant offset without a
     lane.
     """
     path = straight(s_from, d_from, length_m, speed_mps)

@@ -16,9 +16,9 @@ ABOVE = 0.1
 
 
 def apply_guidance_limits(plan: RecoveryPlan, reading: Interpretation | None) -> RecoveryPlan:
-    """Return the plan with its parameters as the words want them, each within its behaviour's bounds.
+    """Return the plan with its parameters as the words want them, each within its behavior's bounds.
 
-    A speed is only ever lowered, in every behaviour. A distance counts for the behaviour that the words ask for, and to
+    A speed is only ever lowered, in every behavior. A distance counts for the behavior that the words ask for, and to
     the side for one that moves aside within the lane. A time counts for a stop where somebody gets out.
 
     Args:
@@ -55,7 +55,7 @@ def _as_said(behavior: Behavior, reading: Interpretation, limits: GuidanceLimits
 
 
 def _bounded(behavior: Behavior, name: str, value: float) -> float:
-    """Return the value within the bounds of a behaviour's parameter."""
+    """Return the value within the bounds of a behavior's parameter."""
     schema: dict[str, Any] = type(behavior).model_json_schema()["properties"][name]
     low = schema.get("minimum", schema.get("exclusiveMinimum", 0.0) + ABOVE)
     return float(min(max(value, low), schema["maximum"]))

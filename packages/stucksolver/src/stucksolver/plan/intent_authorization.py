@@ -31,7 +31,7 @@ DOES: dict[GuidanceIntent, tuple[type, ...]] = {
     GuidanceIntent.PULL_OVER: (PullOver,),
     GuidanceIntent.LET_ME_OUT: (PullOver,),
 }
-"""The behaviours that do what an intent asks for."""
+"""The behaviors that do what an intent asks for."""
 LATERAL = (BorrowOncomingLane, ChangeLane, NoseOut, Nudge)
 
 
@@ -63,7 +63,7 @@ def intent_authorizes(reading: Interpretation | None, plan: RecoveryPlan) -> boo
 
 
 def _side(behavior: object) -> Side | None:
-    """Return the side on which a behaviour leaves the lane; None if it stays in it."""
+    """Return the side on which a behavior leaves the lane; None if it stays in it."""
     if isinstance(behavior, BorrowOncomingLane):
         return Side.LEFT
     return Side(behavior.side) if isinstance(behavior, ChangeLane | Nudge) else None

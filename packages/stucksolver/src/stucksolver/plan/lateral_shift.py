@@ -18,7 +18,7 @@ LATER_M = 5.0
 SHIFT_TIME_S = 3.0
 """About the duration of a lane change at speed."""
 TURNED_RAD, STANDS_MPS = 0.15, 0.1
-"""A vehicle that stands and points towards its goal by more than this has its nose out: it goes on from its heading."""
+"""A vehicle that stands and points toward its goal by more than this has its nose out: it goes on from its heading."""
 LENGTHS = 8
 """Number of lengths tried, from the gentlest to the tightest."""
 CORNER_CLEARANCES_M = (0.8, 0.65, 0.5, 0.4, 0.32)

@@ -50,8 +50,8 @@ class Lease:
         A safe stop does not expire: the vehicle has stopped where it may, and stays.
 
         Args:
-            x_m: x of the vehicle's centre in the frame of the path (m).
-            y_m: y of the vehicle's centre (m).
+            x_m: x of the vehicle's center in the frame of the path (m).
+            y_m: y of the vehicle's center (m).
             path_is_done: The vehicle has reached the end of the order's path.
             at_rest: The vehicle has stopped.
         """

@@ -1,6 +1,6 @@
 """The geometry of a turn in several legs: forward on left lock, back on right lock, until the vehicle faces back.
 
-The vehicle is modelled as a bicycle whose rear axle does not slip sideways: it drives on circles that the steering
+The vehicle is modeled as a bicycle whose rear axle does not slip sideways: it drives on circles that the steering
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ TURNED_RAD = math.radians(165.0)
 class Leg:
     """One leg of the turn, from rest to rest.
 
-    `x_m`, `y_m`, `yaw_rad` (poses,): the body's centre and heading in the local frame, every `POSE_STEP_M` of travel.
+    `x_m`, `y_m`, `yaw_rad` (poses,): the body's center and heading in the local frame, every `POSE_STEP_M` of travel.
     """
 
     reverse: bool
@@ -65,8 +65,8 @@ class Leg:
 def leg_driving_line(leg: Leg, wheelbase_m: float, speed_mps: float) -> tuple[Array, Array, Array]:
     """Return x, y (m) and speed (m/s), each (points,), of the line that a stack drives to stop at the leg's end.
 
-    Forward it is the line of the body's centre. In reverse it is the line of the rear axle, which then leads; it
-    continues at a crawl beyond the centre's final position, where the stack brakes.
+    Forward it is the line of the body's center. In reverse it is the line of the rear axle, which then leads; it
+    continues at a crawl beyond the center's final position, where the stack brakes.
     """
     lever_m = wheelbase_m / 2
     travel = POSE_STEP_M * np.arange(len(leg.x_m))

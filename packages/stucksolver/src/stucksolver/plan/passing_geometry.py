@@ -42,7 +42,7 @@ class PassPlan:
 
     Attributes:
         ids: Ids of the objects.
-        offset_m: Lateral offset of the ego's centre beside them (m, left positive).
+        offset_m: Lateral offset of the ego's center beside them (m, left positive).
         far_s: Arc length of the far end of the foremost one (m).
         speed_mps: Speed of the fastest one along the road, at least 0 (m/s).
     """
@@ -126,7 +126,7 @@ def standing_beyond(view: FrenetScene, passing: PassPlan) -> float:
 
 
 def _beside(view: FrenetScene, which: list[int], clearance_m: float, vulnerable_clearance_m: float) -> float:
-    """Return the lateral offset at which the ego's centre keeps the clearance from all of them (m)."""
+    """Return the lateral offset at which the ego's center keeps the clearance from all of them (m)."""
     edges = [
         float(view.d[i] + view.across[i]) + (vulnerable_clearance_m if view.vulnerable[i] else clearance_m)
         for i in which

@@ -18,7 +18,7 @@ from stucksolver.scene.objects import VEHICLES
 STOP_GAP_M = 2.0
 """Distance kept from what is stationary beyond."""
 STRAIGHT_M = 1.0
-"""The wheels are straight for the last metre before a stop."""
+"""The wheels are straight for the last meter before a stop."""
 LEAST_BACK_M = 6.0
 """The shortest length of the return."""
 GENTLE_M = 12.0

@@ -96,7 +96,7 @@ def _sure(plan: RecoveryPlan) -> Decision:
 
 
 def _random(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
-    """Return one to three random behaviours with random parameters, about any object."""
+    """Return one to three random behaviors with random parameters, about any object."""
     return tuple(_any(scene, faulty.random) for _ in range(faulty.random.randint(1, 3)))
 
 

@@ -51,7 +51,7 @@ class _Moment:
 
 
 def draw_record(record: Path, picture: Path, at_s: Sequence[float] = ()) -> Path:
-    """Draw the moments nearest to `at_s`, or else some from the first judgement of a plan to the last.
+    """Draw the moments nearest to `at_s`, or else some from the first judgment of a plan to the last.
 
     Args:
         record: The record.

@@ -230,7 +230,7 @@ def accepted_answer(step: TransitionStep) -> ReasonerAnswer | NoAnswer | None:
 
 
 def step_output_data(output: StepOutput, step: TransitionStep) -> Data:
-    """Return an event, a judgement or a tick of a running plan. Surroundings and directive are stored in the step."""
+    """Return an event, a judgment or a tick of a running plan. Surroundings and directive are stored in the step."""
     if isinstance(output, Event):
         return {"event": event_data(output, accepted_answer(step))}
     verdict = output.verdict.model_dump(mode="json", exclude_defaults=True)

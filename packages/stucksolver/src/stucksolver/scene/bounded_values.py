@@ -1,7 +1,7 @@
-"""Reads a model of unknown origin again with bounded effort: whatever stands in it, nothing of it is called.
+"""Copies a model of unknown origin with bounded effort and without calling any code of its values.
 
-A stack's scene and a reasoner's answer may have been created without validation, and their fields may hold anything:
-a million entries, lists that contain themselves, objects whose attributes raise.
+The scene of a stack and the answer of a reasoner may have been created without validation. Their fields may then hold
+anything: a million entries, lists that contain themselves, objects whose attributes raise.
 """
 
 from __future__ import annotations
@@ -18,31 +18,31 @@ from stucksolver.scene.base_model import FrozenModel, first_problem
 
 M = TypeVar("M", bound=FrozenModel)
 Where = tuple[Any, str]
-"""The place of a value: that of the value that holds it, and its name there. It becomes a text only in an error."""
+"""Location of a value: location of its container, and its name in it. It becomes a text only in an error."""
 MOST_VALUES = 200_000
-"""Values that are read at most: a scene has about 40 for each object."""
+"""Maximum number of values in a model. A scene has about 40 for each object. Ours."""
 MOST_CHARACTERS = 16_000_000
-"""Characters that are read at most: a camera image has a million, a model's prompt 50,000."""
+"""Maximum number of characters in a model. A camera image has a million, the prompt of a model 50,000. Ours."""
 DEEPEST = 24
-"""Depth to which lists and models may be nested: a behaviour's JSON schema is 8 deep."""
+"""Maximum nesting depth of lists and models. The JSON schema of a behavior is 8 deep. Ours."""
 LARGEST_INT = 2**63
-"""No whole number in a message is larger."""
+"""Upper bound for the size of a whole number: no message has a larger one."""
 
 
 class MalformedError(ValueError):
-    """Something is not what it should be. The message is one line and names the first field that is wrong."""
+    """Malformed model. The message is one line and names the first field that is wrong."""
 
 
 def read_again(value: object, kind: type[M], most_values: int = MOST_VALUES) -> M:
     """Return a validated copy of a model.
 
     Args:
-        value: What claims to be of that kind.
-        kind: The class of the model.
-        most_values: Values that are read at most.
+        value: Claimed model of that class.
+        kind: Class of the model.
+        most_values: Maximum number of values in the model.
 
     Raises:
-        MalformedError: It is of another kind, too large, nested too deeply, or a value in it is refused.
+        MalformedError: The value has another class, is too large, is nested too deeply, or contains a rejected value.
     """
     try:
         if type(value) is not kind:
@@ -57,14 +57,14 @@ def read_again(value: object, kind: type[M], most_values: int = MOST_VALUES) -> 
 
 
 class _Reader:
-    """Turns a model into plain values, and counts what it reads."""
+    """Converts a model to plain values and counts them."""
 
     def __init__(self, kind: type[FrozenModel], most_values: int) -> None:
         self._known = known_types(kind)
         self._values, self._characters = most_values, MOST_CHARACTERS
 
     def read(self, value: Any, where: Where, depth: int) -> Any:
-        """Return the plain form of a value. `where` is its place, for the message."""
+        """Return the plain form of a value. `where` is its location, for the message."""
         kind = type(value)
         if kind is float:
             return value
@@ -112,7 +112,7 @@ class _Reader:
 
 
 def _named(where: Where | None) -> str:
-    """Return a place as text, such as `RecoveryPlan.behaviors[0].speed_mps`."""
+    """Return a location as text, such as `RecoveryPlan.behaviors[0].speed_mps`."""
     names: list[str] = []
     while where is not None:
         where, name = where
@@ -121,7 +121,11 @@ def _named(where: Where | None) -> str:
 
 
 def _encodable(text: str, where: Where) -> str:
-    """Return a text that a record can hold."""
+    """Return the text if a record can store it.
+
+    Raises:
+        MalformedError: The text has characters without an encoding in UTF-8.
+    """
     if text.isascii():
         return text
     try:
@@ -133,7 +137,7 @@ def _encodable(text: str, where: Where) -> str:
 
 @cache
 def known_types(kind: type[FrozenModel]) -> frozenset[type]:
-    """Return the models, the enumerations and the mappings that may occur in a model, by its fields' annotations."""
+    """Return the models, enumerations and mappings that may occur in a model, from the annotations of its fields."""
     found: set[type] = set()
     waiting: list[type] = [kind]
     while waiting:

@@ -1,6 +1,6 @@
-"""The surroundings for a vehicle that backs up: the reference line runs the other way, and the ego faces its own rear.
+"""Mirrors the surroundings for an ego that backs up: the reference line is reversed, and the ego faces its own rear.
 
-A manoeuvre in reverse is an ordinary one in that frame, so everything that holds for driving forward holds for it.
+In that frame a maneuver in reverse is an ordinary one, so every check for driving forward applies to it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from stucksolver.scene.surroundings import LaneSight, Surroundings
 
 
 def backwards(surroundings: Surroundings) -> Surroundings:
-    """Return the same place and time, looking back along the route. Arc lengths and offsets change sign.
+    """Return the same tick, looking back along the route. Arc lengths and offsets change sign.
 
     Traffic controls are left out, because they bind traffic in the other direction.
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 
-from stucksolver.scene.wording import in_one_line, said_by
+from stucksolver.scene.wording import error_text, in_one_line
 from stucksolver.solver.events import Event, EventKind, Listener
 from stucksolver.solver.step_listener import StepListener, TransitionStep
 
@@ -52,4 +52,4 @@ class EventBus:
 
     def _lose_witness(self, time_s: float, error: Exception) -> None:
         self._witness = None
-        self._listen(Event(time_s=time_s, kind=EventKind.FAULT, text=f"the record ends here: {said_by(error)}"))
+        self._listen(Event(time_s=time_s, kind=EventKind.FAULT, text=f"the record ends here: {error_text(error)}"))

@@ -32,7 +32,7 @@ class Question(FrozenModel):
     text: str
     plan: RecoveryPlan | None = None
     needs: tuple[str, ...] = ()
-    """What a yes would release: names of behaviours or rules, for example `solid_line`."""
+    """What a yes would release: names of behaviors or rules, for example `solid_line`."""
     within_s: float | None = None
     """The question is withdrawn after this time; None if it stays open."""
 

@@ -58,7 +58,7 @@ class CallOnce(Generic[T]):
 
 
 MakeScene = Callable[[Surroundings], "Scene | None"]
-"""Builds the scene for a reasoner: the stack adds its route, its lanes and its behaviours to the surroundings."""
+"""Builds the scene for a reasoner: the stack adds its route, its lanes and its behaviors to the surroundings."""
 
 
 class StuckSolver:

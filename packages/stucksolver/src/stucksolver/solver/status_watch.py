@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stucksolver.scene import Status
-from stucksolver.scene.plausibility import sound_time_s, why_unsound_status
+from stucksolver.scene.plausibility import plausible_time_s, status_implausibility
 from stucksolver.solver.monotonic_time import MonotonicTime
 
 TELL_AGAIN_S = 10.0
@@ -31,7 +31,7 @@ class StatusWatch:
         """Return the status in the solver's own time. If it cannot be used, return the last one that could, at the time
         of this one, estimated where it has none; None if there was none.
         """
-        wrong = why_unsound_status(status)
+        wrong = status_implausibility(status)
         self.fault = wrong
         if wrong is None:
             followed = self._timeline.follow(status)
@@ -39,7 +39,7 @@ class StatusWatch:
             if self.fault is None:
                 self._last, self._bad_since_s, self.bad_s = followed, None, 0.0
                 return followed
-        time_s = None if wrong is None else sound_time_s(status)
+        time_s = None if wrong is None else plausible_time_s(status)
         if time_s is not None:
             self._timeline.take(time_s)
         lacks_time = time_s is None or self._timeline.fault is not None

@@ -37,7 +37,7 @@ class ClearancePolicy(FrozenModel):
 
 
 class PeoplePolicy(FrozenModel):
-    """A pedestrian who stands at the kerb and steps off. Read by `rss.step_off`."""
+    """A pedestrian who stands at the curb and steps off. Read by `rss.step_off`."""
 
     step_mps: PositiveFloat = 1.4
     """Speed of the step: a normal walking speed."""

@@ -56,9 +56,9 @@ class TrackingPolicy(FrozenModel):
     askew_rad: NonNegativeFloat = 0.1
     """Below this heading error the vehicle counts as aligned with its path and need not steer onto it first."""
     parallel_rad: NonNegativeFloat = 0.01
-    """Below this angle to the road a path counts as parallel to what it passes: 1 cm of offset on each metre."""
+    """Below this angle to the road a path counts as parallel to what it passes: 1 cm of offset on each meter."""
     beside_m: NonNegativeFloat = 0.05
-    """Below this lateral error the vehicle counts as on its path: the accuracy of localisation."""
+    """Below this lateral error the vehicle counts as on its path: the accuracy of localization."""
     drift_mps: NonNegativeFloat = 0.25
     """The highest sideways speed in a tracking fault. Ours: 3 degrees off the path at 20 km/h. A plan begins only if
     its gaps allow for such a fault until the vehicle has stopped; at walking pace `ClearancePolicy` is enough.
@@ -74,7 +74,7 @@ class TrackingPolicy(FrozenModel):
     straightens_m: PositiveFloat = 3.0
     """When backing up, a heading error decays over this distance: about a wheelbase."""
     reach_m: PositiveFloat = 2.0
-    """The body's centre returns to the path over about this distance. Ours."""
+    """The body's center returns to the path over about this distance. Ours."""
     approach_rad: NonNegativeFloat = 0.45
     """The steepest angle at which it approaches the path. Ours."""
 

@@ -82,7 +82,7 @@ class EntryPolicy(FrozenModel):
     reserve_m: NonNegativeFloat = 1.0
     """Extra distance to others at the start, so that a plan is not given up right after it begins."""
     nose_rad: PositiveFloat = 0.1
-    """A standing ego that is turned towards the lane beside by more than this, ..."""
+    """A standing ego that is turned toward the lane beside by more than this, ..."""
     nose_m: NonNegativeFloat = 0.5
     """... with its nose this near to the border, is seen to want to enter. Ours: half a lane's room beside a car."""
     decides_s: NonNegativeFloat = 1.0
@@ -106,7 +106,7 @@ class EntryPolicy(FrozenModel):
     own_reaction_s: NonNegativeFloat = 0.5
     """The ego's own rho behind traffic that it joins: two ticks of a loop at 10 Hz, and `StoppingPolicy.lag_s`."""
     in_line_m: NonNegativeFloat = 0.5
-    """The ego is in line behind a vehicle within this lateral distance of its centre. Ours: the slack within a lane."""
+    """The ego is in line behind a vehicle within this lateral distance of its center. Ours: the slack within a lane."""
     headway_s: NonNegativeFloat = 0.5
     """Headway to traffic that the ego joins, besides the distance to brake to its speed. Ours: the stack follows it."""
     headway_m: NonNegativeFloat = 0.5

@@ -39,7 +39,7 @@ class GuardPolicy(FrozenModel):
     """
 
     releases: Mapping[str, ApprovalLevel] = Field(default_factory=dict)
-    """Who must approve a behaviour, by its name. Other behaviours keep their default."""
+    """Who must approve a behavior, by its name. Other behaviors keep their default."""
     solid_line: Literal["forbid", "autonomous", "passenger", "operator"] = "passenger"
     """Who must approve crossing a solid line past a stationary obstruction. Evaluation profiles set `autonomous`."""
     authority: ApprovalLevel = ApprovalLevel.OPERATOR
@@ -96,5 +96,5 @@ class GuardPolicy(FrozenModel):
         return self.emergency_scene if scene == "emergency_scene" else self.authority
 
     def release(self, behavior: str) -> ApprovalLevel:
-        """Return who must approve a behaviour."""
+        """Return who must approve a behavior."""
         return self.releases.get(behavior, REGISTRY[behavior].release)

@@ -20,7 +20,7 @@ class SightPolicy(FrozenModel):
     in_lane_m: NonNegativeFloat = 0.5
     """An object that reaches into a lane by more than this may block the sight of it."""
     seen_later_s: NonNegativeFloat = 1.0
-    """Traffic that is more than this time away comes into sight while the entry can still be cancelled. At more than
+    """Traffic that is more than this time away comes into sight while the entry can still be canceled. At more than
     20 km/h it is the time that a stop before the entry takes.
     """
     cyclist_mps: NonNegativeFloat = 6.0
@@ -31,7 +31,7 @@ class LanePolicy(FrozenModel):
     """Borders, lines and the route. Read by `context`, `checks`, `rules`, `marking`, `traffic`, `aborts` and others."""
 
     drivable_tolerance_m: NonNegativeFloat = 0.15
-    """The body may reach this far over the edge of the road: about half a tyre."""
+    """The body may reach this far over the edge of the road: about half a tire."""
     tolerance_m: NonNegativeFloat = 0.1
     """A body this far over a border between lanes still counts as within its lane: the width of the line."""
     reaches_in_m: NonNegativeFloat = 0.05
@@ -53,7 +53,7 @@ class LanePolicy(FrozenModel):
     off_route_s: NonNegativeFloat = 60.0
     """Longest time outside it. The design's."""
     line_near_m: NonNegativeFloat = 2.0
-    """Lines are checked this far before and after the crossing point: maps sample them every metre."""
+    """Lines are checked this far before and after the crossing point: maps sample them every meter."""
     obstruction_behind_m: NonNegativeFloat = 1.0
     """An obstruction that justifies crossing a solid line is ahead of our bumper, or at most this far behind it, ..."""
     obstruction_ahead_m: NonNegativeFloat = 40.0
@@ -81,9 +81,9 @@ class QueuePolicy(FrozenModel):
     """How to tell a queue. Read by `obstacles`; `WaitLimits` says how long to wait."""
 
     parked_offset_m: NonNegativeFloat = 0.4
-    """A vehicle further than this from the lane's centre counts as parked."""
+    """A vehicle further than this from the lane's center counts as parked."""
     in_line_m: NonNegativeFloat = 1.5
-    """Vehicles whose centres are less than this apart laterally are in one line: less than a car's width."""
+    """Vehicles whose centers are less than this apart laterally are in one line: less than a car's width."""
     unknown_m: NonNegativeFloat = 1.5
     """An object of unknown kind that is at least this long may be a vehicle: a little less than a bicycle."""
     reach_m: NonNegativeFloat = 15.0
@@ -108,7 +108,7 @@ class BackingPolicy(FrozenModel):
     """Sight required beyond the path: someone may come out of the unseen part."""
     closed_margin_m: NonNegativeFloat = 2.0
     """The same in front of a stopped vehicle that fills the lane: only that vehicle can come, it would have to set off
-    first, and the ego stops within half a metre.
+    first, and the ego stops within half a meter.
     """
     sight_ends_m: NonNegativeFloat = 1.1
     """A sight that ends within this distance of a vehicle ends at it: a little more than the sampling step of stacks.

@@ -13,7 +13,7 @@ from stucksolver.reasoners import Cancellable, ReasonerAnswer, ReasonerError
 from stucksolver.reasoners.reasoner import MalformedAnswerError, PlanCheck
 from stucksolver.scene.bounded_values import MalformedError, read_again
 from stucksolver.scene.frenet_scene import FrenetScene
-from stucksolver.scene.wording import in_one_line, said_by
+from stucksolver.scene.wording import error_text, in_one_line
 from stucksolver.solver.query import NoAnswer, Query
 from stucksolver.solver.state_machine.admission import preview_verdict
 from stucksolver.solver.workers.delivery_clock import WAIT_LIMIT_S, DeliveryClock, Pending
@@ -70,7 +70,7 @@ class ReasonerWorker:
         if error is None:
             return answer.result()
         if isinstance(error, ReasonerError):
-            return NoAnswer(said_by(error), malformed=isinstance(error, MalformedAnswerError))
+            return NoAnswer(error_text(error), malformed=isinstance(error, MalformedAnswerError))
         return NoAnswer(f"{name} failed: {in_one_line(error)}")
 
     def _begin(self, query: Query) -> None:
