@@ -54,8 +54,8 @@ def test_a_follower_has_a_second_to_react_and_brakes_by_3_5(slower, quicker):
 def test_what_is_kept_from_a_follower_is_told_with_a_metre_in_reserve():
     found = entries(car(12.0, 8.0))[0]
     assert found.object_id == "car" and found.gap_m is not None
-    needed = float(found.detail.split("needs ")[1].removesuffix(" m"))
-    assert found.detail.startswith(f"car car behind: {found.gap_m:.1f} m, ")
+    needed = float(found.detail.split("required ")[1].split(" m")[0])
+    assert found.detail.startswith(f"car car behind: gap {found.gap_m:.1f} m, ")
     entered_mps = 5.0
     least, most = (8.0 + 64.0 / 7 - v**2 / 16 + 1.0 for v in (entered_mps, 0.0))
     assert least - 0.1 <= needed <= most + 0.1
@@ -65,7 +65,7 @@ def test_one_ahead_in_the_lane_is_kept_from_as_we_need_to_brake():
     """At 0.5 m/s, seen to enter at no more than 5 m/s."""
     (found,) = entries(car(60.0, 0.5))
     assert " ahead: " in found.detail and found.object_id == "car"
-    needed = float(found.detail.split("needs ")[1].removesuffix(" m"))
+    needed = float(found.detail.split("required ")[1].split(" m")[0])
     assert 1.0 < needed <= 0.5 * 5.0 + 25.0 / 6 - 0.25 / 16 + 1.0 + 0.05
     assert not entries(car(90.0, 0.5))
 

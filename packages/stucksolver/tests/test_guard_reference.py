@@ -124,7 +124,7 @@ def test_who_comes_from_behind_speeds_up_reacts_and_brakes_by_4_5(number, reacti
         assert (found is not None) is refused
         if found is not None:
             assert found.time_s == when and found.gap_m == pytest.approx(needed - 0.05, abs=0.01)
-            assert found.detail == f"car behind does not yield: {found.gap_m:.1f} m behind"
+            assert found.detail.startswith(f"car behind behind: gap {found.gap_m:.1f} m, required ")
 
 
 @pytest.mark.parametrize(("beyond_m", "past"), [(0.05, True), (-0.05, False)])
@@ -157,7 +157,7 @@ def test_without_a_lane_of_known_limit_they_may_speed_up_to_that_of_towns():
 )
 def test_from_whom_we_come_in_behind_we_keep_our_way_to_stop_less_theirs(own, front, needed):
     case = case_on([0.0] * 4, [0.0] * 4)
-    assert lane_entry._behind_whom(case, own, front) == pytest.approx(needed)
+    assert lane_entry._follow_distance_m(case, own, front) == pytest.approx(needed)
 
 
 @pytest.mark.parametrize("running", [False, True])
@@ -278,7 +278,7 @@ def test_a_zone_counts_within_3_m_of_the_body_in_the_oncoming_lane(aside_m, in_i
         case, _, _ = borrowed((Zone(kind=ZoneKind.LEVEL_CROSSING, start_m=start, end_m=end),))
         zone = [r for r in oncoming_lane.oncoming(case) if r.code is C.ZONE]
         assert bool(zone) is in_it
-        assert not zone or zone[0].detail == "the plan would use the oncoming lane in a level crossing"
+        assert not zone or zone[0].detail == "oncoming lane used within 3.0 m of a level crossing"
 
 
 def test_the_first_of_two_zones_does_not_hide_the_second():

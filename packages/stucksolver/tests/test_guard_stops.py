@@ -106,7 +106,7 @@ def test_a_stop_that_meets_somebody_before_it_is_over_is_no_safe_way_out(number)
         assert bool(found) is bool(least < 0.0)
     if found:
         assert found[0].code is C.NO_ABORT and found[0].object_id == "it"
-        assert found[0].detail == f"an abort would hit car it after {found[0].time_s:.1f} s"
+        assert found[0].detail == f"car it: contact at {found[0].time_s:.1f} s after an abort"
         if speed >= POLICY.prediction.sets_off_mps:
             assert abs(y + speed * found[0].time_s) < HALF_WIDTH_M + 2.3 + speed * SURE_S + 0.1
 

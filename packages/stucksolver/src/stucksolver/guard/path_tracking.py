@@ -1,9 +1,9 @@
-"""How a vehicle follows a path from its real position and heading: the motion that the guard checks.
+"""Models how a vehicle follows a path from its real position and heading: the motion that the guard checks.
 
 The vehicle is a bicycle: the center of its body stays on the path and its rear axle does not slip sideways. The body
 lags behind the path's direction by half a wheelbase, so it is not tangent to a bend. A vehicle that begins askew first
-drives in the direction in which it points, with a limited turning circle and a limited steering rate. A vehicle off
-its path is assumed to keep that offset for the duration of a stop plus a second, because the cause may persist.
+drives in its own direction, with a limited turning circle and a limited steering rate. A vehicle off its path is
+assumed to keep that offset for the duration of a stop plus a second, because the cause may persist.
 """
 
 from __future__ import annotations
@@ -21,8 +21,7 @@ from stucksolver.scene.frenet_scene import FrenetScene
 
 
 def tracked_path(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy, *, reverse: bool = False) -> FrenetPath:
-    """Return the path as the ego drives it from its real pose: the same stations, with offsets and headings of the
-    body.
+    """Return the path as the ego drives it from its real pose: the same stations, with the body's offsets and headings.
 
     With `reverse`, `view` and `path` are in the frame of `FrenetScene.backwards`, and the body straightens as it goes.
     That takes steering; `swing_out_motion` is the motion without it.
@@ -45,7 +44,7 @@ def tracked_path(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy, *,
 def swing_out_motion(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy, lag_s: float) -> FrenetPath | None:
     """Return the motion of an ego that backs up askew with straight wheels, until its tracking error ends the plan.
 
-    `path` and `view` are as for `tracked_path` with `reverse`. None if the body points along the path.
+    `path` and `view` are as for `tracked_path` with `reverse`. None if the body is aligned with the path.
     """
     askew = view.ego_yaw - float(path.heading()[0])
     if abs(askew) < policy.askew_rad:

@@ -58,7 +58,7 @@ class FrenetScene:
         c, n = np.abs(np.cos(self.yaw)), np.abs(np.sin(self.yaw))
         self.along: Array = self.half_length * c + self.half_width * n
         self.across: Array = self.half_length * n + self.half_width * c
-        self.doubt_m: Array = SURE_SDS * (spread[:, 0] * n + spread[:, 1] * c)
+        self.uncertainty_m: Array = SURE_SDS * (spread[:, 0] * n + spread[:, 1] * c)
         """(objects,): part of `across` that is due to the uncertainty of the position (m)."""
 
     @cached_property
