@@ -69,7 +69,7 @@ BAD = {
     "an unknown behaviour": (
         "[approval.behaviors]",
         '[approval.behaviors]\nfly = "operator"',
-        "unknown behaviour 'fly'",
+        "unknown behavior 'fly'",
     ),
     "an unknown table": ("[words]", "[wrods]", "wrods: unknown key; did you mean words"),
 }

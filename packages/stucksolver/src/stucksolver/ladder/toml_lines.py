@@ -1,4 +1,4 @@
-"""Finds the line of a value in a TOML file, because the parser keeps no line numbers."""
+"""Finds the line of a value in a TOML file, because the parser does not report line numbers."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _paths(text: str) -> list[tuple[int, tuple[int | str, ...]]]:
 
 
 def _agreeing(path: tuple[int | str, ...], where: Sequence[int | str]) -> int:
-    """Return how many leading parts the two paths share."""
+    """Return the number of leading parts that the two paths share."""
     shared = 0
     for item, other in zip(path, where, strict=False):
         if item != other:
