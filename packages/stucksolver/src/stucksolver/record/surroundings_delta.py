@@ -1,4 +1,4 @@
-"""Compact surroundings: the road once, and otherwise only what has changed since the previous line."""
+"""Compact surroundings: the road once, and otherwise only the changes since the previous line."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Data = dict[str, Any]
 
 
 class DeltaEncoder:
-    """Computes differences. Use one per file, in the order of its lines.
+    """Encoder of differences. Use one per file, in the order of its lines.
 
     It runs in the control loop and is fast: unchanged parts are only compared, never converted.
     """
@@ -50,7 +50,7 @@ class DeltaEncoder:
 
 
 class DeltaDecoder:
-    """Reverses `DeltaEncoder`; floats are restored to the last bit."""
+    """Inverse of `DeltaEncoder`; floats are restored to the last bit."""
 
     def __init__(self) -> None:
         self._last: Data = {}
@@ -75,7 +75,7 @@ class DeltaDecoder:
 
 
 def _changed(old: FrozenModel | None, new: FrozenModel, without: tuple[str, ...] = ()) -> Data:
-    """Return the fields of a record that differ from another one, recursively for nested records."""
+    """Return the fields of a model that differ from those of another one, recursively for nested models."""
     if old is new:
         return {}
     before = {} if old is None else vars(old)

@@ -25,7 +25,7 @@ class EventBus:
                 self._witness.step(step)
             except Exception as error:  # noqa: BLE001 - a full disk or a broken witness must not stop the car
                 self._lose_witness(step.inputs.status.time_s - step.inputs.offset_s, error)
-        for item in step.told:
+        for item in step.outputs:
             if isinstance(item, Event):
                 self._listen(item)
 

@@ -41,7 +41,7 @@ class TransitionStep:
     snapshot: SceneInput | None
     after: State
     directive: Directive
-    told: tuple[StepOutput, ...]
+    outputs: tuple[StepOutput, ...]
 
 
 class StepListener(Protocol):
