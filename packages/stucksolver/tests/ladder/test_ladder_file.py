@@ -115,14 +115,14 @@ def test_a_user_can_swap_the_ladder_by_file_profile_or_value(tmp_path):
     path.write_text(DEFAULT.replace('solid_line = "passenger"', 'solid_line = "operator"'))
     for given_, expected in ((path, "operator"), ("evaluation", "autonomous"), (profile("default"), "passenger")):
         assert StuckSolver(lambda seen: None, ladder=given_).guard.policy.solid_line == expected
-    with pytest.raises(LadderError, match="less than ladder 'default' does for: solid_line"):
+    with pytest.raises(LadderError, match="less approval than ladder 'default' for: solid_line"):
         StuckSolver(lambda seen: None, guard=Guard(), ladder=path)
     stricter = Guard(GuardPolicy(solid_line="forbid"))
     assert StuckSolver(lambda seen: None, guard=stricter, ladder=path).guard is stricter
 
 
 def test_a_guard_of_ones_own_does_not_override_what_the_default_ladder_asks_for_either():
-    with pytest.raises(LadderError, match="less than ladder 'default' does for: solid_line"):
+    with pytest.raises(LadderError, match="less approval than ladder 'default' for: solid_line"):
         StuckSolver(lambda seen: None, guard=Guard(GuardPolicy(solid_line="autonomous")))
     stricter = Guard(GuardPolicy(solid_line="forbid"))
     assert StuckSolver(lambda seen: None, guard=stricter).guard is stricter

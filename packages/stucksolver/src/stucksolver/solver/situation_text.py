@@ -1,16 +1,22 @@
-"""Describes the situation in which words are said, as one or two short sentences for the reader."""
+"""Describes the situation of an utterance in one or two short sentences for the interpreter.
+
+The interpreter was trained with sentences of this kind, so another wording may change its results.
+"""
 
 from __future__ import annotations
 
 from stucksolver.scene import ControlKind, LightState, Scene
 
 MOVING_MPS = 5 / 3.6
+"""Speed from which the ego counts as driving (m/s), as `DetectorSettings.v_min_mps`."""
 AHEAD_M = 45.0
+"""Greatest distance of a lead in the text (m). Ours."""
 LIGHT_M = 40.0
+"""Greatest distance of a traffic light in the text (m). Ours."""
 
 
 def situation_text(scene: Scene | None, question: str | None = None) -> str:
-    """Return what the vehicle is doing, behind what and before which light, and the open yes-or-no question."""
+    """Return the ego's motion, its lead, the traffic light ahead, and the open yes-or-no question."""
     parts = [] if scene is None else [_doing(scene), *_light(scene)]
     if question is not None:
         parts.append(f"The car asks: {question}")
