@@ -22,9 +22,9 @@ def json_lines(file: Path) -> Iterator[tuple[str, dict[str, Any]]]:
             continue
         where = f"{file}:{number}"
         try:
-            found = read_json(line)
+            data = read_json(line)
         except JsonError as error:
             raise UsageError(f"{where}: invalid JSON: {error}") from error
-        if not isinstance(found, dict):
-            raise UsageError(f"{where}: {type(found).__name__} instead of an object")
-        yield where, found
+        if not isinstance(data, dict):
+            raise UsageError(f"{where}: expected an object, got {type(data).__name__}")
+        yield where, data
