@@ -16,10 +16,10 @@ def uninterrupted() -> Iterator[None]:
     Without this, a Ctrl-C could come between the start of a Python process and the message with its job. The process
     would then die with a traceback.
     """
-    held: list[int] = []
+    pending: list[int] = []
 
     def hold(number: int, _frame: FrameType | None) -> None:
-        held.append(number)
+        pending.append(number)
 
     # The mask is for the processes started here, which inherit it. It does not protect this process: the system
     # delivers the signal to any thread that accepts it, and Python then interrupts the main thread.
@@ -32,5 +32,5 @@ def uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
         if main:
             signal.signal(signal.SIGINT, before)
-    if held:
+    if pending:
         signal.raise_signal(signal.SIGINT)

@@ -70,8 +70,8 @@ def plugins(group: str) -> tuple[Plugin, ...]:
     """
     if group not in GROUPS:
         raise ValueError(f"unknown group of plug-ins {group!r}: expected one of {', '.join(GROUPS)}")
-    found = [_plugin(group, entry) for entry in entry_points(group=PREFIX + group)]
-    return tuple(sorted(found, key=lambda plugin: (plugin.name, plugin.distribution)))
+    installed = [_plugin(group, entry) for entry in entry_points(group=PREFIX + group)]
+    return tuple(sorted(installed, key=lambda plugin: (plugin.name, plugin.distribution)))
 
 
 def all_plugins() -> tuple[Plugin, ...]:

@@ -74,8 +74,8 @@ def commands() -> Mapping[str, CliCommand]:
         PluginError: The list of a distribution cannot be loaded.
     """
     # A plug-in cannot replace a command of the core, or of a plug-in before it.
-    found = dict(CORE)
+    table = dict(CORE)
     for plugin in plugins("commands"):
-        found |= {name: command for name, command in plugin.load().items() if name not in found}
-    names = [*(name for name in FIRST if name in found), *(name for name in found if name not in FIRST)]
-    return {name: found[name] for name in names}
+        table |= {name: command for name, command in plugin.load().items() if name not in table}
+    names = [*(name for name in FIRST if name in table), *(name for name in table if name not in FIRST)]
+    return {name: table[name] for name in names}

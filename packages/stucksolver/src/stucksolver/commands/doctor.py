@@ -48,12 +48,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print all findings. Returns 1 if a part that the demonstration needs is missing or broken, else 0."""
-    found = list(findings())
+    results = list(findings())
     if options.json:
-        print_json([asdict(item) for item in found])
+        print_json([asdict(item) for item in results])
     else:
-        print("\n".join(_line(item) for item in found))
-    return int(any(item.needed and item.state != "ok" for item in found))
+        print("\n".join(_line(item) for item in results))
+    return int(any(item.needed and item.state != "ok" for item in results))
 
 
 def _line(finding: Finding) -> str:
@@ -122,9 +122,9 @@ def _ports() -> Iterator[Finding]:
 
 def _browser() -> Iterator[Finding]:
     """Find a browser, which shows reports and the passenger's page. It may also run on another machine."""
-    found = next((path for path in map(shutil.which, BROWSERS) if path), None)
+    browser = next((path for path in map(shutil.which, BROWSERS) if path), None)
     remedy = "apt install chromium, or copy the report to a machine with a browser; the browser tests need Chromium"
-    yield Finding("browser", "ok" if found else "absent", found or f"none of {', '.join(BROWSERS)} on PATH", remedy)
+    yield Finding("browser", "ok" if browser else "absent", browser or f"none of {', '.join(BROWSERS)} on PATH", remedy)
 
 
 def _settings() -> Iterator[Finding]:

@@ -248,9 +248,9 @@ def _rivals(parser: argparse.ArgumentParser) -> Iterator[list[argparse.Action]]:
     for group in parser._mutually_exclusive_groups:
         yield list(group._group_actions)
     for names in IN_PLACE_OF:
-        found = [action for action in parser._actions if action.dest in names]
-        if len(found) > 1:
-            yield found
+        actions = [action for action in parser._actions if action.dest in names]
+        if len(actions) > 1:
+            yield actions
 
 
 def _converted(action: argparse.Action) -> Any:

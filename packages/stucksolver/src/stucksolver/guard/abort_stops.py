@@ -133,8 +133,8 @@ def stop_is_clear(
     which = relevant(case, float(t[-1]))
     which = which[view.moving[which]]
     gap = moving_gaps(case, stations[None, :], which, t)[0]
-    kept = _kept(case, giving_way, policy.clearance.moving_gap_m if least_m is None else least_m)
-    return not ((gap < kept) & (gap < gap[:1] - policy.clearance.nearer_m)).any()
+    required = _kept(case, giving_way, policy.clearance.moving_gap_m if least_m is None else least_m)
+    return not ((gap < required) & (gap < gap[:1] - policy.clearance.nearer_m)).any()
 
 
 def stops_beside(case: CheckContext, rejects: list[RejectReason], giving_way: bool) -> bool:
@@ -149,12 +149,12 @@ def stops_beside(case: CheckContext, rejects: list[RejectReason], giving_way: bo
     if case.on_rails(float(stations[-1])) or case.in_oncoming_lane or not len(which):
         return False
     gap = moving_gaps(case, stations[None, :], which, t)[0]
-    kept = np.full(len(which), _kept(case, giving_way, policy.clearance.standing_gap_m))
+    required = np.full(len(which), _kept(case, giving_way, policy.clearance.standing_gap_m))
     uncertainty_m = view.uncertainty_m[which]
     # With uncertain positions, the front may wait nearer to passing traffic than its boxes suggest. That traffic still
     # passes as long as its boxes overlap the ego by no more than the uncertainty. Driving on is the worse option.
-    kept = np.where(uncertainty_m > 0.0, np.minimum(kept, 0.0) - uncertainty_m, kept)
-    return not (gap < kept).any()
+    required = np.where(uncertainty_m > 0.0, np.minimum(required, 0.0) - uncertainty_m, required)
+    return not (gap < required).any()
 
 
 def _kept(case: CheckContext, giving_way: bool, gap_m: float) -> float:

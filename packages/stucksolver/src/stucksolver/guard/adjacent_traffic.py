@@ -47,9 +47,9 @@ def _is_ahead_of_ego(case: CheckContext, station: Array, i: int, t: Array) -> Ma
     gap_m = np.abs(np.interp(station, path.s, path.d) - view.d[i]) - np.interp(station, path.s, case.reach)
     meets = gap_m < view.across[i] + case.room_m(i)
     first = meets.argmax(axis=1)
-    ways = np.arange(len(station))
-    ahead = view.s[i] + view.vs[i] * t[first] - view.along[i] - station[ways, first] - view.ego.length_m / 2
-    speed = np.interp(station[ways, first], path.s, case.quick.v)
+    rows = np.arange(len(station))
+    ahead = view.s[i] + view.vs[i] * t[first] - view.along[i] - station[rows, first] - view.ego.length_m / 2
+    speed = np.interp(station[rows, first], path.s, case.quick.v)
     slower = np.maximum(speed**2 - view.vs[i] ** 2, 0.0) / (2 * view.ego.limits.comfort_braking_mps2)
     # If the plan begins behind the object, the ego must be able to fall back. In a running plan the stack does so.
     closing = np.maximum(speed - view.vs[i], 0.0)
@@ -109,13 +109,13 @@ def from_behind(case: CheckContext) -> list[RejectReason]:
     for i in np.flatnonzero((view.vs > MOVING_MPS) & ~view.elsewhere & (view.s - view.along < view.ego_front_s)):
         on_left = bool(view.d[i] > path.d[0])
         side = 1.0 if on_left else -1.0
-        beside = side * (view.d[i] - path.d) - view.across[i] - case.reach
+        gap_m = side * (view.d[i] - path.d) - view.across[i] - case.reach
         # A smaller gap at the start is accepted by the vehicle alongside. Only coming nearer reduces its space.
         least_m = policy.beside_people_m if view.vulnerable[i] else policy.beside_m
-        room_m = min(least_m, float(beside[0]) - case.policy.clearance.nearer_m)
+        room_m = min(least_m, float(gap_m[0]) - case.policy.clearance.nearer_m)
         border = float(view.d[i]) - side * (float(view.across[i]) + room_m)
-        meets = beside < room_m
-        if beside[0] <= 0.0 or not meets.any() or path.s[int(meets.argmax())] < view.ego_s:
+        meets = gap_m < room_m
+        if gap_m[0] <= 0.0 or not meets.any() or path.s[int(meets.argmax())] < view.ego_s:
             continue
         k = int(meets.argmax())
         if not must_be_proven_now(case, k):

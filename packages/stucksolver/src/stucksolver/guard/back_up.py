@@ -28,8 +28,8 @@ def backing_place(case: CheckContext) -> list[RejectReason]:
         if not (zone.start_m < end + half and end - half < zone.end_m) or zone == junction:
             continue
         if zone.kind is not ZoneKind.CROSSWALK or _people_near(case, zone):
-            where = zone.kind.value.replace("_", " ")
-            return [RejectReason(code=RejectCode.STOPPING_PLACE, detail=f"the backing path ends in a {where}")]
+            zone_name = zone.kind.value.replace("_", " ")
+            return [RejectReason(code=RejectCode.STOPPING_PLACE, detail=f"the backing path ends in a {zone_name}")]
     return no_oncoming_lane(case) or _blocks_moving_object(case)
 
 
@@ -37,8 +37,8 @@ def _people_near(case: CheckContext, zone: Zone) -> bool:
     """True if a pedestrian or cyclist is on the crosswalk, or near enough to step onto it."""
     view, near_m = case.view, case.policy.backing.people_m
     along = (view.s > zone.start_m - near_m) & (view.s < zone.end_m + near_m)
-    beside = np.abs(view.d) - view.across < case.policy.scenes.beside_m
-    return bool((view.vulnerable & along & beside).any())
+    near = np.abs(view.d) - view.across < case.policy.scenes.beside_m
+    return bool((view.vulnerable & along & near).any())
 
 
 def _blocks_moving_object(case: CheckContext) -> list[RejectReason]:
@@ -52,8 +52,8 @@ def _blocks_moving_object(case: CheckContext) -> list[RejectReason]:
         return []
     ends = np.array([[case.path.end_s], [float(case.path.s[0])]]) + np.zeros(len(t))
     gap = moving_gaps(case, ends, which, t)
-    met: Mask = gap.min(axis=1) < policy.clearance.moving_gap_m
-    worse = np.flatnonzero(met[0] & ~met[1])
+    contact: Mask = gap.min(axis=1) < policy.clearance.moving_gap_m
+    worse = np.flatnonzero(contact[0] & ~contact[1])
     return [_blocked(case, int(which[k]), float(gap[0, :, k].min())) for k in worse[:1]]
 
 

@@ -54,8 +54,8 @@ FINISH = EvasiveOption(AbortAction.FINISH)
 def least_harmful_option(case: CheckContext, giving_way: bool) -> EvasiveOption:
     """Return whether to finish the plan or to brake. `giving_way`: True if the ego is already braking or stopped."""
     limits = case.view.ego.limits
-    on = _finishing(case, giving_way)
-    if on is None:
+    finishing = _finishing(case, giving_way)
+    if finishing is None:
         return FINISH
     speed = abs(case.view.ego.speed_mps)
     # The rest of a stop that has begun is too short to matter.
@@ -64,8 +64,8 @@ def least_harmful_option(case: CheckContext, giving_way: bool) -> EvasiveOption:
         # A driver that hits a stopped vehicle could have stopped; a stopped ego hits no object.
         return EvasiveOption(AbortAction.YIELD, limits.comfort_braking_mps2)
     # The ego stops until the other has passed, and no further object should arrive meanwhile.
-    until_s = on.time_s + case.policy.stopping.stands_s
-    found = [(_rank(on, on_rails=False), 0.0, FINISH)]
+    until_s = finishing.time_s + case.policy.stopping.stands_s
+    options = [(_rank(finishing, on_rails=False), 0.0, FINISH)]
     # An ego that is already braking has no lag left, and should not release the brakes in between.
     lag_s = 0.0 if giving_way else case.policy.stopping.lag_s
     gentler_mps = 0.0 if giving_way else case.policy.harm.gentler_mps
@@ -73,10 +73,10 @@ def least_harmful_option(case: CheckContext, giving_way: bool) -> EvasiveOption:
         contact, end_s = _stopping(case, braking, lag_s, until_s)
         # Of two stops that both end in a contact, the shorter one leaves more space to the other.
         harder = 0.0 if contact is None else -braking
-        found.append(
+        options.append(
             (_rank(contact, case.on_rails(end_s), gentler_mps), harder, EvasiveOption(AbortAction.YIELD, braking))
         )
-    return min(found, key=lambda option: option[:2])[2]
+    return min(options, key=lambda option: option[:2])[2]
 
 
 def hard_braking_mps2(case: CheckContext) -> float | None:
@@ -104,8 +104,8 @@ def _drifts_into_passing_traffic(case: CheckContext) -> bool:
     still_m = float(np.sin(min(abs(case.error_rad), np.pi / 2))) * way_m
     reach_m = half_length * abs(np.sin(view.ego_yaw)) + half_width * np.cos(view.ego_yaw)
     room_m = np.abs(view.d[which] - view.ego_d) - view.across[which] - reach_m - still_m
-    beside = np.abs(view.s[which] - view.ego_s) < view.along[which] + half_length + way_m
-    return bool((beside & (room_m < case.policy.harm.touch_m)).any())
+    abreast = np.abs(view.s[which] - view.ego_s) < view.along[which] + half_length + way_m
+    return bool((abreast & (room_m < case.policy.harm.touch_m)).any())
 
 
 def _rank(contact: PredictedContact | None, on_rails: bool, worse_mps: float = 0.0) -> tuple[bool, bool, bool, float]:

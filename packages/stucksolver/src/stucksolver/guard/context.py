@@ -87,10 +87,10 @@ class CheckContext:
 
     def inside(self, lane: Lane) -> Mask:
         """(stations,): True where the body reaches into a lane by more than a few centimeters."""
-        known = self._inside.get(id(lane))
-        if known is None:
-            known = self._inside[id(lane)] = self._reaching_into(lane)
-        return known
+        cached = self._inside.get(id(lane))
+        if cached is None:
+            cached = self._inside[id(lane)] = self._reaching_into(lane)
+        return cached
 
     @cached_property
     def _inside(self) -> dict[int, Mask]:

@@ -44,7 +44,7 @@ def early_return(case: CheckContext, no_stop: Mask) -> list[RejectReason]:
     bad = towards & _past_commit(case, no_stop, which) & (gap < least)
     if not bad.any():
         return []
-    k, member = (int(found[0]) for found in np.nonzero(bad))
+    k, member = (int(index[0]) for index in np.nonzero(bad))
     obj = view.objects[int(which[member])]
     detail = (
         f"{obj.kind.value} {obj.id}: gap {gap[k, member]:.2f} m on the return past the commit point, "

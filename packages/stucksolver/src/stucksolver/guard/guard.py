@@ -144,8 +144,8 @@ class Guard:
         off = self._off_path(case.error_m) or self._too_fast(proven, view)
         old = self._stale(view)
         if not proven.committed(view.ego_s):
-            known = [reject for reject in (old, off) if reject]
-            rejects = known or self._run(proven.checks_on_tick, case) or self._swings(case, proven)
+            early = [reject for reject in (old, off) if reject]
+            rejects = early or self._run(proven.checks_on_tick, case) or self._swings(case, proven)
             return self._aborted(case, rejects) if rejects else OK
         if old is not None:
             return Verdict(rejects=(old,), abort=AbortAction.YIELD if giving_way else AbortAction.STOP_SOON)
@@ -385,8 +385,8 @@ class Guard:
     @staticmethod
     def _error(path: FrenetPath, view: FrenetScene) -> tuple[float, float]:
         """Return the lateral distance from the proven path (m) and the heading error (rad), left positive."""
-        beside = view.ego_d - float(np.interp(view.ego_s, path.s, path.d))
-        return beside, view.ego_yaw - float(np.interp(view.ego_s, path.s, path.heading()))
+        offset = view.ego_d - float(np.interp(view.ego_s, path.s, path.d))
+        return offset, view.ego_yaw - float(np.interp(view.ego_s, path.s, path.heading()))
 
 
 def _implausible_input(behaviors: Sequence[Behavior], view: FrenetScene) -> RejectReason | None:

@@ -24,18 +24,18 @@ def lane_entry(case: CheckContext) -> list[RejectReason]:
     This includes an oncoming lane, in which a follower may already be passing the ego. While a plan runs, an entry that
     is further ahead than a stop needs is decided later, because the gap in traffic changes until then.
     """
-    found: list[RejectReason] = []
+    rejects: list[RejectReason] = []
     home = case.start_lane
     for lane in case.path.enters:
         inside = case.first_entries(lane)
         if len(inside) and must_be_proven_now(case, int(inside[0])):
-            found += _entry(case, lane, int(inside[0]))
+            rejects += _entry(case, lane, int(inside[0]))
     if case.path.returns and home is not None and home not in case.path.enters:
         # The return is where the body re-enters its own lane for the last time.
         back = case.entries(home)
         if len(back) and must_be_proven_now(case, int(back[-1])):
-            found += _entry(case, home, int(back[-1]))
-    return found
+            rejects += _entry(case, home, int(back[-1]))
+    return rejects
 
 
 def must_be_proven_now(case: CheckContext, k: int) -> bool:
@@ -128,8 +128,8 @@ def _check_follower(case: CheckContext, i: int, reaches: Mask, border: float, gi
     tail = tail_inside_border_s(case, k, np.full(len(case.path.s) - k, border), bool(case.view.d[i] > case.path.d[0]))
     # A slow ego gives the vehicle time to come nearer; a fast ego is less likely to be passed by it.
     reaction_s = case.policy.rss.reaction_s if giving_way else case.policy.entry.watching_reaction_s
-    found = (_could_not_stop(case, run, k, i, tail, reaction_s) for run in (case.slow, case.quick))
-    return next((reject for reject in found if reject is not None), None)
+    rejects = (_could_not_stop(case, run, k, i, tail, reaction_s) for run in (case.slow, case.quick))
+    return next((reject for reject in rejects if reject is not None), None)
 
 
 def _could_not_stop(
@@ -204,13 +204,13 @@ def check_entry_gap(case: CheckContext, k: int, i: int, tail: Array) -> RejectRe
         slack = [free - needed for free, needed in zip(behind, needs, strict=True)]
         worst = int(np.argmin(slack))
         if ahead > float(behind.min()):
-            gap, where, needed = ahead, "ahead", _follow_distance_m(case, float(run.v[k]), speed)
+            gap, relation, needed = ahead, "ahead", _follow_distance_m(case, float(run.v[k]), speed)
         else:
-            gap, where, needed = float(behind[worst]), "behind", float(behind[worst] - slack[worst])
+            gap, relation, needed = float(behind[worst]), "behind", float(behind[worst] - slack[worst])
         needed += 0.0 if case.running else policy.entry.reserve_m
-        sides.add(where)
+        sides.add(relation)
         if gap < needed or len(sides) > 1:
-            detail = f"{obj.kind.value} {obj.id} {where}: gap {gap:.1f} m, required {needed:.1f} m at {when:.1f} s"
+            detail = f"{obj.kind.value} {obj.id} {relation}: gap {gap:.1f} m, required {needed:.1f} m at {when:.1f} s"
             if gap >= needed:
                 detail = f"{obj.kind.value} {obj.id}: ahead of the slow ego and behind the fast one, or vice versa"
             return RejectReason(code=RejectCode.LANE_ENTRY, detail=detail, object_id=obj.id, time_s=when, gap_m=gap)

@@ -47,30 +47,30 @@ class LaneBorrow:
 def oncoming(case: CheckContext) -> list[RejectReason]:
     """Check that an oncoming lane is used only away from junctions and crossings, and free for the whole maneuver."""
     for borrowed in borrowed_lanes(case):
-        found = _zone(case, borrowed) + _sight(case, borrowed) + _gap(case, borrowed)
-        if found:
-            return found
+        rejects = _zone(case, borrowed) + _sight(case, borrowed) + _gap(case, borrowed)
+        if rejects:
+            return rejects
     return []
 
 
 def borrowed_lanes(case: CheckContext) -> tuple[LaneBorrow, ...]:
     """Return the oncoming lanes that a plan uses, in order."""
-    found = []
+    borrows = []
     for lane in case.path.enters:
         stations = np.flatnonzero(case.inside(lane))
         if lane.strip.direction is not LaneDirection.OPPOSITE or not len(stations):
             continue
         first, last = int(stations[0]), min(int(stations[-1]) + 1, len(case.path.s) - 1)
-        found.append(LaneBorrow(lane, first, last, _decided_s(case, first), float(case.slow.t[last])))
-    return tuple(found)
+        borrows.append(LaneBorrow(lane, first, last, _decided_s(case, first), float(case.slow.t[last])))
+    return tuple(borrows)
 
 
 def _decided_s(case: CheckContext, first: int) -> float:
     """Return the time of the last check before the commit point (s from now); 0 if this check is the last."""
     if case.commit_s is None:
         return 0.0
-    at = min(case.commit_s, float(case.path.s[first]))
-    reached_s = float(np.interp(at, case.path.s, case.slow.t))
+    decision_s = min(case.commit_s, float(case.path.s[first]))
+    reached_s = float(np.interp(decision_s, case.path.s, case.slow.t))
     return max(reached_s - case.policy.oncoming.seen_ago_s, 0.0)
 
 
@@ -149,9 +149,9 @@ def _gap(case: CheckContext, borrowed: LaneBorrow) -> list[RejectReason]:
         driven_m += policy.speedup_mps * (borrowed.unseen_s + policy.time_gap_s)
         front_s = float(view.s[i] - view.along[i]) - driven_m
         if front_s < front:
-            where = whereabouts(float(view.s[i] - view.ego_s))
+            location = whereabouts(float(view.s[i] - view.ego_s))
             detail = (
-                f"{obj.kind.value} {obj.id} {where}: approaches at {coming:.1f} m/s, {front - front_s:.1f} m too "
+                f"{obj.kind.value} {obj.id} {location}: approaches at {coming:.1f} m/s, {front - front_s:.1f} m too "
                 f"near for a return after {borrowed.back_s:.1f} s"
             )
             return [

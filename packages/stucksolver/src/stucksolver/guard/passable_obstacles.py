@@ -22,7 +22,7 @@ def check_wait_elapsed(case: CheckContext) -> list[RejectReason]:
     an emergency vehicle before the long wait.
     """
     view = case.view
-    found = []
+    rejects = []
     for name in case.path.passes:
         i = view.index_of(name)
         if i is None or not may_be_vehicle(case, i):
@@ -30,8 +30,8 @@ def check_wait_elapsed(case: CheckContext) -> list[RejectReason]:
         why = _moving(case, i) if view.speed[i] > MOVING_MPS else _standing(case, i)
         if why is not None:
             detail = f"{view.objects[i].kind.value} {name} {why}"
-            found.append(RejectReason(code=RejectCode.WAIT_FIRST, detail=detail, object_id=name))
-    return found
+            rejects.append(RejectReason(code=RejectCode.WAIT_FIRST, detail=detail, object_id=name))
+    return rejects
 
 
 def may_be_vehicle(case: CheckContext, i: int) -> bool:
@@ -113,13 +113,13 @@ def _may_wait(case: CheckContext, i: int) -> bool:
 
 def passable(case: CheckContext) -> list[RejectReason]:
     """Check that an object to drive over is soft, small, low, tracked long enough, and far from living beings."""
-    found = []
+    rejects = []
     for name in case.path.over:
         i = case.view.index_of(name)
         why = "is no longer detected" if i is None else _not_passable(case, i)
         if why is not None:
-            found.append(RejectReason(code=RejectCode.NOT_PASSABLE, detail=f"{name} {why}", object_id=name))
-    return found
+            rejects.append(RejectReason(code=RejectCode.NOT_PASSABLE, detail=f"{name} {why}", object_id=name))
+    return rejects
 
 
 def _not_passable(case: CheckContext, i: int) -> str | None:

@@ -42,21 +42,21 @@ def collision(case: CheckContext) -> list[RejectReason]:
     view = case.view
     stands = view.speed[which] <= MOVING_MPS
     standing, moving = which[stands], which[~stands]
-    found: list[RejectReason] = []
+    rejects: list[RejectReason] = []
     if len(standing):
         gap = stationary_gaps(case, standing)
-        found += _too_near(case, standing, gap, _margins(case, standing, case.quick.v), case.slow.t)
-        found += _doors(case, standing, gap)
+        rejects += _too_near(case, standing, gap, _margins(case, standing, case.quick.v), case.slow.t)
+        rejects += _doors(case, standing, gap)
         if not case.running:
-            found += _still_touched(case, standing, gap)
+            rejects += _still_touched(case, standing, gap)
     if len(moving):
         t = times(case)
         stations = profiles(case, t)
         gap = moving_gaps(case, stations, moving, t)
         gap = np.where(is_followed_lead(case, stations, moving, t), np.maximum(gap, gap[:, :1]), gap)
         speed = np.maximum(np.interp(t, case.quick.t, case.quick.v), np.interp(t, case.slow.t, case.slow.v))
-        found += _too_near(case, moving, gap.min(axis=0), _margins(case, moving, speed), t)
-    return found
+        rejects += _too_near(case, moving, gap.min(axis=0), _margins(case, moving, speed), t)
+    return rejects
 
 
 def _margins(case: CheckContext, which: Array, speed: Array) -> Array:
@@ -122,7 +122,7 @@ def _still_touched(case: CheckContext, which: Array, gap: Array) -> list[RejectR
     parted = np.hypot(case.path.s - case.path.s[0], case.path.d - case.path.d[0]) > case.policy.clearance.parting_m
     parted[-1] = True
     scraped = (gap[0] < touch_m) & (gap[parted] < touch_m).any(axis=0)
-    found = []
+    rejects = []
     for k in np.flatnonzero(scraped)[:NAMED]:
         obj = case.view.objects[int(which[k])]
         gap_m = float(gap[:, k].min())
@@ -130,8 +130,8 @@ def _still_touched(case: CheckContext, which: Array, gap: Array) -> list[RejectR
             f"{obj.kind.value} {obj.id}: scraped along, gap {gap_m:.2f} m, required {touch_m:.2f} m after "
             f"{case.policy.clearance.parting_m:.1f} m of the path"
         )
-        found.append(RejectReason(code=RejectCode.COLLISION, detail=detail, object_id=obj.id, gap_m=gap_m))
-    return found
+        rejects.append(RejectReason(code=RejectCode.COLLISION, detail=detail, object_id=obj.id, gap_m=gap_m))
+    return rejects
 
 
 def _still_to_drift(case: CheckContext) -> float:
@@ -159,27 +159,27 @@ def _doors(case: CheckContext, standing: Array, gap: Array) -> list[RejectReason
     A tracking fault must not move the ego into their reach either, before it has slowed down to walking pace.
     """
     view, doors = case.view, case.policy.doors
-    drawn = drawn_to_doors(case, case.quick.v)
-    near = standing[(gap < doors.reach_m + drawn.max()).any(axis=0)]
+    drift_m = drawn_to_doors(case, case.quick.v)
+    near = standing[(gap < doors.reach_m + drift_m.max()).any(axis=0)]
     fast = case.quick.v > case.policy.speeds.creep_mps + EPSILON
     which = np.array([i for i in near if may_open(view.objects[int(i)], doors.parked_s)], dtype=int)
     if not len(which) or not fast.any():
         return []
     reach = stationary_gaps(case, which, aside_m=doors.reach_m, part=doors.part_of_length)
-    bad = (reach < drawn[:, None] - EPSILON) & (reach < reach[0] - case.policy.clearance.nearer_m) & fast[:, None]
+    bad = (reach < drift_m[:, None] - EPSILON) & (reach < reach[0] - case.policy.clearance.nearer_m) & fast[:, None]
     # Beside the door a fault that has begun continues, although the path keeps its distance.
-    bad[0] |= is_on_drift_side(case, which) & (reach[0] < drawn[0]) & fast[0]
-    found = []
+    bad[0] |= is_on_drift_side(case, which) & (reach[0] < drift_m[0]) & fast[0]
+    rejects = []
     for k in np.flatnonzero(bad.any(axis=0)):
         obj, first = view.objects[int(which[k])], int(bad[:, k].argmax())
         detail = (
             f"{obj.kind.value} {obj.id}: gap {reach[first, k]:.2f} m to an open door, "
-            f"required {drawn[first]:.2f} m above walking pace"
+            f"required {drift_m[first]:.2f} m above walking pace"
         )
-        found.append(
+        rejects.append(
             RejectReason(code=RejectCode.DOOR, detail=detail, object_id=obj.id, time_s=float(case.slow.t[first]))
         )
-    return found
+    return rejects
 
 
 def _reject(case: CheckContext, index: int, time_s: float, gap_m: float, required_m: float) -> RejectReason:
@@ -204,14 +204,14 @@ def roadside(case: CheckContext) -> list[RejectReason]:
     return within(case, case.view.frame.roadside, RejectCode.OFF_ROAD, "the road")
 
 
-def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, what: str) -> list[RejectReason]:
+def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, area: str) -> list[RejectReason]:
     """Check that the body stays between two borders.
 
     Args:
         case: Plan being checked.
         borders: Lateral offsets of the right and left border, each (stations of the frame,) (m).
         code: Code of the reject reason.
-        what: Name of the area between the borders, for the text of the reject reason.
+        area: Name of the area between the borders, for the text of the reject reason.
     """
     low, high = borders
     s = case.path.s
@@ -229,7 +229,7 @@ def within(case: CheckContext, borders: tuple[Array, Array], code: RejectCode, w
     if beyond[worst] <= allowed[worst]:
         return []
     away_m = s[worst] - s[0]
-    detail = f"{beyond[worst]:.2f} m off {what} {away_m:.0f} m ahead, allowed {allowed[worst]:.2f} m"
+    detail = f"{beyond[worst]:.2f} m off {area} {away_m:.0f} m ahead, allowed {allowed[worst]:.2f} m"
     return [RejectReason(code=code, detail=detail, gap_m=-float(beyond[worst]))]
 
 
@@ -276,8 +276,8 @@ def stop_line(case: CheckContext) -> list[RejectReason]:
                     RejectReason(code=RejectCode.RED_LIGHT, detail=f"{state} light {control.distance_m:.0f} m ahead")
                 ]
         elif (light or control.kind is ControlKind.STOP_SIGN) and not _was_stopped_at(case, control.distance_m):
-            what = "dark light (an all-way stop)" if light else "stop sign"
-            detail = f"{what} {control.distance_m:.0f} m ahead: stop at it first, then creep"
+            name = "dark light (an all-way stop)" if light else "stop sign"
+            detail = f"{name} {control.distance_m:.0f} m ahead: stop at it first, then creep"
             return [RejectReason(code=RejectCode.STOP_LINE, detail=detail)]
     return []
 

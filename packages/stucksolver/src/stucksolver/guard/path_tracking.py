@@ -51,8 +51,8 @@ def swing_out_motion(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy
         return None
     way_m = stopping_distance_m(float(path.speed.max()), view.ego.limits.comfort_braking_mps2, lag_s)
     ends_m = policy.error_m + math.sin(abs(askew)) * way_m
-    beside = view.ego_d - path.d[0] + math.tan(askew) * (path.s - path.s[0])
-    return replace(path, d=path.d + np.clip(beside, -ends_m, ends_m), yaw=np.full(len(path.s), view.ego_yaw))
+    offset = view.ego_d - path.d[0] + math.tan(askew) * (path.s - path.s[0])
+    return replace(path, d=path.d + np.clip(offset, -ends_m, ends_m), yaw=np.full(len(path.s), view.ego_yaw))
 
 
 def _kept_error(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy) -> Array:
@@ -61,8 +61,8 @@ def _kept_error(path: FrenetPath, view: FrenetScene, policy: TrackingPolicy) -> 
     if abs(error) < policy.beside_m:
         return np.zeros(len(path.s))
     speed = abs(view.ego.speed_mps)
-    kept = stopping_distance_m(speed, view.ego.limits.comfort_braking_mps2, policy.kept_s)
-    beyond = np.clip((path.s - path.s[0] - kept) / policy.worked_off_m, 0.0, 1.0)
+    kept_m = stopping_distance_m(speed, view.ego.limits.comfort_braking_mps2, policy.kept_s)
+    beyond = np.clip((path.s - path.s[0] - kept_m) / policy.worked_off_m, 0.0, 1.0)
     result: Array = error * (1 + np.cos(np.pi * beyond)) / 2
     return result
 
@@ -79,13 +79,13 @@ def _driven_off(
     first, offsets, tangents = float(stations[0]), target.tolist(), course.tolist()
     s, d, yaw, bend = first, float(target[0]), view.ego_yaw, 0.0
     rear_s, rear_d = s - lever_m * math.cos(yaw), d - lever_m * math.sin(yaw)
-    found: tuple[list[float], list[float], list[float]] = ([s], [d], [yaw])
+    columns: tuple[list[float], list[float], list[float]] = ([s], [d], [yaw])
     for _ in range(int(policy.settles_m / STEP_M)):
         k = min(int((s - first) / STEP_M), len(offsets) - 2)
         part = min(max((s - first) / STEP_M - k, 0.0), 1.0)
         tangent = tangents[k] + part * (tangents[k + 1] - tangents[k])
-        beside = d - offsets[k] - part * (offsets[k + 1] - offsets[k])
-        approach = min(max(-beside / (2 * policy.reach_m), -policy.approach_rad), policy.approach_rad)
+        offset = d - offsets[k] - part * (offsets[k + 1] - offsets[k])
+        approach = min(max(-offset / (2 * policy.reach_m), -policy.approach_rad), policy.approach_rad)
         moves = yaw + math.atan(lever_m * bend)
         wanted = (tangents[k + 1] - tangents[k]) / STEP_M + 2.0 / policy.reach_m * (approach + tangent - moves)
         most = lock / policy.lock_m * STEP_M
@@ -94,8 +94,8 @@ def _driven_off(
         rear_d += STEP_M * math.sin(yaw + bend * STEP_M / 2)
         yaw += bend * STEP_M
         s, d = max(rear_s + lever_m * math.cos(yaw), s + EPSILON), rear_d + lever_m * math.sin(yaw)
-        for column, value in zip(found, (s, d, yaw), strict=True):
+        for column, value in zip(columns, (s, d, yaw), strict=True):
             column.append(value)
-        if abs(beside) < policy.beside_m and abs(tangent - yaw) < policy.askew_rad:
+        if abs(offset) < policy.beside_m and abs(tangent - yaw) < policy.askew_rad:
             break
-    return found
+    return columns

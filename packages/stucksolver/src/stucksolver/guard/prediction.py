@@ -43,10 +43,10 @@ def relevant(case: CheckContext, span_s: float | None = None) -> Array:
     reach = view.speed * (span + policy.sure_s) + path.end_s - path.s[0] + view.half_length + view.ego.length_m
     reach = reach + policy.reserve_in_plane_m
     near = np.hypot(view.places[:, 0] - view.ego.x_m, view.places[:, 1] - view.ego.y_m) < reach
-    found: Array = np.flatnonzero((near_s & near_d & ~from_behind) | (view.elsewhere & near))
+    indices: Array = np.flatnonzero((near_s & near_d & ~from_behind) | (view.elsewhere & near))
     if path.over:
-        found = np.array([i for i in found if view.objects[int(i)].id not in path.over], dtype=int)
-    return found
+        indices = np.array([i for i in indices if view.objects[int(i)].id not in path.over], dtype=int)
+    return indices
 
 
 def profiles(case: CheckContext, t: Array) -> Array:
@@ -82,9 +82,9 @@ def gaps_at_heading(case: CheckContext, which: Array, way_m: float) -> Array:
     The poses are no further apart than the gap that counts as contact, so that no corner is skipped.
     """
     view, ego = case.view, case.view.ego
-    on = np.linspace(0.0, way_m, 2 + int(way_m / case.policy.harm.touch_m))[:, None]
+    ahead_m = np.linspace(0.0, way_m, 2 + int(way_m / case.policy.harm.touch_m))[:, None]
     return separation(
-        (view.ego_s + on * np.cos(view.ego_yaw), view.ego_d + on * np.sin(view.ego_yaw), view.ego_yaw),
+        (view.ego_s + ahead_m * np.cos(view.ego_yaw), view.ego_d + ahead_m * np.sin(view.ego_yaw), view.ego_yaw),
         (ego.length_m / 2, ego.width_m / 2),
         (view.s[which], view.d[which], view.yaw[which]),
         (view.half_length[which], view.half_width[which]),
@@ -117,16 +117,16 @@ def moving_gaps(case: CheckContext, stations: Array, which: Array, t: Array) -> 
     for member, s, d in predictions(case, which, t, np.flatnonzero(~view.elsewhere[which] | view.on_lane[which])):
         reach = far[member]
         near = np.nonzero((np.abs(s - stations[..., None]) < reach) & (np.abs(d - offset[..., None]) < reach))
-        ego, (_, when, who) = near[:2], near
-        body = which[member][who]
+        ego, (_, when, obj_index) = near[:2], near
+        body = which[member][obj_index]
         gap = separation(
             (stations[ego], offset[ego], heading[ego]),
             (half_length, half_width),
-            (s[when, who], np.broadcast_to(d, s.shape)[when, who], view.yaw[body]),
+            (s[when, obj_index], np.broadcast_to(d, s.shape)[when, obj_index], view.yaw[body]),
             (view.half_length[body], view.half_width[body]),
         )
-        place = (*ego, member[who])
-        least[place] = np.minimum(least[place], gap)
+        index = (*ego, member[obj_index])
+        least[index] = np.minimum(least[index], gap)
     return least
 
 
@@ -152,13 +152,13 @@ def _gaps_straight_on(
         there_y = straight.y_m + np.sin(straight.yaw_rad) * beyond
         apart = (x[..., None] - there_x) ** 2 + (y[..., None] - there_y) ** 2
         near = np.nonzero((apart < (reach + longer_m) ** 2) & (beyond >= 0.0))
-        ego, (_, when, who) = near[:2], near
+        ego, (_, when, obj_index) = near[:2], near
         result: Array = np.full(apart.shape, np.inf)
         result[near] = separation(
             (x[ego], y[ego], yaw[ego]),
             (half_length, half_width),
-            (there_x[when, who], there_y[when, who], straight.yaw_rad[who]),
-            (body_length[who] + longer_m[who], body_width[who]),
+            (there_x[when, obj_index], there_y[when, obj_index], straight.yaw_rad[obj_index]),
+            (body_length[obj_index] + longer_m[obj_index], body_width[obj_index]),
         )
         return result
 
@@ -199,8 +199,8 @@ def predictions(case: CheckContext, which: Array, t: Array, everyone: Array) -> 
     if len(along):
         speed = np.abs(vs[along])
         until = np.minimum(t[:, None], speed / policy.braking_mps2)
-        way = np.sign(vs[along]) * (speed * until - policy.braking_mps2 * until**2 / 2)
-        yield along, view.s[which][along] + way, still[:, along]
+        travel = np.sign(vs[along]) * (speed * until - policy.braking_mps2 * until**2 / 2)
+        yield along, view.s[which][along] + travel, still[:, along]
     across = everyone[crosses[everyone]]
     if len(across):
         yield across, steady[:, across], still[:, across] + vd[across] * t[:, None]

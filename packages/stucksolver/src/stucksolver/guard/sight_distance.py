@@ -21,7 +21,7 @@ def check_sight_distance(case: CheckContext) -> list[RejectReason]:
     home = case.start_lane
     if home is None or home.strip.direction is LaneDirection.OPPOSITE:
         return []
-    found = _ahead(case, home)
+    rejects = _ahead(case, home)
     for lane in case.path.enters:
         if lane.strip.direction is LaneDirection.OPPOSITE or lane is home:
             continue
@@ -29,10 +29,10 @@ def check_sight_distance(case: CheckContext) -> list[RejectReason]:
         if not len(inside) or not must_be_proven_now(case, int(inside[0])):
             continue
         if lane.strip.kind is LaneKind.DRIVING:
-            found += _ahead(case, lane) + _behind(case, lane, int(inside[0]), _limit(case, lane))
+            rejects += _ahead(case, lane) + _behind(case, lane, int(inside[0]), _limit(case, lane))
         else:
-            found += _behind(case, home, int(inside[0]), case.policy.sight.cyclist_mps)
-    return found[:1]
+            rejects += _behind(case, home, int(inside[0]), case.policy.sight.cyclist_mps)
+    return rejects[:1]
 
 
 def _ahead(case: CheckContext, lane: Lane) -> list[RejectReason]:
@@ -66,13 +66,13 @@ def _beside(case: CheckContext, lane: Lane) -> bool:
     return lane.start_m <= case.view.ego_s <= lane.end_m
 
 
-def _ends(case: CheckContext, lane: Lane, end_s: float, way: int) -> bool:
-    """True if the sight ends with the lane, or at a known object in the lane. `way`: +1 ahead, -1 behind."""
+def _ends(case: CheckContext, lane: Lane, end_s: float, direction: int) -> bool:
+    """True if the sight ends with the lane, or at a known object in the lane. `direction`: +1 ahead, -1 behind."""
     view, policy = case.view, case.policy.sight
-    if way > 0 and end_s > lane.end_m - policy.sampled_m:
+    if direction > 0 and end_s > lane.end_m - policy.sampled_m:
         return True
     right, _, left = lane.at(end_s)
-    near = view.s - way * view.along
+    near = view.s - direction * view.along
     # A vehicle beside the ego is passing the end of the sight: a part of it is still ahead, a part behind.
     passing = (np.abs(view.s - end_s) <= view.along) & (
         np.abs(view.s - view.ego_s) <= view.along + view.ego.length_m / 2

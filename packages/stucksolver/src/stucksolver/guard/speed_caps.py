@@ -55,11 +55,11 @@ def limits_mps(case: CheckContext) -> Array:
 
 
 def _limit_mps(lane: Lane, policy: GuardPolicy) -> float | None:
-    known, speeds = lane.strip.speed_limit_mps, policy.speeds
-    if known is None:
+    limit_mps, speeds = lane.strip.speed_limit_mps, policy.speeds
+    if limit_mps is None:
         return speeds.recovery_mps if lane.strip.kind is LaneKind.DRIVING else None
     # The arguments are in this order so that a limit that is not a number counts as walking pace.
-    return max(speeds.creep_mps, known)
+    return max(speeds.creep_mps, limit_mps)
 
 
 def within_limits(path: FrenetPath, view: FrenetScene, policy: GuardPolicy, *, reverse: bool) -> FrenetPath:

@@ -47,7 +47,7 @@ def authority(case: CheckContext) -> list[RejectReason]:
     view, policy = case.view, case.policy
     half = view.ego.length_m / 2
     start, end = float(case.path.s[0]) - half, float(case.path.end_s) + half
-    found: list[tuple[str, str | None]] = [
+    scenes: list[tuple[str, str | None]] = [
         ("level_crossing", None)
         for zone in view.surroundings.road.zones
         if zone.kind is ZoneKind.LEVEL_CROSSING
@@ -63,14 +63,14 @@ def authority(case: CheckContext) -> list[RejectReason]:
         if not ahead or abs(view.d[i]) - view.across[i] >= policy.scenes.beside_m:
             continue
         if rule != "emergency_scene" or not _moves_over(case, i):
-            found.append((rule, obj.id))
+            scenes.append((rule, obj.id))
     return [
         RejectReason(
             code=RejectCode.AUTHORITY,
             detail=f"{rule.replace('_', ' ')}: requires approval from the {policy.scene_release(rule).value}",
             object_id=object_id,
         )
-        for rule, object_id in found
+        for rule, object_id in scenes
         if not case.approvals.cover(rule, policy.scene_release(rule))
     ]
 
@@ -85,8 +85,8 @@ def off_rails(case: CheckContext) -> list[RejectReason]:
         # An ego that leaves the rails must only be off them in the end.
         takes_over = max(end - landing_m(float(path.speed[-1])), float(path.s[0]))
     for zone in view.surroundings.road.zones:
-        on = zone.start_m < end + half + case.policy.lanes.overrun_m and takes_over - half < zone.end_m
-        if zone.kind is ZoneKind.LEVEL_CROSSING and on:
+        overlaps = zone.start_m < end + half + case.policy.lanes.overrun_m and takes_over - half < zone.end_m
+        if zone.kind is ZoneKind.LEVEL_CROSSING and overlaps:
             return [RejectReason(code=RejectCode.STOPPING_PLACE, detail="the path ends on a level crossing")]
     return []
 
@@ -160,8 +160,8 @@ def stopping_place(case: CheckContext) -> list[RejectReason]:
     end = case.path.end_s
     zone = case.view.zone_at(end) or case.view.zone_at(end + case.policy.lanes.overrun_m)
     if zone is not None:
-        where = zone.kind.value.replace("_", " ")
-        return [RejectReason(code=RejectCode.STOPPING_PLACE, detail=f"the path ends in a {where}")]
+        zone_name = zone.kind.value.replace("_", " ")
+        return [RejectReason(code=RejectCode.STOPPING_PLACE, detail=f"the path ends in a {zone_name}")]
     return no_oncoming_lane(case)
 
 
@@ -205,9 +205,9 @@ def _closed(case: CheckContext, lane: Lane, seen_m: float) -> bool:
     ends_m = policy.sight_ends_m + (policy.look_m if case.running else 0.0)
     for i in np.flatnonzero(standing & (np.abs(nearer - seen_m) < ends_m)):
         right, _, left = lane.at(float(view.s[i]))
-        beside = max(view.d[i] - view.across[i] - right, left - view.d[i] - view.across[i])
+        gap_m = max(view.d[i] - view.across[i] - right, left - view.d[i] - view.across[i])
         apart_m = np.hypot(view.s - view.s[i], view.d - view.d[i]) - view.along[i]
         people = view.vulnerable & (apart_m < policy.people_m)
-        if beside < policy.beside_m and not people.any() and view.objects[int(i)].kind in MOTOR_VEHICLES:
+        if gap_m < policy.beside_m and not people.any() and view.objects[int(i)].kind in MOTOR_VEHICLES:
             return True
     return False

@@ -174,9 +174,9 @@ def _solid_line(
         for lane in view.frame.lanes
         if lane.strip.kind is LaneKind.DRIVING and lane.covers(view.ego_s, view.ego_s)
     ]
-    if any(LineKind.KERB in found for found in lines):
+    if any(LineKind.KERB in kinds for kinds in lines):
         return [RejectReason(code=RejectCode.OFF_ROAD, detail="the path crosses a curb")]
-    if not any(LineKind.SOLID in found for found in lines):
+    if not any(LineKind.SOLID in kinds for kinds in lines):
         return []
     if policy.solid_line == "forbid":
         return [RejectReason(code=RejectCode.SOLID_LINE, detail="solid line: crossing is forbidden here")]
@@ -207,8 +207,8 @@ def _sight(view: FrenetScene, swept: tuple[float, float], policy: GuardPolicy) -
         have = view.sight_ahead_m(lane) if ahead else view.sight_behind_m(lane)
         needed = extent_m + stop_m
         if have < needed and not _ends(view, lane, have if ahead else -have, policy):
-            where = "ahead" if ahead else "behind"
-            detail = f"sight distance {where} {have:.1f} m, required {needed:.1f} m to turn"
+            direction = "ahead" if ahead else "behind"
+            detail = f"sight distance {direction} {have:.1f} m, required {needed:.1f} m to turn"
             return [RejectReason(code=RejectCode.PATH_NOT_VISIBLE, detail=detail, gap_m=have - needed)]
     return []
 
@@ -310,9 +310,9 @@ def _courses(view: FrenetScene, which: Array, t: Array, policy: GuardPolicy) -> 
 
     The object goes straight on, brakes straight on, or follows its lane.
     """
-    found = [view.objects[int(i)] for i in which]
+    objects = [view.objects[int(i)] for i in which]
     x, y, yaw, vx, vy = (
-        np.array([getattr(o, n) for o in found]) for n in ("x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps")
+        np.array([getattr(o, n) for o in objects]) for n in ("x_m", "y_m", "yaw_rad", "vx_mps", "vy_mps")
     )
     speed = np.maximum(np.hypot(vx, vy), MOVING_MPS)
     until = np.minimum(t[:, None], speed / policy.prediction.braking_mps2)

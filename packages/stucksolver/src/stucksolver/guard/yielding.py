@@ -81,10 +81,10 @@ def stop_out_of_paths(
     view, clearance = case.view, case.policy.clearance
     times_s = {reject.object_id: reject.time_s for reject in rejects if reject.time_s is not None}
     crosses = view.moving & ~_in_ego_direction(case)
-    met = crosses & np.array([o.id in times_s for o in view.objects], dtype=bool)
-    if not met.any():
+    conflicts = crosses & np.array([o.id in times_s for o in view.objects], dtype=bool)
+    if not conflicts.any():
         return None
-    until_s = _passed_s(case, max(times_s[view.objects[i].id] for i in np.flatnonzero(met)))
+    until_s = _passed_s(case, max(times_s[view.objects[i].id] for i in np.flatnonzero(conflicts)))
     which = relevant(case, until_s)
     which = which[crosses[which]]
     here, stops = float(case.path.s[0]), stops_from_now(case, giving_way)
@@ -93,10 +93,10 @@ def stop_out_of_paths(
     ends = [here + way_m for stop in stops for way_m in (stop.way_m, stop.soonest_m)]
     places = np.concatenate([ahead, ends])
     gap = _gaps_to_paths(case, places, which, until_s)
-    kept = np.where(view.vulnerable[which], clearance.vulnerable_gap_m, clearance.moving_gap_m)
+    required = np.where(view.vulnerable[which], clearance.vulnerable_gap_m, clearance.moving_gap_m)
     # Missing gap to each path (m), unless the body was beside that path at the same distance already.
-    lacks = np.where((gap < gap[0] - clearance.nearer_m) | (gap < 0.0), kept - gap, -math.inf)
-    meets = np.flatnonzero((lacks[: len(ahead), met[which]] > 0.0).any(axis=1))
+    lacks = np.where((gap < gap[0] - clearance.nearer_m) | (gap < 0.0), required - gap, -math.inf)
+    meets = np.flatnonzero((lacks[: len(ahead), conflicts[which]] > 0.0).any(axis=1))
     if not len(meets):
         return None
     off_rails, lack = _off_rails(case, places), lacks.max(axis=1, initial=-math.inf)
@@ -117,18 +117,18 @@ def stop_out_of_paths(
         if free and stop_is_clear(case, giving_way, stop.braking_mps2, stop.least_m, stop.lag_s):
             return stop.braking_mps2
     # Without a lasting stop, the first contact is avoided first. When no later stop helps, a short one suffices.
-    meets_s = min(times_s[view.objects[i].id] for i in np.flatnonzero(met))
+    meets_s = min(times_s[view.objects[i].id] for i in np.flatnonzero(conflicts))
     lasts_s, short_s = (
         min(meets_s + more_s, until_s) for more_s in (case.policy.stopping.stands_s, case.policy.rss.reaction_s)
     )
-    on = ahead[(ahead >= here + later_m) & beside[: len(ahead)]]
+    reachable = ahead[(ahead >= here + later_m) & beside[: len(ahead)]]
     in_lane = [stop for stop, ends in zip(stops, ends_beside, strict=True) if ends.all()]
     tries = [(until_s, in_lane), (lasts_s, in_lane)]
     if ahead[meets[0]] <= here + min(later_m, 2 * stops[0].way_m) + every_m:
         # A stop in an oncoming lane is the last resort.
         tries += [(short_s, in_lane), (short_s, stops[-1:] if off_rails[-2:].all() else [])]
-    found = (_between_paths(case, on, which, span_s, some) for span_s, some in tries)
-    return next((braking for braking in found if braking is not None), None)
+    brakings = (_between_paths(case, reachable, which, span_s, some) for span_s, some in tries)
+    return next((braking for braking in brakings if braking is not None), None)
 
 
 def _between_paths(case: CheckContext, places: Array, which: Array, until_s: float, stops: list[Stop]) -> float | None:
@@ -147,13 +147,13 @@ def _between_paths(case: CheckContext, places: Array, which: Array, until_s: flo
     """
     step_s, here = case.policy.prediction.step_s, float(case.path.s[0])
     t = np.arange(0.0, until_s + step_s, step_s)
-    on = profiles(case, t)
-    waits = np.minimum(on, places[:, None, None]) if len(places) else np.zeros((0, *on.shape))
+    reachable = profiles(case, t)
+    waits = np.minimum(reachable, places[:, None, None]) if len(places) else np.zeros((0, *reachable.shape))
     if _untouched(case, waits, which, t, case.policy.harm.touch_m).any():
         return 0.0
     for stop in stops:
         ends = here + np.array([stop.soonest_m, stop.way_m])
-        if _untouched(case, np.minimum(on[-1:], ends[:, None, None]), which, t, stop.least_m).all():
+        if _untouched(case, np.minimum(reachable[-1:], ends[:, None, None]), which, t, stop.least_m).all():
             return stop.braking_mps2
     return None
 

@@ -89,23 +89,23 @@ def parse_ladder(text: str, file: str) -> Ladder:
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        found = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
-        line = int(found.group(1)) if found else text.count("\n") + 1
+        position = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        line = int(position.group(1)) if position else text.count("\n") + 1
         problem = re.sub(r"\s*\(at .*\)", "", str(error))
         raise LadderError(f"{file}, line {line}: invalid TOML: {problem}; fix that line") from error
     try:
         return Ladder.model_validate(data)
     except ValidationError as error:
         first = error.errors()[0]
-        where = [part for part in first["loc"] if part not in KINDS]
-        line = line_of(text, where)
-        raise LadderError(f"{file}, line {line}: {_name(where)}: {_problem(first, where)}") from error
+        location = [part for part in first["loc"] if part not in KINDS]
+        line = line_of(text, location)
+        raise LadderError(f"{file}, line {line}: {_name(location)}: {_problem(first, location)}") from error
 
 
-def _name(where: Iterable[int | str]) -> str:
+def _name(location: Iterable[int | str]) -> str:
     """Return the name of a value with indices from 1, as a reader of the file counts: `rung 3, deadline_s`."""
     parts: list[str] = []
-    for part in where:
+    for part in location:
         if isinstance(part, int) and parts:
             parts[-1] += f" {part + 1}"
         elif part != "[key]":
@@ -113,13 +113,13 @@ def _name(where: Iterable[int | str]) -> str:
     return ", ".join(parts) or "the ladder"
 
 
-def _problem(error: Any, where: list[int | str]) -> str:
+def _problem(error: Any, location: list[int | str]) -> str:
     """Return the problem with its remedy."""
     message = str(error["msg"]).removeprefix("Value error, ")
     if error["type"] == "extra_forbidden":
-        known = _known_keys(where)
-        near = difflib.get_close_matches(str(where[-1]), known, n=1)
-        remedy = f"did you mean {near[0]}?" if near else f"remove it; known here: {', '.join(known)}"
+        keys = _known_keys(location)
+        near = difflib.get_close_matches(str(location[-1]), keys, n=1)
+        remedy = f"did you mean {near[0]}?" if near else f"remove it; known here: {', '.join(keys)}"
         return f"unknown key; {remedy}"
     if error["type"] == "missing":
         return "this key is missing; add it"
@@ -130,12 +130,12 @@ def _problem(error: Any, where: list[int | str]) -> str:
     )
 
 
-def _known_keys(where: list[int | str]) -> list[str]:
+def _known_keys(location: list[int | str]) -> list[str]:
     """Return the keys that are allowed at the position of an unknown key."""
-    if where[0] == "rung":
+    if location[0] == "rung":
         return sorted({key for kind in KINDS.values() for key in kind.model_fields})
     model: type[BaseModel] = Ladder
-    for part in where[:-1]:
+    for part in location[:-1]:
         field = model.model_fields.get(str(part))
         inner = field.annotation if field else None
         if not (isinstance(inner, type) and issubclass(inner, BaseModel)):

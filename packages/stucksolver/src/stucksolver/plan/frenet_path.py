@@ -73,8 +73,8 @@ class FrenetPath:
 
     def from_station(self, s: float) -> FrenetPath:
         """Return the rest of the path from arc length `s` (m) to its end; at least its last two stations."""
-        left = np.arange(max(s, float(self.s[0])), self.end_s - STEP_M / 2, STEP_M)
-        stations: Array = np.append(left, self.end_s) if len(left) else self.s[-2:]
+        remaining = np.arange(max(s, float(self.s[0])), self.end_s - STEP_M / 2, STEP_M)
+        stations: Array = np.append(remaining, self.end_s) if len(remaining) else self.s[-2:]
         d, speed = np.interp(stations, self.s, self.d), np.interp(stations, self.s, self.speed)
         return replace(self, s=stations, d=d, speed=speed, yaw=None)
 
@@ -93,8 +93,8 @@ class FrenetPath:
 
     def stopping(self) -> FrenetPath:
         """Return the same path with a stop at its end."""
-        room = np.maximum(self.end_s - self.s, 0.0)
-        speed = np.minimum(self.speed, np.maximum(np.sqrt(2 * SOFT_BRAKING_MPS2 * room), LEAST_MPS))
+        remaining_m = np.maximum(self.end_s - self.s, 0.0)
+        speed = np.minimum(self.speed, np.maximum(np.sqrt(2 * SOFT_BRAKING_MPS2 * remaining_m), LEAST_MPS))
         speed[-1] = 0.0
         return replace(self, speed=speed, stops=True)
 
@@ -121,10 +121,10 @@ def body_heading(course_rad: Array, yaw_rad: float, lever_m: float) -> Array:
         lever_m: Distance of the rear axle behind the center (m).
     """
     keeps = math.exp(-STEP_M / lever_m)
-    found = [yaw_rad]
+    headings = [yaw_rad]
     for course in course_rad[1:].tolist():
-        found.append(course + keeps * (found[-1] - course))
-    return np.array(found)
+        headings.append(course + keeps * (headings[-1] - course))
+    return np.array(headings)
 
 
 def return_path(

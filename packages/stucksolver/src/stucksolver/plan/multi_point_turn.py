@@ -142,13 +142,13 @@ def _poses(view: FrenetScene, pose: tuple[float, float, float], reverse: bool) -
     travel = np.arange(0.0, math.pi * radius_m, POSE_STEP_M)
     bend = np.minimum(travel / LOCK_M, 1.0) / radius_m
     yaw: Array = pose[2] + np.concatenate([[0.0], np.cumsum(bend[1:] * POSE_STEP_M)])
-    way = -1.0 if reverse else 1.0
+    sign = -1.0 if reverse else 1.0
     middle = (yaw[1:] + yaw[:-1]) / 2
     rear_x = (
-        pose[0] - lever_m * math.cos(pose[2]) + np.concatenate([[0.0], np.cumsum(way * POSE_STEP_M * np.cos(middle))])
+        pose[0] - lever_m * math.cos(pose[2]) + np.concatenate([[0.0], np.cumsum(sign * POSE_STEP_M * np.cos(middle))])
     )
     rear_y = (
-        pose[1] - lever_m * math.sin(pose[2]) + np.concatenate([[0.0], np.cumsum(way * POSE_STEP_M * np.sin(middle))])
+        pose[1] - lever_m * math.sin(pose[2]) + np.concatenate([[0.0], np.cumsum(sign * POSE_STEP_M * np.sin(middle))])
     )
     return rear_x + lever_m * np.cos(yaw), rear_y + lever_m * np.sin(yaw), yaw
 
@@ -180,8 +180,8 @@ def _on_the_road(view: FrenetScene, x: Array, y: Array, yaw: Array) -> Array:
 
 def gaps_m(view: FrenetScene, which: Array, x_m: Array, y_m: Array, yaw_rad: Array) -> Array:
     """(poses, objects): gaps from the body at the poses, each (poses,), to the present boxes of the objects (m)."""
-    found = [view.objects[int(i)] for i in which]
-    x, y, yaw = (np.array([getattr(o, name) for o in found]) for name in ("x_m", "y_m", "yaw_rad"))
+    objects = [view.objects[int(i)] for i in which]
+    x, y, yaw = (np.array([getattr(o, name) for o in objects]) for name in ("x_m", "y_m", "yaw_rad"))
     result: Array = separation(
         (x_m[:, None], y_m[:, None], yaw_rad[:, None]),
         (view.ego.length_m / 2, view.ego.width_m / 2),
@@ -196,6 +196,6 @@ def _clear(view: FrenetScene, x: Array, y: Array, yaw: Array) -> Array:
     if not len(standing):
         return np.ones(len(x), dtype=bool)
     gap = gaps_m(view, standing, x, y, yaw)
-    kept = np.where(view.vulnerable[standing], LIVING_M, THING_M)
-    result: Array = (gap > np.minimum(kept, gap[0] - 1e-3)).all(axis=1)
+    required_m = np.where(view.vulnerable[standing], LIVING_M, THING_M)
+    result: Array = (gap > np.minimum(required_m, gap[0] - 1e-3)).all(axis=1)
     return result

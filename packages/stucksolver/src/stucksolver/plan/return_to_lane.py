@@ -94,8 +94,8 @@ def _soonest(
     if passing.speed_mps > MOVES_MPS:
         return back_s
     passed = np.array([o.id in passing.ids for o in view.objects], dtype=bool)
-    beside = ~view.moving & (view.s - view.along < passing.far_s)
-    which = np.flatnonzero(passed | beside)
+    stationary = ~view.moving & (view.s - view.along < passing.far_s)
+    which = np.flatnonzero(passed | stationary)
     while back_s - SOONER_M > out.end_s:
         sooner = back_s - SOONER_M
         path = return_path((out.end_s, out.end_d), sooner, length_m, sooner + length_m, speed_mps, view)

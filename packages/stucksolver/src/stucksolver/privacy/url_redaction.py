@@ -23,20 +23,20 @@ HIDDEN = "***"
 
 def without_login(text: str) -> tuple[str, str | None]:
     """Return a text without the user name and password of the first URL with a login, and that login."""
-    found = LOGIN.search(text)
-    if found is None:
+    match = LOGIN.search(text)
+    if match is None:
         return text, None
-    return text[: found.start("login")] + text[found.start("server") :], found["login"]
+    return text[: match.start("login")] + text[match.start("server") :], match["login"]
 
 
 def taken_logins(text: str) -> tuple[str, list[str]]:
     """Return a text without the logins of all URLs in it, and the servers with them, as `http://USER:PASSWORD@HOST`."""
-    taken = []
-    while (found := LOGIN.search(text)) is not None:
-        if found["login"]:
-            taken.append(found[0])
-        text = text[: found.start("login")] + text[found.start("server") :]
-    return text, taken
+    logins = []
+    while (match := LOGIN.search(text)) is not None:
+        if match["login"]:
+            logins.append(match[0])
+        text = text[: match.start("login")] + text[match.start("server") :]
+    return text, logins
 
 
 def without_logins(value: Any) -> Any:
@@ -50,8 +50,8 @@ def without_logins(value: Any) -> Any:
         return [without_logins(item) for item in value]
     if not isinstance(value, str):
         return value
-    text, taken = taken_logins(value)
-    for entry in taken:
+    text, logins = taken_logins(value)
+    for entry in logins:
         add_entry(entry)
     return text
 
@@ -68,7 +68,7 @@ def shown_address(address: str) -> str:
 
 def logins_in(text: str) -> list[str]:
     """Return the user names with passwords of all URLs in a text."""
-    return [found.removesuffix("@") for found in ANY_LOGIN.findall(text)]
+    return [match.removesuffix("@") for match in ANY_LOGIN.findall(text)]
 
 
 def add_entry(entry: str) -> None:

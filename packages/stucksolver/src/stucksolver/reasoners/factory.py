@@ -31,15 +31,15 @@ def make_reasoner(words: str, exchanges: Path | None = None) -> Reasoner:
     """
     if any("," in login for login in logins_in(words)):
         raise ReasonerNameError("an address has a comma in its user name or password: write it as %2C")
-    found = [kind_of(word.strip()) for word in words.split(",")]
-    reasoners = [kind.make(rest, exchanges) for kind, rest in found]
+    kinds = [kind_of(word.strip()) for word in words.split(",")]
+    reasoners = [kind.make(rest, exchanges) for kind, rest in kinds]
     return reasoners[0] if len(reasoners) == 1 else FallbackReasoner(reasoners)
 
 
 def sees(words: str) -> bool:
     """True if any of these reasoners uses the camera's images."""
-    found = [word.strip().partition(":") for word in words.split(",")]
-    return any(KINDS[name].sees(rest) for name, _, rest in found if name in KINDS)
+    kinds = [word.strip().partition(":") for word in words.split(",")]
+    return any(KINDS[name].sees(rest) for name, _, rest in kinds if name in KINDS)
 
 
 def preflight(reasoner: Reasoner, name: str) -> tuple[str, ...]:

@@ -27,7 +27,7 @@ class FallbackReasoner:
         self.name = ", then ".join(r.name for r in self.reasoners)
         self.failures: tuple[str, ...] = ()
         """Errors of the reasoners before the one that answered the last query."""
-        self._asked: Reasoner | None = None
+        self._running: Reasoner | None = None
         self._cancelled = threading.Event()
 
     def decide(self, request: ReasonerRequest) -> ReasonerAnswer:
@@ -41,7 +41,7 @@ class FallbackReasoner:
         ends_at = None if request.deadline_s is None else time.monotonic() + request.deadline_s
         trace = None
         for number, reasoner in enumerate(self.reasoners):
-            self._asked = reasoner
+            self._running = reasoner
             try:
                 return reasoner.decide(self._share(request, ends_at, number))
             except ReasonerError as error:
@@ -72,6 +72,6 @@ class FallbackReasoner:
     def cancel(self) -> None:
         """Cancel the running query; may be called from any thread."""
         self._cancelled.set()
-        asked: object = self._asked
-        if isinstance(asked, Cancellable):
-            asked.cancel()
+        running: object = self._running
+        if isinstance(running, Cancellable):
+            running.cancel()

@@ -102,19 +102,19 @@ def _random(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
 
 
 def _any(scene: Scene, chance: random.Random) -> Behavior:
-    who = _nearest(scene, chance)
+    object_id = _nearest(scene, chance)
     speed = round(chance.uniform(1.0, 11.0), 1)
     side = chance.choice(("left", "right"))
     far = round(chance.uniform(15.0, 150.0), 1)
     return chance.choice(
         (
             lambda: ChangeLane(side=side, distance_m=far, speed_mps=speed),  # type: ignore[arg-type]
-            lambda: BorrowOncomingLane(past_object_id=who, speed_mps=speed),
+            lambda: BorrowOncomingLane(past_object_id=object_id, speed_mps=speed),
             lambda: KeepLane(distance_m=far, speed_mps=speed),
-            lambda: DriveOver(object_id=who),
+            lambda: DriveOver(object_id=object_id),
             lambda: Creep(distance_m=3.0),
             lambda: Nudge(side=side, offset_m=0.5, distance_m=20.0),  # type: ignore[arg-type]
-            lambda: FollowVehicle(leader_id=who, distance_m=far, speed_mps=speed),
+            lambda: FollowVehicle(leader_id=object_id, distance_m=far, speed_mps=speed),
             lambda: Wait(duration_s=round(chance.uniform(0.5, 20.0), 1)),
         )
     )()
@@ -127,8 +127,8 @@ def _always_left(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
 def _always_drive_over(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:
     """Return a plan to drive over the nearest object in the path."""
     ahead = scene.in_path_ahead()
-    who = ahead[0].id if ahead else _nearest(scene, faulty.random)
-    return (DriveOver(object_id=who),)
+    object_id = ahead[0].id if ahead else _nearest(scene, faulty.random)
+    return (DriveOver(object_id=object_id),)
 
 
 def _contradictory(faulty: FaultyReasoner, scene: Scene) -> tuple[Behavior, ...]:

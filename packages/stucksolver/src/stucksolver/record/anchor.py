@@ -49,10 +49,10 @@ def check_anchor(record: Path, anchor: Anchor) -> None:
             f"{record}: its anchor is for line {anchor.line}, but the record has only {len(digests)} lines; "
             "its end was cut off"
         )
-    found = digests[anchor.line - 1]
-    if found != anchor.digest:
+    digest = digests[anchor.line - 1]
+    if digest != anchor.digest:
         raise RecordError(
-            f"{record}, line {anchor.line}: hash {found[:16]}… differs from its anchor {anchor.digest[:16]}…; "
+            f"{record}, line {anchor.line}: hash {digest[:16]}… differs from its anchor {anchor.digest[:16]}…; "
             "the record was rewritten, or the anchor belongs to another record"
         )
 
@@ -85,10 +85,10 @@ def read_heads(path: Path) -> dict[Path, Anchor]:
         raise RecordError(f"cannot read {path}: {error}; give a file made with `replay --save-heads`") from error
     heads: dict[Path, Anchor] = {}
     for number, line in enumerate(lines, 1):
-        found = _LINE.fullmatch(line)
-        if found is None or Path(found[3]) in heads:
+        match = _LINE.fullmatch(line)
+        if match is None or Path(match[3]) in heads:
             raise RecordError(f"{path}, line {number}: expected `HASH  LINE  PATH`, each record once")
-        heads[Path(found[3])] = Anchor(int(found[2]), found[1])
+        heads[Path(match[3])] = Anchor(int(match[2]), match[1])
     if not heads:
         raise RecordError(f"{path}: the file names no record")
     return heads

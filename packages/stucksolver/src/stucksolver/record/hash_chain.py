@@ -100,9 +100,9 @@ def _checked(path: Path) -> Iterator[tuple[dict[str, Any], str]]:
     before, ended = START, False
     number = 0
     for number, line in enumerate(_lines(path), 1):
-        where = f"{path}, line {number}"
+        location = f"{path}, line {number}"
         if ended:
-            raise RecordError(f"{where}: content after the record's last line; it was added later")
+            raise RecordError(f"{location}: content after the record's last line; it was added later")
         whole = line.endswith(b"\n")
         line = line.removesuffix(b"\n")
         if not whole and not _looks_whole(line):
@@ -110,14 +110,14 @@ def _checked(path: Path) -> Iterator[tuple[dict[str, Any], str]]:
                 raise _no_record(path)
             return
         if not whole:
-            raise RecordError(f"{where}: the end of this line was changed after writing")
+            raise RecordError(f"{location}: the end of this line was changed after writing")
         body, digest = line[:-_TAIL] + b"}", line[-_TAIL + len(_MARK) : -2].decode("ascii", "replace")
         if not _hash_stands_in(line) or _digest(before, body) != digest:
             if number == 1 and not any(_hash_stands_in(item.removesuffix(b"\n")) for item in _lines(path)):
                 raise _no_record(path)
-            raise RecordError(f"{where}: changed after writing (this line, or one missing before it)")
+            raise RecordError(f"{location}: changed after writing (this line, or one missing before it)")
         before = digest
-        data = _object(body, where)
+        data = _object(body, location)
         ended = data.get("kind") == LAST_KIND
         yield data, digest
 
@@ -136,14 +136,14 @@ def _lines(path: Path) -> Iterator[bytes]:
         raise RecordError(f"cannot read {path}: {error.strerror}; give a file `intervention-….jsonl`") from error
 
 
-def _object(body: bytes, where: str) -> dict[str, Any]:
+def _object(body: bytes, location: str) -> dict[str, Any]:
     """Return the content of a line."""
     try:
         data = read_json(body)
     except JsonError as error:
-        raise RecordError(f"{where}: this line cannot be read: {error}") from error
+        raise RecordError(f"{location}: this line cannot be read: {error}") from error
     if not isinstance(data, dict):
-        raise RecordError(f"{where}: this line cannot be read: expected a JSON object")
+        raise RecordError(f"{location}: this line cannot be read: expected a JSON object")
     return data
 
 

@@ -143,7 +143,7 @@ class _Again:
     # ---- steps
 
     def _step(self, number: int, data: dict[str, Any]) -> None:
-        seen = self._unpacker.unpack(data["seen"]) if "seen" in data else None
+        surroundings = self._unpacker.unpack(data["seen"]) if "seen" in data else None
         self._directive = data.get("directive", self._directive)
         recorded: list[dict[str, Any]] = data.get("told", [])
         for item in recorded:
@@ -152,7 +152,7 @@ class _Again:
         if self._lost:
             return
         before = self._state
-        inputs = inputs_of(data["in"], sight_of(data.get("sight"), seen), self._snapshot(data), before.question)
+        inputs = inputs_of(data["in"], sight_of(data.get("sight"), surroundings), self._snapshot(data), before.question)
         self._state, directive, outputs = transition(before, inputs, self._setup)
         step = TransitionStep(before, inputs, None, None, self._state, directive, outputs)
         derived = [step_output_data(item, step) for item in outputs]
@@ -172,10 +172,10 @@ class _Again:
     def _first_difference(self, number: int, recorded: list[dict[str, Any]], derived: list[dict[str, Any]]) -> None:
         """Report the verdict at which the runs diverged, if it was a verdict."""
         for item, other in zip(recorded, derived, strict=False):
-            found = len(self.report.findings)
+            count = len(self.report.findings)
             if _kind(item) == _kind(other):
                 self._compare(number, item, other)
-            if len(self.report.findings) > found:
+            if len(self.report.findings) > count:
                 return
 
     def _compare(self, number: int, recorded: dict[str, Any], derived: dict[str, Any]) -> None:

@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from stucksolver.scene.base_model import FrozenModel, first_problem
 
 M = TypeVar("M", bound=FrozenModel)
-Where = tuple[Any, str]
+Location = tuple[Any, str]
 """Location of a value: location of its container, and its name in it. It becomes a text only in an error."""
 MOST_VALUES = 200_000
 """Maximum number of values in a model. A scene has about 40 for each object. Ours."""
@@ -63,8 +63,8 @@ class _Reader:
         self._known = known_types(kind)
         self._values, self._characters = most_values, MOST_CHARACTERS
 
-    def read(self, value: Any, where: Where, depth: int) -> Any:
-        """Return the plain form of a value. `where` is its location, for the message."""
+    def read(self, value: Any, location: Location, depth: int) -> Any:
+        """Return the plain form of a value. `location` is its position, for the message."""
         kind = type(value)
         if kind is float:
             return value
@@ -73,54 +73,54 @@ class _Reader:
         if kind is str or kind is bytes:
             self._characters -= len(value)
             if self._characters < 0:
-                raise MalformedError(f"{_named(where)}: more than {MOST_CHARACTERS} characters in all")
-            return _encodable(value, where) if kind is str else base64.b64encode(value)
+                raise MalformedError(f"{_named(location)}: more than {MOST_CHARACTERS} characters in all")
+            return _encodable(value, location) if kind is str else base64.b64encode(value)
         if issubclass(kind, float) and not issubclass(kind, Enum):
             return float.__float__(value)
         if issubclass(kind, int) and not issubclass(kind, Enum):
             number = int.__index__(value)
             if abs(number) > LARGEST_INT:
-                raise MalformedError(f"{_named(where)}: a number beyond all bounds")
+                raise MalformedError(f"{_named(location)}: a number beyond all bounds")
             return number
         if depth >= DEEPEST:
-            raise MalformedError(f"{_named(where)}: nested more than {DEEPEST} deep")
-        return self._read_many(value, kind, where, depth + 1)
+            raise MalformedError(f"{_named(location)}: nested more than {DEEPEST} deep")
+        return self._read_many(value, kind, location, depth + 1)
 
-    def _read_many(self, value: Any, kind: type, where: Where, depth: int) -> Any:
+    def _read_many(self, value: Any, kind: type, location: Location, depth: int) -> Any:
         if kind is tuple or kind is list:
-            self._count(len(value), where)
-            return [self.read(item, (where, f"[{k}]"), depth) for k, item in enumerate(value)]
+            self._count(len(value), location)
+            return [self.read(item, (location, f"[{k}]"), depth) for k, item in enumerate(value)]
         if kind is dict and dict in self._known:
-            self._count(len(value), where)
+            self._count(len(value), location)
             if any(type(name) is not str for name in value):
-                raise MalformedError(f"{_named(where)}: a name that is not a text")
+                raise MalformedError(f"{_named(location)}: a name that is not a text")
             return {
-                _encodable(name, where): self.read(item, (where, f"[{name[:40]!a}]"), depth)
+                _encodable(name, location): self.read(item, (location, f"[{name[:40]!a}]"), depth)
                 for name, item in value.items()
             }
         if kind not in self._known:
-            raise MalformedError(f"{_named(where)}: a {kind.__name__} has no place here")
-        held = object.__getattribute__(value, "__dict__")
-        fields = [name for name in kind.model_fields if name in held]  # type: ignore[attr-defined]
-        self._count(len(fields), where)
-        return {name: self.read(held[name], (where, f".{name}"), depth) for name in fields}
+            raise MalformedError(f"{_named(location)}: a {kind.__name__} has no place here")
+        content = object.__getattribute__(value, "__dict__")
+        fields = [name for name in kind.model_fields if name in content]  # type: ignore[attr-defined]
+        self._count(len(fields), location)
+        return {name: self.read(content[name], (location, f".{name}"), depth) for name in fields}
 
-    def _count(self, many: int, where: Where) -> None:
+    def _count(self, many: int, location: Location) -> None:
         self._values -= many
         if self._values < 0:
-            raise MalformedError(f"{_named(where)}: too many values in all")
+            raise MalformedError(f"{_named(location)}: too many values in all")
 
 
-def _named(where: Where | None) -> str:
+def _named(location: Location | None) -> str:
     """Return a location as text, such as `RecoveryPlan.behaviors[0].speed_mps`."""
     names: list[str] = []
-    while where is not None:
-        where, name = where
+    while location is not None:
+        location, name = location
         names.append(name)
     return "".join(reversed(names))
 
 
-def _encodable(text: str, where: Where) -> str:
+def _encodable(text: str, location: Location) -> str:
     """Return the text if a record can store it.
 
     Raises:
@@ -131,24 +131,24 @@ def _encodable(text: str, where: Where) -> str:
     try:
         text.encode()
     except UnicodeEncodeError as error:
-        raise MalformedError(f"{_named(where)}: characters that no record can hold") from error
+        raise MalformedError(f"{_named(location)}: characters that no record can hold") from error
     return text
 
 
 @cache
 def known_types(kind: type[FrozenModel]) -> frozenset[type]:
     """Return the models, enumerations and mappings that may occur in a model, from the annotations of its fields."""
-    found: set[type] = set()
+    types: set[type] = set()
     waiting: list[type] = [kind]
     while waiting:
         item = waiting.pop()
-        if item in found:
+        if item in types:
             continue
-        found.add(item)
+        types.add(item)
         if issubclass(item, FrozenModel):
             for field in item.model_fields.values():
                 waiting += [part for part in _parts(field.annotation) if issubclass(part, (FrozenModel, Enum, dict))]
-    return frozenset(found)
+    return frozenset(types)
 
 
 def _parts(annotation: Any) -> Iterator[type]:

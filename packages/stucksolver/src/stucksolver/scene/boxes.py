@@ -37,8 +37,8 @@ class AxisGaps(NamedTuple):
 
     def with_a_wider(self, margin_m: Any) -> AxisGaps:
         """Return the gaps with box `a` widened by a margin on each side (m)."""
-        beside, along, across = self.across_a - margin_m, margin_m * self.sin, margin_m * self.cos
-        return self._replace(across_a=beside, along_b=self.along_b - along, across_b=self.across_b - across)
+        across_gap, along, across = self.across_a - margin_m, margin_m * self.sin, margin_m * self.cos
+        return self._replace(across_a=across_gap, along_b=self.along_b - along, across_b=self.across_b - across)
 
 
 def axis_gaps(a: Pose, a_half: HalfSize, b: Pose, b_half: HalfSize) -> AxisGaps:

@@ -173,12 +173,12 @@ class RoadFrame:
         """Return the adjacent lane of any kind on a side (+1 left, -1 right) of the lane that contains (s, d) (m)."""
         here = self.lane_at(s, d)
         origin = here.at(s)[1] if here is not None else d
-        found = [
+        candidates = [
             ((lane.at(s)[1] - origin) * side, lane)
             for lane in self.lanes
             if lane is not here and lane.start_m - 1.0 <= s <= lane.end_m + 1.0
         ]
-        nearest = min((pair for pair in found if pair[0] > 0.5), key=lambda pair: pair[0], default=None)
+        nearest = min((pair for pair in candidates if pair[0] > 0.5), key=lambda pair: pair[0], default=None)
         return nearest[1] if nearest else None
 
 

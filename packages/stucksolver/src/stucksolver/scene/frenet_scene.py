@@ -132,16 +132,16 @@ class FrenetScene:
     @cached_property
     def on_lane(self) -> Mask:
         """(objects,): True if the center is on a lane of the route's road."""
-        found = np.zeros(len(self.objects), dtype=bool)
+        mask = np.zeros(len(self.objects), dtype=bool)
         for lane in self.frame.lanes:
             # Beyond the known stretch of road, its lanes are assumed to continue.
             start = -np.inf if lane.start_m <= self.frame.s[0] else lane.start_m
             end = np.inf if lane.end_m >= self.frame.end_m else lane.end_m
-            beside = (self.s >= start) & (self.s <= end)
-            if beside.any():
+            within = (self.s >= start) & (self.s <= end)
+            if within.any():
                 right, left = np.interp(self.s, lane.s, lane.right), np.interp(self.s, lane.s, lane.left)
-                found[beside & (self.d >= right) & (self.d <= left)] = True
-        return found
+                mask[within & (self.d >= right) & (self.d <= left)] = True
+        return mask
 
     @cached_property
     def elsewhere(self) -> Mask:

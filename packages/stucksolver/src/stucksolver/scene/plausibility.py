@@ -163,15 +163,15 @@ def plausible_time_s(status: Status) -> float | None:
     return None if _number(*RANGES[Status]["time_s"], whole=False)(time_s) else time_s
 
 
-def _contradictions(seen: Surroundings) -> Iterator[str]:
+def _contradictions(surroundings: Surroundings) -> Iterator[str]:
     """Yield contradictions between fields that are plausible one by one."""
     names: set[str] = set()
-    for index, obj in enumerate(seen.objects):
+    for index, obj in enumerate(surroundings.objects):
         if obj.id in names:
             yield f"objects[{index}].id is {_shown(obj.id)}, like another object's: ids must be unique"
         names.add(obj.id)
-    lanes = {lane.id for lane in seen.road.lanes}
-    for index, sight in enumerate(seen.sight):
+    lanes = {lane.id for lane in surroundings.road.lanes}
+    for index, sight in enumerate(surroundings.sight):
         if sight.lane_id not in lanes:
             yield f"sight[{index}].lane_id is {_shown(sight.lane_id)}, which is no lane of the road"
 
@@ -207,8 +207,8 @@ _known_roads: tuple[tuple[RoadGeometry, str | None], ...] = ()
 def _why_road(road: Any) -> str | None:
     """Check a road once: it stays the same object during an intervention and has thousands of numbers."""
     global _known_roads
-    for known, wrong in _known_roads:
-        if known is road:
+    for cached, wrong in _known_roads:
+        if cached is road:
             return wrong
     wrong = _fields(RoadGeometry)(road) or next(_road_contradictions(road), None)
     # The tuple is replaced as a whole, because the threads of reasoners check plans, too.
@@ -232,9 +232,9 @@ def _fields(model: type[FrozenModel]) -> Check:
     def check(value: Any) -> str | None:
         if not isinstance(value, model):
             return f" is a {type(value).__name__}, not a {model.__name__}"
-        held = value.__dict__
+        values = value.__dict__
         for name, check_field in checks:
-            wrong = check_field(held.get(name, _MISSING))
+            wrong = check_field(values.get(name, _MISSING))
             if wrong is not None:
                 return f".{name}{wrong}"
         return None
@@ -275,12 +275,12 @@ def _exactly(kind: type) -> Check:
 def _number(least: float, most: float, *, whole: bool) -> Check:
     kinds: tuple[type, ...] = (int,) if whole else (float, int)
     usual: type = kinds[0]
-    what = f"{'whole ' if whole else ''}number from {least:g} to {most:g}"
+    expected = f"{'whole ' if whole else ''}number from {least:g} to {most:g}"
 
     def check(value: Any) -> str | None:
         # NaN is within no bounds. Most numbers are of the usual type, and comparing types is faster than `isinstance`.
         fits = type(value) is usual or (isinstance(value, kinds) and type(value) is not bool)
-        return None if fits and least <= value <= most else f" is {_shown(value)}, not a {what}"
+        return None if fits and least <= value <= most else f" is {_shown(value)}, not a {expected}"
 
     return check
 

@@ -28,8 +28,8 @@ def backwards(surroundings: Surroundings) -> Surroundings:
 
 
 @lru_cache(maxsize=4)
-def _road(held: RoadGeometryByKey) -> RoadGeometry:
-    road = held.road
+def _road(keyed: RoadGeometryByKey) -> RoadGeometry:
+    road = keyed.road
     end_m = road_frame(road).end_m
     count = len(road.reference)
     zones = tuple(Zone(kind=z.kind, start_m=-z.end_m, end_m=-z.start_m) for z in road.zones)

@@ -105,15 +105,15 @@ def relation(view: FrenetScene, lane: Lane | None) -> LaneRelation:
 def _object(view: FrenetScene, i: int) -> SceneObject:
     obj = view.objects[i]
     lane = view.lane_of[i]
-    where = relation(view, lane)
+    lane_relation = relation(view, lane)
     half = view.ego.width_m / 2
     in_path = bool(abs(view.d[i]) - view.across[i] < half + PATH_MARGIN_M)
     if obj.kind in VULNERABLE and obj.kind is not ObjectKind.BICYCLE and abs(view.vd[i]) > CROSSING_MPS:
-        where = LaneRelation.CROSSING
+        lane_relation = LaneRelation.CROSSING
     moved = _to_ego(view, obj)
     return SceneObject(
         **{**obj.model_dump(), **moved},
-        lane=where,
+        lane=lane_relation,
         lane_id=lane.strip.id if lane else None,
         gap_m=_rounded(view.gap[i]),
         left_edge_m=_rounded(view.d[i] + view.across[i]),
@@ -143,8 +143,8 @@ def _rounded(value: float) -> float:
     return round(float(value), 2)
 
 
-def _lane(view: FrenetScene, lane: Lane, where: LaneRelation) -> SceneLane:
-    seen = view.sight_ahead_m(lane)
+def _lane(view: FrenetScene, lane: Lane, lane_relation: LaneRelation) -> SceneLane:
+    sight_m = view.sight_ahead_m(lane)
     right, _, left = lane.at(view.ego_s)
     lines = lane.lines(view.ego_s, view.ego_s + 30.0)
     line = LineKind.SOLID if LineKind.SOLID in lines else (lane.strip.line[0] if not lines else min(lines))
@@ -152,15 +152,15 @@ def _lane(view: FrenetScene, lane: Lane, where: LaneRelation) -> SceneLane:
     ahead, behind = _free(view, lane)
     return SceneLane(
         id=lane.strip.id,
-        relation=where,
+        relation=lane_relation,
         direction=lane.strip.direction,
         kind=lane.strip.kind,
         width_m=_rounded(left - right),
         line=LineKind.KERB if kerb else line,
         may_enter=not kerb and LineKind.SOLID not in lines and lane.strip.kind is LaneKind.DRIVING,
-        free_ahead_m=ahead if seen > 0 else None,
-        free_behind_m=behind if seen > 0 else None,
-        sight_ahead_m=_rounded(seen) if seen > 0 else None,
+        free_ahead_m=ahead if sight_m > 0 else None,
+        free_behind_m=behind if sight_m > 0 else None,
+        sight_ahead_m=_rounded(sight_m) if sight_m > 0 else None,
         speed_limit_mps=lane.strip.speed_limit_mps,
     )
 

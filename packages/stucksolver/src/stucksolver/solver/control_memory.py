@@ -73,7 +73,7 @@ class ControlMemory:
         if not raw.controls and not self._lines:
             return raw.controls
         frame, front_s = _front(raw)
-        known, elsewhere = self._here(frame, front_s)
+        known, off_route = self._here(frame, front_s)
         matched, others = self._matched(raw.controls, known)
         vanished: list[TrafficControl] = []
         lines: list[_Line] = []
@@ -82,21 +82,21 @@ class ControlMemory:
             lines.append(line)
             vanished += missing
         lines += self._new(others, frame, front_s)
-        self._lines = (*elsewhere, *lines)[-MOST_LINES:]
+        self._lines = (*off_route, *lines)[-MOST_LINES:]
         return tuple(sorted((*raw.controls, *vanished), key=lambda c: c.distance_m)) if vanished else raw.controls
 
     def _here(self, frame: RoadFrame, front_s: float) -> tuple[list[_Place], list[_Line]]:
         """Return the lines on this stretch of the route that are not yet well behind, and the lines not on it."""
         here: list[_Place] = []
-        elsewhere: list[_Line] = []
+        off_route: list[_Line] = []
         for line in self._lines:
             s, d, _ = frame.to_road(np.array([[line.x_m, line.y_m]]))
             on_route = abs(float(d[0])) < ASIDE_M and frame.s[0] <= s[0] <= frame.end_m
             if not on_route:
-                elsewhere.append(line)
+                off_route.append(line)
             elif float(s[0]) - front_s > -BEHIND_M:
                 here.append(_Place(float(s[0]) - front_s, line))
-        return here, elsewhere
+        return here, off_route
 
     @staticmethod
     def _matched(
@@ -106,7 +106,7 @@ class ControlMemory:
 
         Each control belongs to the nearest line.
         """
-        found: list[list[TrafficControl]] = [[] for _ in known]
+        groups: list[list[TrafficControl]] = [[] for _ in known]
         others: list[TrafficControl] = []
         for control in controls:
             away = [
@@ -115,10 +115,10 @@ class ControlMemory:
             ]
             k = min(range(len(known)), key=away.__getitem__, default=None)
             if k is not None and away[k] <= known[k].line.sure_m:
-                found[k].append(control)
+                groups[k].append(control)
             else:
                 others.append(control)
-        return found, others
+        return groups, others
 
     def _seen_again(
         self, place: _Place, seen: list[TrafficControl], frame: RoadFrame, front_s: float
@@ -172,17 +172,17 @@ def _lost(before: tuple[TrafficControl, ...], seen: list[TrafficControl]) -> lis
         return list(before)
     if len({(head.state, head.applies) for head in before}) == 1:
         return []
-    left = list(before)
+    remaining = list(before)
     changed = []
     for head in seen:
-        same = next((k for k, b in enumerate(left) if (b.state, b.applies) == (head.state, head.applies)), None)
+        same = next((k for k, b in enumerate(remaining) if (b.state, b.applies) == (head.state, head.applies)), None)
         if same is None:
             changed.append(head)
         else:
-            del left[same]
+            del remaining[same]
     # A head with a new state is one of those that may have changed. Heads that forbid crossing are kept to the last.
-    left.sort(key=lambda head: head.state not in MAY_PASS)
-    return left[len(changed) :]
+    remaining.sort(key=lambda head: head.state not in MAY_PASS)
+    return remaining[len(changed) :]
 
 
 def _unknown(head: TrafficControl, distance_m: float) -> TrafficControl:

@@ -28,9 +28,9 @@ def _doing(scene: Scene) -> str:
     doing = "Driving" if scene.ego.speed_mps >= MOVING_MPS else "Standing"
     if lead is None:
         return f"{doing}, nothing in the way."
-    what = lead.kind.value.replace("_", " ")
+    lead_kind = lead.kind.value.replace("_", " ")
     how = "slow" if lead.speed_along_mps > 0.5 else "stopped"
-    return f"{doing} behind a {how} {what}{', hazard lights on' if lead.hazard_lights else ''}."
+    return f"{doing} behind a {how} {lead_kind}{', hazard lights on' if lead.hazard_lights else ''}."
 
 
 def _light(scene: Scene) -> list[str]:

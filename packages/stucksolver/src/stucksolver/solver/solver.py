@@ -288,7 +288,7 @@ class StuckSolver:
             situation = situation_text(scene().scene, question.text if question else None)
             while self._utterances:
                 self._reader.take(self._utterances.popleft(), now - self._timeline.offset_s, now, situation)
-        heard = self._reader.poll(now)
+        guidance = self._reader.poll(now)
         answer = self._reasoner.poll(now)
         return Inputs(
             status=status,
@@ -299,7 +299,7 @@ class StuckSolver:
             progress_in_window_m=self._detector.progress_in_window_m,
             offset_s=self._timeline.offset_s,
             jump_s=self._timeline.jump_s,
-            heard=heard,
+            heard=guidance,
             hearing=self._reader.busy,
             reply=self._desk.take(),
             answer=answer,
@@ -307,9 +307,9 @@ class StuckSolver:
         )
 
     def _look(self, read: Read, now_s: float) -> SurroundingsInput:
-        seen = self._senses.look(read, now_s, now_s - self._timeline.offset_s)
-        seen = None if seen is None else self._launches.with_measured_acceleration(seen)
-        return SurroundingsInput(seen, self._senses.fault, self._senses.blind_s(now_s))
+        surroundings = self._senses.look(read, now_s, now_s - self._timeline.offset_s)
+        surroundings = None if surroundings is None else self._launches.with_measured_acceleration(surroundings)
+        return SurroundingsInput(surroundings, self._senses.fault, self._senses.blind_s(now_s))
 
     def _snapshot(self, status: Status, sight: SurroundingsInput) -> SceneInput:
         """Build the scene from the same surroundings that the guard reads at this tick."""

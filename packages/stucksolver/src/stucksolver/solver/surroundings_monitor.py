@@ -152,20 +152,20 @@ class SurroundingsMonitor:
         A tracker that reports the uncertainty of positions has its own memory: it keeps occluded objects, and ends a
         track after it has observed the position often enough. Only vulnerable road users are kept for longer here.
         """
-        seen = self._seen
+        latest = self._seen
         for o in objects:
-            seen[o.id] = (o, now_s)
-        if len(seen) == len(objects):
+            latest[o.id] = (o, now_s)
+        if len(latest) == len(objects):
             return objects
         vanished: list[TrackedObject] = []
-        for name, (o, when) in list(seen.items()):
+        for name, (o, when) in list(latest.items()):
             if when == now_s:
                 continue
             is_remembered = o.position_sd_m is not None and o.kind not in VULNERABLE
             if 0.0 <= now_s - when <= HOLD_S + SAME_S and not is_remembered:
                 vanished.append(_extrapolated(o, now_s - when))
             else:
-                del seen[name]
+                del latest[name]
         return (*objects, *vanished) if vanished else objects
 
 
@@ -194,9 +194,9 @@ def _late(age_s: float, behind_s: float) -> str | None:
         oldest = f"no plan begins on data older than {FROZEN_TELL_S:g} s"
         return f"surroundings.age_s is {age_s:.1f} s: {oldest}; give newer data"
     if abs(behind_s) > FROZEN_TELL_S:
-        where = "behind" if behind_s > 0.0 else "ahead of"
+        relation = "behind" if behind_s > 0.0 else "ahead of"
         remedy = "stamp both from one clock, or give the age of the data in age_s"
-        return f"surroundings.time_s is {abs(behind_s):.1f} s {where} status.time_s; {remedy}"
+        return f"surroundings.time_s is {abs(behind_s):.1f} s {relation} status.time_s; {remedy}"
     return None
 
 

@@ -292,9 +292,9 @@ def _shouts(text: str) -> bool:
         return True
     if any(named) and any(CRIES.match(item) for item, _ in items):
         return True
-    for (item, end), who in zip(items, named, strict=True):
-        who = who or VEHICLE_THERE.match(item) is not None
-        if WARNS.match(item) or MINDS.match(item) or ONCOMING.match(item) or (who and ("!" in end or "！" in end)):
+    for (item, end), is_named in zip(items, named, strict=True):
+        is_named = is_named or VEHICLE_THERE.match(item) is not None
+        if WARNS.match(item) or MINDS.match(item) or ONCOMING.match(item) or (is_named and ("!" in end or "！" in end)):
             return True
     return WARNING_SIGNS.search(text) is not None
 
@@ -305,8 +305,8 @@ def _is_in_the_way(clause: Clause) -> bool:
         return False
     if any(pattern.search(text) for pattern in PRESENT):
         return True
-    found = MOVES_THERE.search(text)
-    if found is None:
+    match = MOVES_THERE.search(text)
+    if match is None:
         return False
-    owned = OWNED.match(found["who"] or "") is not None
+    owned = OWNED.match(match["who"] or "") is not None
     return not owned or NEAR.search(text) is not None

@@ -26,7 +26,7 @@ REQUEST_AND_CALL = re.compile(
 
 def strip_caution(text: str) -> str | None:
     """Return the request before a call for care that ends the text; None without such a call."""
-    found = REQUEST_AND_CALL.match(text.strip().replace("\u2019", "'"))
-    if found is None or WARNS.search(found["of"]):
+    match = REQUEST_AND_CALL.match(text.strip().replace("\u2019", "'"))
+    if match is None or WARNS.search(match["of"]):
         return None
-    return found["request"]
+    return match["request"]

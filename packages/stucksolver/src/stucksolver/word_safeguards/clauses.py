@@ -87,8 +87,8 @@ class Clause:
     @cached_property
     def negated_at(self) -> int | None:
         """Index of the first negation in the text; None if there is none."""
-        found = NEGATION.search(self.text)
-        return None if found is None else found.start()
+        match = NEGATION.search(self.text)
+        return None if match is None else match.start()
 
     def asserts(self, pattern: re.Pattern[str]) -> bool:
         """True if the clause contains the pattern and neither denies nor doubts it."""
@@ -100,8 +100,8 @@ class Clause:
 
     def denies(self, pattern: re.Pattern[str]) -> bool:
         """True if the clause contains the pattern after a negation, or at its own negation."""
-        found = pattern.search(self.text)
-        return found is not None and self.negated_at is not None and found.end() > self.negated_at
+        match = pattern.search(self.text)
+        return match is not None and self.negated_at is not None and match.end() > self.negated_at
 
     def is_negated(self, pattern: re.Pattern[str]) -> bool:
         """True if the clause contains the pattern and a negation anywhere."""

@@ -137,8 +137,8 @@ ABOUT_TO_LEAVE = re.compile(
 
 def evidence_for(claim: Claim, text: str) -> Evidence:
     """Return the evidence of the words for a claim that gives a permission."""
-    found = _FINDERS[claim](clauses_of(text))
-    return Evidence.NEITHER if found is Evidence.ASSERTED and is_question(text) else found
+    evidence = _FINDERS[claim](clauses_of(text))
+    return Evidence.NEITHER if evidence is Evidence.ASSERTED and is_question(text) else evidence
 
 
 def denies_softness(text: str) -> bool:

@@ -111,8 +111,8 @@ def bars_driving_over(text: str) -> bool:
     """True if the utterance bars driving over the object ahead: it is alive, hard, or not what it looks like."""
     if is_of_another_time(text):
         return False
-    found = states_danger(text) or foresees_collision(text) or denies_softness(text)
-    return found or any(_is_dangerous(clause) for clause in clauses_of(text))
+    is_danger = states_danger(text) or foresees_collision(text) or denies_softness(text)
+    return is_danger or any(_is_dangerous(clause) for clause in clauses_of(text))
 
 
 def _is_dangerous(clause: Clause) -> bool:

@@ -73,13 +73,13 @@ class InterpreterWorker:
             return self._alarms.popleft()
         while self._waiting:
             head = self._waiting[0]
-            found = self._read(head, now_s)
-            if found is None:
+            result = self._read(head, now_s)
+            if result is None:
                 return None
             self._waiting.popleft()
-            reading = restrained(found[0], head.words.text)
+            reading = restrained(result[0], head.words.text)
             if not head.alarmed or reading.intent in STOPPING:
-                return GuidanceInput(head.words.model_copy(update={"reading": reading}), found[1])
+                return GuidanceInput(head.words.model_copy(update={"reading": reading}), result[1])
         return None
 
     def _call(self, guidance: GuidanceInput) -> None:

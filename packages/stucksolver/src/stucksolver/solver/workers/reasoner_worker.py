@@ -93,8 +93,8 @@ class ReasonerWorker:
 
     def _check(self, query: Query) -> PlanCheck | None:
         """Return a check with the guard's verdict on a plan at the time of the query, as text."""
-        seen = query.seen
-        if seen is None:
+        surroundings = query.seen
+        if surroundings is None:
             return None
 
         def check(plan: RecoveryPlan) -> str:
@@ -104,7 +104,7 @@ class ReasonerWorker:
                 return str(Verdict(rejects=(RejectReason(code=RejectCode.IMPLAUSIBLE, detail=str(error)),)))
             guided = intent_authorizes(query.reading, plan)
             limited = apply_guidance_limits(plan, query.reading)
-            return preview_verdict(limited, FrenetScene(seen), query.asked_s, guard=self._guard, guided=guided)
+            return preview_verdict(limited, FrenetScene(surroundings), query.asked_s, guard=self._guard, guided=guided)
 
         return check
 
