@@ -62,8 +62,8 @@ def _is_ahead_of_ego(case: CheckContext, station: Array, i: int, t: Array) -> Ma
 def _stays_behind(case: CheckContext, station: Array, i: int, t: Array) -> Mask:
     """(profiles,): True if the ego remains in the object's path to the end, never reaches the object, or joins it.
 
-    A stack falls back behind an object in the path of its body, but not behind an object that the path leads around or
-    passes at a small distance. To join means to move in behind the object, in line with it, and to leave its path
+    A stack falls back behind an object in the path of its body. It does not behind an object that the path leads around
+    or passes at a small distance. To join means to move in behind the object, in line with it, and to leave its path
     before reaching it. If the object brakes meanwhile, the stack falls back, and `lane_entry` has kept the distance.
     """
     view, path, braking = case.view, case.path, case.policy.prediction.braking_mps2

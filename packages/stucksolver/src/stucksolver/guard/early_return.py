@@ -1,8 +1,8 @@
 """Checks committed sideways moves toward a stationary object for the tracking error that may grow meanwhile.
 
 Before the commit point a tracking error ends the plan with a stop. After it the plan is finished, with an error of up
-to `TrackingPolicy.error_m`. On a return into the lane the heading carries the body toward the passed object, so a stop
-for a contact that is predicted there comes too late.
+to `TrackingPolicy.error_m`. On a return into the lane the heading carries the body toward the passed object. A stop for
+a contact that is predicted there comes too late.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from stucksolver.scene.frenet_scene import MOVING_MPS
 def early_return(case: CheckContext, no_stop: Mask) -> list[RejectReason]:
     """Check that no committed part of a path leads toward a stationary object that a tracking error then touches.
 
-    Along such a part the gap must stay at least the largest tracking error since the commit point, or the gap at which
-    the path began to lead there. Beside an object, an error shows in time for a stop.
+    Along such a part the gap must stay at least the largest tracking error since the commit point. A smaller gap is
+    allowed if the path began to lead there at that gap: beside an object, an error shows in time for a stop.
 
     Args:
         case: Plan, before it starts.

@@ -1,8 +1,8 @@
-"""Checks passes through the oncoming lane: it must be visibly free, and stay free from the commit point to the return.
+"""Checks passes through the oncoming lane: it must be visible and free from the commit point to the return.
 
-Up to the commit point, a plan is checked again on every tick and can be ended by a stop in the ego's own lane (R17 and
-R19 in docs/SAFETY.md). So occluded traffic is assumed to appear from the commit point on, not from the start. Traffic
-that appears earlier is detected in time.
+Up to the commit point, a plan is checked again on every tick. A stop in the ego's own lane can end it (R17 and R19 in
+docs/SAFETY.md). So occluded traffic is assumed to appear from the commit point on, not from the start. Traffic that
+appears earlier is detected in time.
 """
 
 from __future__ import annotations

@@ -11,8 +11,8 @@ from stucksolver.scene.frenet import Array
 def rss_distance(rear_mps: float, front_mps: float, policy: RssPolicy, *, running: bool = False) -> float:
     """Return the longitudinal distance that a follower must keep (m). `running`: True if a plan is already running.
 
-    Lemma 2 of Shalev-Shwartz, Shammah and Shashua, "On a Formal Model of Safe and Scalable Self-driving Cars" (2017),
-    but without acceleration during the reaction time, because the rear driver has watched the other approach.
+    Lemma 2 of Shalev-Shwartz, Shammah and Shashua, "On a Formal Model of Safe and Scalable Self-driving Cars" (2017).
+    The reaction time has no acceleration here, because the rear driver has watched the other approach.
     """
     braking = policy.running_braking_mps2 if running else policy.response_braking_mps2
     rear = rear_mps * policy.reaction_s + rear_mps**2 / (2 * braking)
