@@ -185,7 +185,7 @@ def test_what_is_not_listed_is_not_seen():
 
 
 @pytest.mark.parametrize(
-    ("ahead_m", "told"), [(12.4, "12 m ahead"), (0.4, "beside us"), (-0.3, "beside us"), (-3.0, "3 m behind")]
+    ("ahead_m", "told"), [(12.4, "12 m ahead"), (0.4, "beside the ego"), (-0.3, "beside the ego"), (-3.0, "3 m behind")]
 )
 def test_places_are_told_as_people_say_them(ahead_m, told):
     assert whereabouts(ahead_m) == told

@@ -285,14 +285,14 @@ def test_passable_object_over_bag_is_reported_at_0_m():
     (found,) = (
         r for r in rejects(OVER, bag(thing("it", 60.0, 0.0, kind=K.UNKNOWN, length=0.5))) if r.object_id == "bag"
     )
-    assert found.detail == "bag has unknown it 0.0 m beside it"
+    assert found.detail == "bag has unknown it at 0.0 m, required 2.0 m"
 
 
 def test_recheck_bag_no_longer_perceived_ends_drive_over():
     _, proven = GUARD.accept([OVER], bag().view(), False)
     assert proven is not None
     found = GUARD.recheck(proven, World(ROAD).view()).rejects
-    assert [(r.code, r.detail) for r in found] == [(C.NOT_PASSABLE, "bag is no longer seen")]
+    assert [(r.code, r.detail) for r in found] == [(C.NOT_PASSABLE, "bag is no longer detected")]
 
 
 def test_what_may_not_be_driven_over_says_why():
@@ -300,11 +300,11 @@ def test_what_may_not_be_driven_over_says_why():
         return next(r.detail for r in rejects(OVER, bag(**more)) if r.code is C.NOT_PASSABLE)
 
     assert why(kind=K.DEBRIS) == "bag is classified as debris, which is never driven over"
-    assert why(kind_confidence=None) == "bag is classified as bag with confidence 0.00; 0.80 is required"
+    assert why(kind_confidence=None) == "bag is classified as bag with confidence 0.00, required 0.80"
     assert why(speed=0.5) == "bag is moving"
-    assert why(length=1.5) == "bag is 1.5 m long, at most 1.2 m is allowed"
-    assert why(height=0.3) == "bag is 0.30 m high, at most 0.15 m is allowed"
-    assert why(seen_for_s=None) == "bag has been seen for 0.0 s, 1 s is required"
+    assert why(length=1.5) == "bag is 1.5 m long, allowed 1.2 m"
+    assert why(height=0.3) == "bag is 0.30 m high, allowed 0.15 m"
+    assert why(seen_for_s=None) == "bag has been tracked for 0.0 s, required 1.0 s"
 
 
 # ---- the oncoming lane

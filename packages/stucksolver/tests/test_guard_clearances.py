@@ -128,7 +128,11 @@ def test_doors_are_on_the_middle_half_of_a_vehicle(x, reached):
 def test_door_rejection_names_car_and_time():
     """A door that may open is reported with its car and the time at which it would matter."""
     (found,) = (r for r in rejects(ON, at(0.6, K.CAR)) if r.code is C.DOOR)
-    assert found.object_id == "it" and found.detail == "a door of car it may open into the path"
+    assert (
+        found.object_id == "it"
+        and found.detail.startswith("car it: gap ")
+        and "to an open door, required " in found.detail
+    )
     assert found.time_s == pytest.approx(reached_s(75.0 - 1.15 - BUMPER_X), abs=0.3)
 
 
@@ -146,7 +150,7 @@ def test_a_verdict_names_who_is_met_when_and_how_near(gap_m, code):
     assert found.code is code and found.object_id == "it"
     assert found.gap_m == pytest.approx(gap_m, abs=0.02)
     assert found.time_s == pytest.approx(reached_s(75.0 - 2.3 - BUMPER_X), abs=0.4)
-    assert found.detail == f"barrier it: gap {found.gap_m:.1f} m after {found.time_s:.1f} s"
+    assert found.detail == f"barrier it: gap {found.gap_m:.2f} m, required 0.54 m at {found.time_s:.1f} s"
 
 
 def test_a_verdict_names_the_three_nearest_the_nearest_first():

@@ -265,7 +265,7 @@ def test_every_code_has_its_test():
 
 def test_a_verdict_reads_as_its_reasons():
     verdict, _ = Guard().accept([BORROW], parked(sight_m=100.0).view(), guided=False)
-    assert "oncoming_sight: sees 100 m" in str(verdict)
+    assert "oncoming_sight: oncoming lane: sight distance 100.0 m" in str(verdict)
     assert str(Guard().accept([BORROW], parked().view(), guided=False)[0]) == "accepted"
     assert math.isfinite(verdict.rejects[0].gap_m)
 

@@ -59,8 +59,8 @@ def test_lane_entry_rejection_reports_gap_with_reserve():
     """The rejection reports the required gap to a follower with 1 m in reserve."""
     found = entries(car(12.0, 8.0))[0]
     assert found.object_id == "car" and found.gap_m is not None
-    needed = float(found.detail.split("needs ")[1].removesuffix(" m"))
-    assert found.detail.startswith(f"car car behind: {found.gap_m:.1f} m, ")
+    needed = float(found.detail.split("required ")[1].split(" m")[0])
+    assert found.detail.startswith(f"car car behind: gap {found.gap_m:.1f} m, ")
     entered_mps = 5.0
     least, most = (8.0 + 64.0 / 7 - v**2 / 16 + 1.0 for v in (entered_mps, 0.0))
     assert least - 0.1 <= needed <= most + 0.1
@@ -73,7 +73,7 @@ def test_lane_entry_gap_to_lead_covers_ego_braking():
     """
     (found,) = entries(car(60.0, 0.5))
     assert " ahead: " in found.detail and found.object_id == "car"
-    needed = float(found.detail.split("needs ")[1].removesuffix(" m"))
+    needed = float(found.detail.split("required ")[1].split(" m")[0])
     assert 1.0 < needed <= 0.5 * 5.0 + 25.0 / 6 - 0.25 / 16 + 1.0 + 0.05
     assert not entries(car(90.0, 0.5))
 

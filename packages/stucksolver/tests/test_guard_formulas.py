@@ -64,7 +64,7 @@ def coming_in(lead, *, speed=5.0, now_s=2.0, running=False):
     case = replace(case_on(d, [0.0] * 80, [lead], speed=speed), running=running)
     t = np.array([0.0, now_s])
     station = np.array([[50.0, 50.0 + speed * now_s]])
-    return bool(adjacent_traffic._is_before_us(case, station, 0, t)[0])
+    return bool(adjacent_traffic._is_ahead_of_ego(case, station, 0, t)[0])
 
 
 @pytest.mark.parametrize("theirs", [2.0, 4.5, 6.0])
@@ -288,7 +288,7 @@ def test_help_is_not_called_for_in_a_junction():
     inside = World(zones(ZoneKind.JUNCTION, 45.0, 60.0))
     (found,) = GUARD.allows_standing(call, inside.view()).rejects
     assert found.code is C.STOPPING_PLACE
-    assert "only where it may stop" in found.detail
+    assert "requires a stop outside junctions" in found.detail
     assert GUARD.allows_standing(call, World(MULTI).view()).accepted
 
 

@@ -37,7 +37,7 @@ def found(code, *others, road=ROAD, guard=GUARD, **world):
 def needed_m(road, guard=GUARD):
     """The sight that is asked for, as a verdict on less tells."""
     (reject,) = found(C.ONCOMING_SIGHT, road=road, guard=guard, sight_m=10.0)
-    assert reject.detail.startswith("sees 10 m of the oncoming lane, needs ")
+    assert reject.detail.startswith("oncoming lane: sight distance 10.0 m, required ")
     return 10.0 - reject.gap_m, reject.time_s
 
 
@@ -81,7 +81,9 @@ def met(x, speed=-10.0, y=LANE_M, **world):
 def free_from(speed):
     """Where a car must be at least so that it is not met."""
     (reject,) = found(C.ONCOMING_GAP, car(80.0, speed))
-    assert reject.object_id == "car" and reject.detail == f"car car comes at {-speed:.1f} m/s, 30 m ahead"
+    assert reject.object_id == "car" and reject.detail.startswith(
+        f"car car 30 m ahead: approaches at {-speed:.1f} m/s, "
+    )
     return 80.0 - reject.gap_m, reject.time_s
 
 
@@ -139,4 +141,4 @@ def test_the_oncoming_lane_must_go_on_beside_the_whole_way():
     whole = World(ROAD, [LEAD]).view()
     path = GUARD.lay_out([BORROW], whole, False, NOBODY).path
     (found,) = oncoming_lane.oncoming(CheckContext(view, replace(path, enters=(lane,)), GUARD.policy))
-    assert found.code is C.OFF_ROAD and found.detail == "the oncoming lane ends beside the manoeuvre"
+    assert found.code is C.OFF_ROAD and found.detail == "the oncoming lane ends before the path does"

@@ -128,7 +128,7 @@ def test_could_not_stop_follower_accelerates_reacts_and_brakes(number, reaction_
         assert (found is not None) is refused
         if found is not None:
             assert found.time_s == when and found.gap_m == pytest.approx(needed - 0.05, abs=0.01)
-            assert found.detail == f"car behind does not yield: {found.gap_m:.1f} m behind"
+            assert found.detail.startswith(f"car behind behind: gap {found.gap_m:.1f} m, required ")
 
 
 @pytest.mark.parametrize(("beyond_m", "past"), [(0.05, True), (-0.05, False)])
@@ -168,7 +168,7 @@ def test_could_not_stop_unknown_limit_assumes_50_kmh():
 def test_entry_gap_to_lead_is_difference_of_stopping_distances(own, front, needed):
     """Behind a lead vehicle, the ego keeps its stopping distance less that of the lead."""
     case = case_on([0.0] * 4, [0.0] * 4)
-    assert lane_entry._behind_whom(case, own, front) == pytest.approx(needed)
+    assert lane_entry._follow_distance_m(case, own, front) == pytest.approx(needed)
 
 
 @pytest.mark.parametrize("running", [False, True])
@@ -300,7 +300,7 @@ def test_oncoming_zone_within_3_m_of_body_rejects(aside_m, in_it):
         case, _, _ = borrowed((Zone(kind=ZoneKind.LEVEL_CROSSING, start_m=start, end_m=end),))
         zone = [r for r in oncoming_lane.oncoming(case) if r.code is C.ZONE]
         assert bool(zone) is in_it
-        assert not zone or zone[0].detail == "the plan would use the oncoming lane in a level crossing"
+        assert not zone or zone[0].detail == "oncoming lane used within 3.0 m of a level crossing"
 
 
 def test_the_first_of_two_zones_does_not_hide_the_second():

@@ -108,7 +108,7 @@ def test_stops_with_contact_before_standstill_are_not_safe(number):
         assert bool(found) is bool(least < 0.0)
     if found:
         assert found[0].code is C.NO_ABORT and found[0].object_id == "it"
-        assert found[0].detail == f"an abort would hit car it after {found[0].time_s:.1f} s"
+        assert found[0].detail == f"car it: contact at {found[0].time_s:.1f} s after an abort"
         if speed >= POLICY.prediction.sets_off_mps:
             assert abs(y + speed * found[0].time_s) < HALF_WIDTH_M + 2.3 + speed * SURE_S + 0.1
 

@@ -70,7 +70,7 @@ def test_each_leg_begins_where_the_last_one_ended():
 
 @pytest.mark.parametrize("lane_m", [3.0, 3.5])
 def test_a_road_that_is_too_narrow_is_refused(lane_m):
-    with pytest.raises(NoPathError, match="turn round"):
+    with pytest.raises(NoPathError, match="turn around"):
         multi_point_turn(World(road_of(lane_m)).view())
     assert judged(World(road_of(lane_m))) == {C.NO_PATH}
 

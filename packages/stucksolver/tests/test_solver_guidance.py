@@ -28,7 +28,7 @@ def test_words_expire_after_30_s_with_the_last_reason_told():
     ended = next(e for e in seen.events if e.kind is EventKind.GUIDANCE_ENDED)
     assert ended.time_s == pytest.approx(35.05, abs=0.06)
     assert "expired" in ended.text
-    assert "sees 60 m of the oncoming lane" in ended.text
+    assert "oncoming lane: sight distance 60.0 m" in ended.text
     assert set(map(type, seen.directives)) == {type(CONTINUE)}
 
 

@@ -186,10 +186,10 @@ def test_step_status_lost_begins_no_plan_not_even_by_words():
 
 
 CLOCKS = {
-    "stands still": lambda tick: 5.0,
+    "does not advance": lambda tick: 5.0,
     "stands at nought": lambda tick: 0.0,
     "hardly goes": lambda tick: 5.0 + 1e-9 * tick,
-    "runs backwards": lambda tick: 1000.0 - 0.05 * tick,
+    "runs backward": lambda tick: 1000.0 - 0.05 * tick,
     "runs far backwards": lambda tick: 1e6 - 7.0 * tick,
     "milliseconds": lambda tick: 50.0 * tick,
     "nanoseconds": lambda tick: 5e7 * tick,
@@ -220,7 +220,7 @@ def test_step_clock_paused_and_resumed_still_recovers():
             directive = solver.step(world.status(), world.surroundings)
             if not 10 <= tick < 10 + 2 * STUCK_TICKS:
                 world.drive(directive)
-    assert len(faults(told)) == 1 and faults(told)[0].startswith("status.time_s stands still")
+    assert len(faults(told)) == 1 and faults(told)[0].startswith("status.time_s does not advance")
     assert EventKind.RECOVERED in [event.kind for event in told]
 
 

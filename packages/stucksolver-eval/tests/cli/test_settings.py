@@ -98,7 +98,7 @@ def test_settings_subcommand_has_section_and_flag_overrides_excluded_setting():
 def test_what_was_taken_from_elsewhere_is_said(capsys, monkeypatch):
     monkeypatch.setenv("STUCKSOLVER_DEMO_SEED", "5")
     parsed("demo")
-    assert "seed 5, by STUCKSOLVER_DEMO_SEED" in capsys.readouterr().err
+    assert "seed 5, from STUCKSOLVER_DEMO_SEED" in capsys.readouterr().err
     parsed("demo", "--seed", "6")
     assert capsys.readouterr().err == ""
 
@@ -107,7 +107,7 @@ def test_help_names_what_the_file_says_as_the_default(capsys):
     write("[demo]\nseed = 41\n")
     with pytest.raises(SystemExit):
         main(["demo", "--help"])
-    assert "default: 41, by stucksolver.toml" in " ".join(capsys.readouterr().out.split())
+    assert "default: 41, from stucksolver.toml" in " ".join(capsys.readouterr().out.split())
 
 
 @pytest.mark.parametrize(
@@ -118,12 +118,12 @@ def test_help_names_what_the_file_says_as_the_default(capsys):
         ("[all]\nsede = 3\n", "[all] has no setting 'sede'; did you mean 'seed'?"),
         ("[ride]\nsede = 3\n", "[ride] has no setting 'sede'"),
         ("seed = 3\n", "'seed' is outside any section"),
-        ("[demo]\nseed = 'x'\n", "stucksolver.toml: [demo] seed: 'x' is not possible; give a whole number"),
-        ("[demo]\nseed = true\n", "[demo] seed: True is not possible"),
-        ("[demo]\nseed = [1]\n", "[demo] seed: [1] is not possible"),
-        ("[demo]\nroad = 'mud'\n", "[demo] road: 'mud' is not possible; choose from any, one_lane, multi_lane"),
-        ("[ride]\nonce = 'yes'\n", "[ride] once: 'yes' is not possible; give true or false"),
-        ("[evaluate]\nsweep = 'v_min=3'\n", "[evaluate] sweep: 'v_min=3' is not possible; give a list"),
+        ("[demo]\nseed = 'x'\n", "stucksolver.toml: [demo] seed: expected a whole number, got 'x'"),
+        ("[demo]\nseed = true\n", "[demo] seed: expected one value, got True"),
+        ("[demo]\nseed = [1]\n", "[demo] seed: expected one value, got [1]"),
+        ("[demo]\nroad = 'mud'\n", "[demo] road: invalid value 'mud'; choose from any, one_lane, multi_lane"),
+        ("[ride]\nonce = 'yes'\n", "[ride] once: expected true or false, got 'yes'"),
+        ("[evaluate]\nsweep = 'v_min=3'\n", "[evaluate] sweep: expected a list, got 'v_min=3'"),
         ("[memory.forgot]\ndays = 1\n", "did you mean 'memory.forget'?"),
         ("[evaluate]\nunguarded = true\n", "[evaluate] has no setting 'unguarded'"),
         ("[demo\n", "stucksolver.toml cannot be read"),
@@ -137,7 +137,7 @@ def test_settings_invalid_file_is_one_line_error(capsys, text, told):
     assert told in said.err and said.err.count("\n") == 1 and not said.out
 
 
-@pytest.mark.parametrize(("value", "told"), [("x", "STUCKSOLVER_DEMO_SEED: 'x' is not possible; give a whole number")])
+@pytest.mark.parametrize(("value", "told"), [("x", "STUCKSOLVER_DEMO_SEED: expected a whole number, got 'x'")])
 def test_a_mistake_in_a_variable_names_the_variable(capsys, monkeypatch, value, told):
     monkeypatch.setenv("STUCKSOLVER_DEMO_SEED", value)
     assert main(["demo"]) == 2

@@ -72,7 +72,7 @@ BAD = {
     "an unknown behaviour": (
         "[approval.behaviors]",
         '[approval.behaviors]\nfly = "operator"',
-        "unknown behaviour 'fly'",
+        "unknown behavior 'fly'",
     ),
     "an unknown table": ("[words]", "[wrods]", "wrods: unknown key; did you mean words"),
 }
@@ -119,7 +119,7 @@ def test_solver_ladder_from_file_profile_or_value_is_used(tmp_path):
     path.write_text(DEFAULT.replace('solid_line = "passenger"', 'solid_line = "operator"'), encoding="utf-8")
     for given_, expected in ((path, "operator"), ("evaluation", "autonomous"), (profile("default"), "passenger")):
         assert StuckSolver(lambda surroundings: None, ladder=given_).guard.policy.solid_line == expected
-    with pytest.raises(LadderError, match="less than ladder 'default' does for: solid_line"):
+    with pytest.raises(LadderError, match="less approval than ladder 'default' for: solid_line"):
         StuckSolver(lambda surroundings: None, guard=Guard(), ladder=path)
     stricter = Guard(GuardPolicy(solid_line="forbid"))
     assert StuckSolver(lambda surroundings: None, guard=stricter, ladder=path).guard is stricter
@@ -127,7 +127,7 @@ def test_solver_ladder_from_file_profile_or_value_is_used(tmp_path):
 
 def test_solver_guard_laxer_than_default_ladder_is_rejected():
     """A user's guard must not require less than the default ladder; a stricter guard is used."""
-    with pytest.raises(LadderError, match="less than ladder 'default' does for: solid_line"):
+    with pytest.raises(LadderError, match="less approval than ladder 'default' for: solid_line"):
         StuckSolver(lambda surroundings: None, guard=Guard(GuardPolicy(solid_line="autonomous")))
     stricter = Guard(GuardPolicy(solid_line="forbid"))
     assert StuckSolver(lambda surroundings: None, guard=stricter).guard is stricter

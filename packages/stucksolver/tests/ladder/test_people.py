@@ -113,9 +113,9 @@ def test_what_needs_the_operator_is_not_released_by_the_passenger():
 
 def test_a_yes_to_nothing_is_refused():
     solver = StuckSolver(lambda surroundings: None)
-    with pytest.raises(QuestionError, match="nothing is asked"):
+    with pytest.raises(QuestionError, match="no question is open"):
         solver.approve()
-    with pytest.raises(QuestionError, match="nothing is asked"):
+    with pytest.raises(QuestionError, match="no question is open"):
         solver.deny("q1")
 
 

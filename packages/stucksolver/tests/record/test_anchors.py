@@ -52,7 +52,7 @@ def test_lines_cut_off_at_the_end_are_found(tmp_path, record, kept):
     short = tmp_path / "short.jsonl"
     short.write_bytes(b"".join(record.read_bytes().splitlines(keepends=True)[:kept]))
     assert len(list(read_chain(short))) == kept
-    with pytest.raises(RecordError, match=rf"anchor is for line 6, but it has only {kept} lines"):
+    with pytest.raises(RecordError, match=rf"anchor is for line 6, but the record has only {kept} lines"):
         check_anchor(short, head_of(record))
 
 

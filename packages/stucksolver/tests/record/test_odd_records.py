@@ -79,7 +79,7 @@ def test_record_bytes_after_its_end_are_refused(what, read, whole, tmp_path):
     with pytest.raises(RecordError) as error:
         read(copy)
     last = len(whole.read_bytes().splitlines())
-    assert f"line {last + 1}: there is something after the record's last line" in one_line(error)
+    assert f"line {last + 1}: content after the record's last line" in one_line(error)
 
 
 @pytest.mark.integration

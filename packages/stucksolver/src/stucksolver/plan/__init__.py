@@ -1,4 +1,4 @@
-"""The data that the solver returns."""
+"""Data types that the solver returns."""
 
 from stucksolver.plan.codes import QUESTIONS, CauseCode, Intent, WaitLimits, WaitReason
 from stucksolver.plan.decision import (

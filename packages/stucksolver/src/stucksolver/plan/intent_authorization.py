@@ -1,4 +1,4 @@
-"""What a passenger's words allow: the intent that the vehicle's own reader understood must match the plan.
+"""Checks which plans a passenger's guidance authorizes: its interpreted intent must match the plan.
 
 The reasoner that proposes a plan has no influence on this.
 """
@@ -10,9 +10,9 @@ from stucksolver.scene.interpretation import GuidanceIntent, Interpretation
 
 
 def plan_matches_intent(reading: Interpretation | None, plan: RecoveryPlan) -> bool:
-    """True if the plan does what the passenger asked for.
+    """True if the plan does what the passenger requested.
 
-    Only then may it begin while the vehicle is not immobilized.
+    Only then may the plan begin while the ego is not immobilized.
     """
     if reading is None:
         return False
@@ -25,10 +25,10 @@ def plan_matches_intent(reading: Interpretation | None, plan: RecoveryPlan) -> b
 
 
 def intent_authorizes(reading: Interpretation | None, plan: RecoveryPlan) -> bool:
-    """True if the passenger asked to overtake, on the side on which this plan does.
+    """True if the passenger requested to overtake, on the side of this plan.
 
-    The guard then allows two more things: passing a vehicle that is moving or has not been stationary for long, and
-    driving faster than in a recovery. Both apply to overtaking only.
+    The guard then allows two more things: to pass a vehicle that is moving or has not been stationary for long, and to
+    drive faster than in a recovery. Both apply to overtaking only.
     """
     if reading is None or reading.intent is not GuidanceIntent.OVERTAKE:
         return False

@@ -31,13 +31,14 @@ from stucksolver.solver.state_machine.transition import transition
 from stucksolver.solver.step_listener import TransitionStep
 
 KINDS = ("begin", "road", "step", "fault", "end")
+"""Kinds of lines."""
 EQUAL = 1e-6
-"""Greatest relative difference between numbers: another processor may round differently."""
+"""Greatest relative difference between equal numbers: another processor may round differently."""
 
 
 @dataclass(frozen=True)
 class ReplayFinding:
-    """A recorded value that is derived differently."""
+    """Recorded value that is derived differently."""
 
     line: int
     what: str
@@ -47,16 +48,16 @@ class ReplayFinding:
 
 @dataclass
 class Report:
-    """The result of a replay."""
+    """Result of a replay."""
 
     path: Path
     versions: dict[str, str] = field(default_factory=dict)
     lines: int = 0
     ended: str | None = None
-    """How the intervention ended; None for an incomplete record."""
+    """End of the intervention; None for an incomplete record."""
     decisions: int = 0
     underivable: int = 0
-    """Decisions of reasoners without a trace: they are recorded but cannot be derived."""
+    """Number of decisions by reasoners without a trace: they are recorded but cannot be derived."""
     plans: int = 0
     ticks: int = 0
     findings: list[ReplayFinding] = field(default_factory=list)
@@ -74,18 +75,18 @@ def replay(path: Path) -> Report:
         RecordError: The record was changed or cannot be read.
     """
     with contextlib.suppress(ImportError):
-        # The models' answer formats are registered where they are defined.
+        # The modules of the models register their answer formats. Without the package, such answers are not derived.
         importlib.import_module("stucksolver_language.llm.answer_parser")
     again = _Again(path)
     for number, data in read_chain(path):
         again.line(number, data)
     if not again.report.lines:
-        raise RecordError(f"{path}: this is an empty file, not a record")
+        raise RecordError(f"{path}: empty file, not a record")
     return again.report
 
 
 class _Again:
-    """Replays every step from the state to which the previous one led."""
+    """Replay of every step from the state after the previous one."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -105,7 +106,7 @@ class _Again:
         try:
             kind = data["kind"]
             if (number == 1) is not (kind == "begin"):
-                raise RecordError(f"{self._path}, line {number}: a record begins with its one line of kind `begin`")
+                raise RecordError(f"{self._path}, line {number}: a record has one line of kind `begin`, the first one")
             readers = {name: getattr(self, f"_{name}") for name in KINDS}
             readers.get(kind, self._unknown)(number, data)
         except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError, RecursionError) as error:
@@ -118,7 +119,9 @@ class _Again:
 
     def _begin(self, number: int, data: dict[str, Any]) -> None:
         if data["format"] != FORMAT:
-            raise RecordError(f"{self._path}: written in format {data['format']}, this program reads {FORMAT}")
+            raise RecordError(
+                f"{self._path}: the record has format {data['format']}; this program reads format {FORMAT}"
+            )
         ladder = Ladder.model_validate(data["ladder"])
         names, observe_only = data["reasoners"], data["observe_only"]
         self.report.versions = data["versions"]
@@ -133,7 +136,7 @@ class _Again:
         self._unpacker.add_road(data["road"])
 
     def _fault(self, number: int, data: dict[str, Any]) -> None:
-        """Handle a fault outside the steps: nothing follows from it."""
+        """Skip a fault outside the steps: no state depends on it."""
 
     def _end(self, number: int, data: dict[str, Any]) -> None:
         self.report.ended = data["how"]
@@ -141,7 +144,7 @@ class _Again:
     # ---- steps
 
     def _step(self, number: int, data: dict[str, Any]) -> None:
-        seen = self._unpacker.unpack(data["seen"]) if "seen" in data else None
+        surroundings = self._unpacker.unpack(data["seen"]) if "seen" in data else None
         self._directive = data.get("directive", self._directive)
         recorded: list[dict[str, Any]] = data.get("told", [])
         for item in recorded:
@@ -150,28 +153,30 @@ class _Again:
         if self._lost:
             return
         before = self._state
-        inputs = inputs_of(data["in"], sight_of(data.get("sight"), seen), self._snapshot(data), before.question)
-        self._state, directive, told = transition(before, inputs, self._setup)
-        step = TransitionStep(before, inputs, None, None, self._state, directive, told)
-        derived = [step_output_data(item, step) for item in told]
+        inputs = inputs_of(data["in"], sight_of(data.get("sight"), surroundings), self._snapshot(data), before.question)
+        self._state, directive, outputs = transition(before, inputs, self._setup)
+        step = TransitionStep(before, inputs, None, None, self._state, directive, outputs)
+        derived = [step_output_data(item, step) for item in outputs]
         self._decision(number, step)
         if [_kind(item) for item in recorded] != [_kind(item) for item in derived]:
             self._first_difference(number, recorded, derived)
-            self._differs(number, "what happened", _kinds(recorded), f"{_kinds(derived)}; nothing after it is derived")
+            derived_text = f"{_kinds(derived)}; no later step is derived"
+            self._differs(number, "what happened", _kinds(recorded), derived_text)
             self._lost = True
             return
         for item, other in zip(recorded, derived, strict=True):
             self._compare(number, item, other)
         if not _same(self._directive, directive.model_dump(mode="json")):
-            self._differs(number, "directive", _said(self._directive), _said(directive.model_dump(mode="json")))
+            derived_directive = directive.model_dump(mode="json")
+            self._differs(number, "directive", _directive_text(self._directive), _directive_text(derived_directive))
 
     def _first_difference(self, number: int, recorded: list[dict[str, Any]], derived: list[dict[str, Any]]) -> None:
         """Report the verdict at which the runs diverged, if it was a verdict."""
         for item, other in zip(recorded, derived, strict=False):
-            found = len(self.report.findings)
+            count = len(self.report.findings)
             if _kind(item) == _kind(other):
                 self._compare(number, item, other)
-            if len(self.report.findings) > found:
+            if len(self.report.findings) > count:
                 return
 
     def _compare(self, number: int, recorded: dict[str, Any], derived: dict[str, Any]) -> None:
@@ -189,8 +194,8 @@ class _Again:
             self._differs(number, what, str(verdicts[0]), str(verdicts[1]))
 
     def _snapshot(self, data: dict[str, Any]) -> SceneInput:
-        asked = data.get("asked")
-        return snapshot_of(None if asked is None else {**asked, "scene": self._with_image(asked["scene"])})
+        query = data.get("asked")
+        return snapshot_of(None if query is None else {**query, "scene": self._with_image(query["scene"])})
 
     def _scene(self, data: dict[str, Any] | None) -> Scene | None:
         return None if data is None else Scene.model_validate(self._with_image(data))
@@ -202,7 +207,7 @@ class _Again:
     # ---- decisions
 
     def _decision(self, number: int, step: TransitionStep) -> None:
-        """Ask the reasoner about the same scene again and compare its answer."""
+        """Query the reasoner for the same scene again and compare its answer."""
         answer = accepted_answer(step)
         if not isinstance(answer, ReasonerAnswer):
             return
@@ -229,29 +234,29 @@ class _Again:
         self.report.findings.append(ReplayFinding(line, what, recorded, derived))
 
 
-def _kind(told: dict[str, Any]) -> str:
-    """Return the kind of event in a word or two."""
-    ((kind, data),) = told.items()
+def _kind(output: dict[str, Any]) -> str:
+    """Return the kind of a step output in a word or two."""
+    ((kind, data),) = output.items()
     return str(data["kind"]) if kind == "event" else kind
 
 
-def _kinds(told: list[dict[str, Any]]) -> str:
-    return ", ".join(map(_kind, told)) or "nothing"
+def _kinds(outputs: list[dict[str, Any]]) -> str:
+    return ", ".join(map(_kind, outputs)) or "nothing"
 
 
 def _where(first: dict[str, Any], second: dict[str, Any]) -> str:
-    """Return the first field in which the second one differs, with its value."""
+    """Return the first field in which the second value differs, with its content."""
     name = next(k for k in sorted(first.keys() | second.keys()) if not _same(first.get(k), second.get(k)))
     return f"{name}: {second.get(name)}"
 
 
-def _said(directive: dict[str, Any]) -> str:
+def _directive_text(directive: dict[str, Any]) -> str:
     behavior = directive.get("behavior")
     return f"execute {behavior['name']}" if behavior else str(directive)
 
 
 def _same(first: Any, second: Any) -> bool:
-    """Compare two values, numbers up to rounding."""
+    """Return True if two values are equal, numbers up to rounding."""
     if isinstance(first, float) and isinstance(second, float):
         return math.isclose(first, second, rel_tol=EQUAL, abs_tol=EQUAL)
     if isinstance(first, dict) and isinstance(second, dict):

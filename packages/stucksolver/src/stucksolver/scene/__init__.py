@@ -1,4 +1,4 @@
-"""The data that the solver receives."""
+"""Data types that the solver receives."""
 
 from stucksolver.scene.failed_attempts import AttemptOutcome, FailedAttempt, PlanFailure, RejectCode
 from stucksolver.scene.interpretation import REQUESTS, Claim, GuidanceIntent, GuidanceLimits, Interpretation, Side

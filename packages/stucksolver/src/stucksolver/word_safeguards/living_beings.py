@@ -1,4 +1,4 @@
-"""Words for people, animals and hard things, and for where and how they get in the way, in the reader's languages."""
+"""Words for people, animals and hard objects, and for their motion into the path, in the interpreter's languages."""
 
 from __future__ import annotations
 
@@ -115,4 +115,4 @@ COMES_BACK = re.compile(
     ),
     re.IGNORECASE,
 )  # fmt: skip
-"""Somebody who moves like this is not in the way."""
+"""Motion that does not lead into the vehicle's path."""
