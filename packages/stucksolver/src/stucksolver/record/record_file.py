@@ -39,6 +39,8 @@ from stucksolver.solver.step_listener import SolverInfo, TransitionStep
 
 FORMAT = 4
 """Version of the file format."""
+WORDING = 2
+"""Version of the texts for people. A replay compares texts only if they have the present one. Raise it with them."""
 DETECTOR: TypeAdapter[DetectorSettings] = TypeAdapter(DetectorSettings)
 MOST_FILES = 100_000
 """Maximum number of records in a folder. Ours."""
@@ -219,6 +221,7 @@ def _facts(facts: SolverInfo) -> dict[str, Any]:
     return {
         "format": FORMAT,
         "schema": VERSION,
+        "wording": WORDING,
         "written": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
         "versions": {
             "stucksolver": importlib.metadata.version("stucksolver"),

@@ -14,7 +14,7 @@ from stucksolver.ladder import Ladder
 from stucksolver.plan import apply_limits_to_decision
 from stucksolver.reasoners import ReasonerAnswer, ReasonerError, ReasonerRequest, RuleReasoner, parse_trace
 from stucksolver.record.hash_chain import RecordError, read_chain
-from stucksolver.record.record_file import DETECTOR, FORMAT, image_of, policy_of
+from stucksolver.record.record_file import DETECTOR, FORMAT, WORDING, image_of, policy_of
 from stucksolver.record.serialization import (
     accepted_answer,
     inputs_of,
@@ -34,6 +34,9 @@ KINDS = ("begin", "road", "step", "fault", "end")
 """Kinds of lines."""
 EQUAL = 1e-6
 """Greatest relative difference between equal numbers: another processor may round differently."""
+
+PROSE = frozenset({"detail", "evidence", "outcome", "rationale", "reason", "text"})
+"""Fields with texts for people. No value is derived from them."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,8 @@ class Report:
     plans: int = 0
     ticks: int = 0
     findings: list[ReplayFinding] = field(default_factory=list)
+    texts_compared: bool = True
+    """False for a record of a version that words its texts for people differently."""
 
     @property
     def matches(self) -> bool:
@@ -125,6 +130,7 @@ class _Again:
         ladder = Ladder.model_validate(data["ladder"])
         names, observe_only = data["reasoners"], data["observe_only"]
         self.report.versions = data["versions"]
+        self.report.texts_compared = data.get("wording") == WORDING
         self._rules = RuleReasoner(ladder.waits.limits())
         guard = Guard(policy_of(data["policy"], self._path))
         detector = DETECTOR.validate_python(data["detector"])
@@ -166,7 +172,7 @@ class _Again:
             return
         for item, other in zip(recorded, derived, strict=True):
             self._compare(number, item, other)
-        if not _same(self._directive, directive.model_dump(mode="json")):
+        if not self._same(self._directive, directive.model_dump(mode="json")):
             derived_directive = directive.model_dump(mode="json")
             self._differs(number, "directive", _directive_text(self._directive), _directive_text(derived_directive))
 
@@ -181,14 +187,14 @@ class _Again:
 
     def _compare(self, number: int, recorded: dict[str, Any], derived: dict[str, Any]) -> None:
         ((kind, first),), ((_, second),) = recorded.items(), derived.items()
-        if _same(first, second):
+        if self._same(first, second):
             return
         if kind == "event":
-            self._differs(number, f"event {first['kind']}", first["text"], _where(first, second))
+            self._differs(number, f"event {first['kind']}", first["text"], self._where(first, second))
             return
         verdicts = [Verdict.model_validate(each.get("verdict", {})) for each in (first, second)]
-        if _same(verdicts[0].model_dump(mode="json"), verdicts[1].model_dump(mode="json")):
-            self._differs(number, "plan" if kind == "judged" else "outcome", str(first), _where(first, second))
+        if self._same(verdicts[0].model_dump(mode="json"), verdicts[1].model_dump(mode="json")):
+            self._differs(number, "plan" if kind == "judged" else "outcome", str(first), self._where(first, second))
         else:
             what = "verdict at acceptance" if kind == "judged" else "verdict on a tick"
             self._differs(number, what, str(verdicts[0]), str(verdicts[1]))
@@ -227,8 +233,25 @@ class _Again:
             self._differs(number, "decision", recorded.rationale, f"no answer: {error}")
             return
         derived = apply_limits_to_decision(derived, scene)
-        if not _same(recorded.model_dump(mode="json"), derived.model_dump(mode="json")):
+        if not self._same(recorded.model_dump(mode="json"), derived.model_dump(mode="json")):
             self._differs(number, "decision", recorded.rationale, derived.rationale)
+
+    def _where(self, first: dict[str, Any], second: dict[str, Any]) -> str:
+        """Return the first field in which the second value differs, with its content."""
+        name = next(k for k in sorted(first.keys() | second.keys()) if not self._same(first.get(k), second.get(k)))
+        return f"{name}: {second.get(name)}"
+
+    def _same(self, first: Any, second: Any) -> bool:
+        """Return True if two values are equal: numbers up to rounding, texts for people only in the same version."""
+        if isinstance(first, float) and isinstance(second, float):
+            return math.isclose(first, second, rel_tol=EQUAL, abs_tol=EQUAL)
+        if isinstance(first, dict) and isinstance(second, dict):
+            prose = frozenset[str]() if self.report.texts_compared else PROSE
+            compared = [name for name in first if name not in prose or not isinstance(first[name], str)]
+            return first.keys() == second.keys() and all(self._same(first[name], second[name]) for name in compared)
+        if isinstance(first, list) and isinstance(second, list):
+            return len(first) == len(second) and all(map(self._same, first, second))
+        return bool(first == second)
 
     def _differs(self, line: int, what: str, recorded: str, derived: str) -> None:
         self.report.findings.append(ReplayFinding(line, what, recorded, derived))
@@ -244,23 +267,6 @@ def _kinds(outputs: list[dict[str, Any]]) -> str:
     return ", ".join(map(_kind, outputs)) or "nothing"
 
 
-def _where(first: dict[str, Any], second: dict[str, Any]) -> str:
-    """Return the first field in which the second value differs, with its content."""
-    name = next(k for k in sorted(first.keys() | second.keys()) if not _same(first.get(k), second.get(k)))
-    return f"{name}: {second.get(name)}"
-
-
 def _directive_text(directive: dict[str, Any]) -> str:
     behavior = directive.get("behavior")
     return f"execute {behavior['name']}" if behavior else str(directive)
-
-
-def _same(first: Any, second: Any) -> bool:
-    """Return True if two values are equal, numbers up to rounding."""
-    if isinstance(first, float) and isinstance(second, float):
-        return math.isclose(first, second, rel_tol=EQUAL, abs_tol=EQUAL)
-    if isinstance(first, dict) and isinstance(second, dict):
-        return first.keys() == second.keys() and all(_same(first[k], second[k]) for k in first)
-    if isinstance(first, list) and isinstance(second, list):
-        return len(first) == len(second) and all(map(_same, first, second))
-    return bool(first == second)

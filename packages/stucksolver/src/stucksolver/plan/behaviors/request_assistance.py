@@ -19,7 +19,7 @@ class RequestAssistance(StationaryBehavior):
     )
     phrase: ClassVar[PlanPhrase] = PlanPhrase("stop and call the operator", "calling the operator")
     stopping_place_detail: ClassVar[str | None] = (
-        "the vehicle may wait for help only where it may stop, not in a junction, crossing or oncoming lane"
+        "a call for assistance requires a stop outside junctions, crossings and oncoming lanes"
     )
     calls_person: ClassVar[bool] = True
 
