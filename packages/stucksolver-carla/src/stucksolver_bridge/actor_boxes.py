@@ -13,7 +13,7 @@ UNKNOWN_SIZE_M = 0.3
 
 
 class BridgeActorBox(NamedTuple):
-    """An actor's box: half sizes and the box's place in the actor's frame (metres, radians)."""
+    """An actor's box: half sizes and the box's place in the actor's frame (meters, radians)."""
 
     actor: Any
     half_length_m: float
@@ -24,7 +24,7 @@ class BridgeActorBox(NamedTuple):
 
 
 class PlacedBox(NamedTuple):
-    """A body at this tick. The position is its box's centre in CARLA's world."""
+    """A body at this tick. The position is its box's center in CARLA's world."""
 
     body: BridgeActorBox
     x: float

@@ -18,7 +18,7 @@ from stucksolver_bridge.obstacle_exposure import ObstacleExposingWorld, props_ar
 from stucksolver_bridge.path_line import PathLine
 
 LOOK_AHEAD_M, LOOK_AHEAD_S = 2.8, 0.45
-"""The controllers steer towards a point this far ahead of the vehicle's centre."""
+"""The controllers steer toward a point this far ahead of the vehicle's center."""
 BRAKING_MPS2 = 3.0
 KEPT_M = 1.2
 """Distance kept to an obstacle in the path."""
@@ -32,14 +32,14 @@ WHEEL_BASE_M, WHEEL_LOCK_RAD = 2.9, 1.22
 
 
 class AgentRoutePoint(NamedTuple):
-    """A `carla.Waypoint` of the route and the manoeuvre there (`lane_follow`, `left`, `change_left`, ...)."""
+    """A `carla.Waypoint` of the route and the maneuver there (`lane_follow`, `left`, `change_left`, ...)."""
 
     waypoint: Any
     command: str
 
 
 class Target:
-    """The point towards which the local planner steers; the planner reads only a waypoint's transform."""
+    """The point toward which the local planner steers; the planner reads only a waypoint's transform."""
 
     is_junction = False
 
@@ -56,7 +56,7 @@ class AgentDriver:
         obstacles: If True, the agent sees the stationary objects of the client's ground truth. If False, it sees only
             what it looks for by itself. A function returns the perceived obstacles (see `ObstacleExposingWorld`).
         keeps_going: If True, the vehicle continues along the lane beyond the end of its plan, until the caller ends the
-            drive. An evaluator does so some metres before or after that point. If False, the vehicle stops there.
+            drive. An evaluator does so some meters before or after that point. If False, the vehicle stops there.
 
     Raises:
         AgentsError: This copy of the `agents` package cannot be driven.
@@ -99,7 +99,7 @@ class AgentDriver:
 
     @property
     def route(self) -> Sequence[Any]:
-        """The whole route as `AgentRoutePoint`s, about one per metre."""
+        """The whole route as `AgentRoutePoint`s, about one per meter."""
         return self._route
 
     def note_plan(self) -> None:
@@ -289,7 +289,7 @@ class AgentDriver:
 
 
 def filled(plan: Sequence[tuple[Any, Any]]) -> list[AgentRoutePoint]:
-    """Return a plan with a waypoint about every metre, along the lanes."""
+    """Return a plan with a waypoint about every meter, along the lanes."""
     route: list[AgentRoutePoint] = []
     for waypoint, option in plan:
         command = command_of(option)

@@ -93,7 +93,7 @@ class PlanExtender:
         self._station = 0
 
     def take_route(self, plan: Plan) -> None:
-        """Use another route: pairs of waypoint and road option about a metre apart."""
+        """Use another route: pairs of waypoint and road option about a meter apart."""
         self._route = [waypoint for waypoint, _ in plan]
         self._options = [option for _, option in plan]
         self._station = 0
@@ -155,7 +155,7 @@ class PlanExtender:
 
 
 def straightest(waypoint: Any) -> Any:
-    """Return the waypoint a metre ahead, at a fork on the branch that turns least; None if the lane ends."""
+    """Return the waypoint a meter ahead, at a fork on the branch that turns least; None if the lane ends."""
     ways = waypoint.next(STEP_M)
     if len(ways) < 2:
         return ways[0] if ways else None

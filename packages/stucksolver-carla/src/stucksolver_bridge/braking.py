@@ -1,6 +1,6 @@
 """The brake pedal position for an ordered deceleration, without numpy.
 
-The effect of the pedal differs between vehicles by a factor of three, so it is learnt from tick to tick.
+The effect of the pedal differs between vehicles by a factor of three, so it is learned from tick to tick.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ def free_way_m(
 
 
 def _nearer(line: PathLine, s: float, other: PlacedBox) -> bool:
-    """Return True if the path leads towards the centre of a body."""
+    """Return True if the path leads toward the center of a body."""
     (x, y, _), (next_x, next_y, _) = line.at(s), line.at(s + LEAVES_M)
     return math.hypot(other.x - next_x, other.y - next_y) < math.hypot(other.x - x, other.y - y)
 

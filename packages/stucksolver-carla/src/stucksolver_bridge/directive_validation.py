@@ -15,9 +15,9 @@ FURTHEST_M = 1e6
 QUICKEST_MPS = 120.0
 HARDEST_MPS2 = 100.0
 MOST_POINTS = 10_000
-"""Most points of a path. A recovery is at most 200 m long, with a point every half metre."""
+"""Most points of a path. A recovery is at most 200 m long, with a point every half meter."""
 MOST_PLACES = 20_000
-"""Most points of a route, which has about one per metre."""
+"""Most points of a route, which has about one per meter."""
 MOST_IDS = 1000
 """Most actors that an order may tell the agent to ignore."""
 MOST_ORDERS = 16

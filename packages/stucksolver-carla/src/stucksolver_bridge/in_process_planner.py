@@ -33,7 +33,7 @@ class InProcessPlanner:
         """Drive a plan, and continue along the lane beyond its end.
 
         The plan has pairs of a `carla.Waypoint` and a `RoadOption`, or our name for the option. The evaluator ends the
-        drive some metres before or after the last one. Raises `ValueError` for fewer than two.
+        drive some meters before or after the last one. Raises `ValueError` for fewer than two.
         """
         self.driver.set_route(route_beyond(plan))
 
@@ -42,7 +42,7 @@ class InProcessPlanner:
 
 
 def route_beyond(plan: Sequence[Any]) -> list[AgentRoutePoint]:
-    """Return a plan as a route with a point about every metre, continued along the lane beyond its end.
+    """Return a plan as a route with a point about every meter, continued along the lane beyond its end.
 
     Raises `ValueError` for a plan of fewer than two points.
     """

@@ -80,8 +80,8 @@ class JsonLease:
         A safe stop does not expire: the vehicle is where it may stop, and stays there.
 
         Args:
-            x_m: x of the vehicle's centre in the frame of the path (m).
-            y_m: y of the vehicle's centre in the frame of the path (m).
+            x_m: x of the vehicle's center in the frame of the path (m).
+            y_m: y of the vehicle's center in the frame of the path (m).
             path_is_done: True if the vehicle is at the end of the order's path.
             at_rest: True if the vehicle is stationary.
         """

@@ -1,4 +1,4 @@
-"""A path of points with speed bounds in CARLA's left-handed world (metres, x east, y south), without numpy."""
+"""A path of points with speed bounds in CARLA's left-handed world (meters, x east, y south), without numpy."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class PathLine:
         return self.x[i] + ux * ahead, self.y[i] + uy * ahead, math.atan2(uy, ux)
 
     def beside(self, x: float, y: float, s: float) -> float:
-        """Return the lateral offset of a place that projects to `s` (metres; positive to the right)."""
+        """Return the lateral offset of a place that projects to `s` (meters; positive to the right)."""
         on_x, on_y, yaw = self.at(s)
         return (y - on_y) * math.cos(yaw) - (x - on_x) * math.sin(yaw)
 

@@ -11,7 +11,7 @@ ROUNDING_M = 0.001
 
 
 class WorldData:
-    """Facts about one ego in a client's world. Poses are in CARLA's frame: metres, degrees, y to the right of x."""
+    """Facts about one ego in a client's world. Poses are in CARLA's frame: meters, degrees, y to the right of x."""
 
     def __init__(self, vehicle: Any, carla_map: Any) -> None:
         self._vehicle = vehicle
@@ -88,7 +88,7 @@ def place(waypoint: Any) -> list[Any]:
 
 
 def waypoint_at(carla_map: Any, spot: Sequence[Any]) -> Any | None:
-    """Return the waypoint at a road, lane and arc length; None if there is none within a millimetre.
+    """Return the waypoint at a road, lane and arc length; None if there is none within a millimeter.
 
     `carla.Map.get_waypoint_xodr` finds nothing at the very end of some roads, although other calls return waypoints
     there: the road's length in the map and the sum of its geometry's lengths differ in the last digits.
@@ -119,7 +119,7 @@ def _stands(actor: Any) -> list[float]:
 
 
 def sign_places(sign: Any) -> list[list[float]]:
-    """Return a sign's pose, and the centre and half sizes of its trigger box in the sign's frame."""
+    """Return a sign's pose, and the center and half sizes of its trigger box in the sign's frame."""
     volume = sign.trigger_volume
     middle, half = volume.location, volume.extent
     return [_stands(sign), [middle.x, middle.y, middle.z], [half.x, half.y, half.z]]

@@ -39,7 +39,7 @@ class SessionSettings(FrozenModel):
     driver: Literal["behavior", "planner"] = "planner"
     """The driver of a vehicle with its own perception; all others have their own driver."""
     behavior: Literal["cautious", "normal", "aggressive"] = "normal"
-    """The behaviour of that driver."""
+    """The behavior of that driver."""
     seed: int = 0
     """Seed of the noise of that vehicle's wheels."""
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class DrivePoint(NamedTuple):
-    """One point of a path, in CARLA's left-handed world frame (x east, y south, metres)."""
+    """One point of a path, in CARLA's left-handed world frame (x east, y south, meters)."""
 
     x_m: float
     y_m: float
@@ -19,10 +19,10 @@ class DrivePoint(NamedTuple):
 
 
 class RoutePoint(NamedTuple):
-    """One point of the planned route; points are about a metre apart."""
+    """One point of the planned route; points are about a meter apart."""
 
     waypoint: carla.Waypoint
-    """`carla.Waypoint` at the centre of the lane the route follows."""
+    """`carla.Waypoint` at the center of the lane the route follows."""
     command: str
     """`lane_follow`, `left`, `right`, `straight`, `change_left` or `change_right`."""
 

@@ -1,4 +1,4 @@
-"""The lanes beside a waypoint, from the route outwards, each with the line to cross into it."""
+"""The lanes beside a waypoint, from the route outward, each with the line to cross into it."""
 
 from __future__ import annotations
 

@@ -101,7 +101,7 @@ def destination_beside(
     """
     for waypoint in _abreast_of(carla_map.get_waypoint(end)):
         try:
-            # One point per metre.
+            # One point per meter.
             length_m = len(trace_route(carla_map, start, waypoint.transform.location))
         except RouteError:
             continue
@@ -111,7 +111,7 @@ def destination_beside(
 
 
 def _abreast_of(waypoint: carla.Waypoint) -> list[carla.Waypoint]:
-    """Return a waypoint and those beside it in the same direction, from the nearest outwards."""
+    """Return a waypoint and those beside it in the same direction, from the nearest outward."""
     found = [waypoint]
     for step in ("get_left_lane", "get_right_lane"):
         beside = getattr(waypoint, step)()
@@ -134,7 +134,7 @@ def _junction(road: RouteRoad, arc_m: float) -> tuple[int, int]:
 
 
 def _lines(entry: carla.Waypoint) -> Iterator[Line]:
-    """Yield each way through the junction from a waypoint just before it to a little beyond, one waypoint per metre."""
+    """Yield each way through the junction from a waypoint just before it to a little beyond, one waypoint per meter."""
     heads = [entry]
     for _ in range(int(2 * SPACING_M) + 1):
         heads = [after for item in heads for after in ([item] if item.is_junction else item.next(1.0))]

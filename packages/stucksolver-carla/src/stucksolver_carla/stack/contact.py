@@ -25,7 +25,7 @@ STANDS_MPS = 0.1
 
 
 class EgoFootprint(NamedTuple):
-    """The ego's box and motion in CARLA's world: metres, radians, m/s."""
+    """The ego's box and motion in CARLA's world: meters, radians, m/s."""
 
     x: float
     y: float

@@ -32,7 +32,7 @@ class PictureSource(Protocol):
 class FrontCamera:
     """Attach to a vehicle, call `image` whenever one is wanted, and `close` at the end.
 
-    `front_m` is the distance ahead of the vehicle's centre (m), inside the windscreen of most cars.
+    `front_m` is the distance ahead of the vehicle's center (m), inside the windscreen of most cars.
     """
 
     def __init__(

@@ -16,7 +16,7 @@ VERGE_M = 4.0
 """Open ground assumed beside the outermost lane; beyond it may be a building or a hedge."""
 STEP_M = 4.0
 BEHIND_M = np.concatenate([np.arange(0.0, 16.0), np.arange(16.0, 1000.0, STEP_M)])
-"""Where to look behind: nearby, because every metre counts for backing up."""
+"""Where to look behind: nearby, because every meter counts for backing up."""
 
 
 class SightLines:

@@ -54,7 +54,7 @@ class Station:
 
 
 class RouteRoad:
-    """Stations every two metres along a route, extended a little at both ends."""
+    """Stations every two meters along a route, extended a little at both ends."""
 
     def __init__(self, carla_map: carla.Map, route: Sequence[RoutePoint]) -> None:
         waypoints = [p.waypoint for p in route]
@@ -96,7 +96,7 @@ class RouteRoad:
         return self.arc_of(x, y, k - 2, k + 3) if abs(turn) < math.pi / 3 else None
 
     def fine_line(self) -> tuple[Any, Any, Any, Any]:
-        """(arc length, x, y, z) of the route every quarter metre, in CARLA's world."""
+        """(arc length, x, y, z) of the route every quarter meter, in CARLA's world."""
         arc = np.arange(0.0, float(self.arc[-1]), FINE_M)
         x, y = (np.interp(arc, self.arc, column) for column in self._points.T)
         heights = [station.waypoint.transform.location.z for station in self.stations]
@@ -132,7 +132,7 @@ class RouteRoad:
 
 
 def _prolonged(waypoint: carla.Waypoint, length_m: float, *, forward: bool) -> list[carla.Waypoint]:
-    """Return waypoints every metre straight on (or back) along the lanes, as long as there are any."""
+    """Return waypoints every meter straight on (or back) along the lanes, as long as there are any."""
     found: list[Any] = []
     here = waypoint
     while len(found) < length_m:
@@ -180,7 +180,7 @@ def _named(stations: Sequence[Station]) -> list[list[tuple[str, AdjacentLane]]]:
 
 
 def _strips(part: Sequence[Sequence[tuple[str, AdjacentLane]]], limit: float | None) -> list[LaneStrip]:
-    """Return runs of stations in which a lane keeps its place beside the route, as strips, from the route outwards."""
+    """Return runs of stations in which a lane keeps its place beside the route, as strips, from the route outward."""
     runs: dict[str, list[tuple[int, AdjacentLane]]] = {}
     for i, lanes in enumerate(part):
         for name, lane in lanes:
@@ -267,7 +267,7 @@ def _crosswalks(carla_map: carla.Map) -> list[Any]:
 def new_ground(points: Any, arc: Any) -> np.ndarray[Any, Any]:
     """Return the arc length at each point of a line without the stretches that it covers again (m).
 
-    `points` (n, 2) and `arc` (n,) in metres; the result is (n,). A lap of a roundabout counts once.
+    `points` (n, 2) and `arc` (n,) in meters; the result is (n,). A lap of a roundabout counts once.
     """
     places = shapely.points(points)
     here, there = shapely.STRtree(places).query(places, predicate="dwithin", distance=SAME_PLACE_M)

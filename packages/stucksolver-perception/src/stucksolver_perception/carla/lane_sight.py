@@ -92,7 +92,7 @@ class SensorLaneSight:
         return ahead, behind
 
     def _line(self, lane: Lane, stations: Floats) -> Floats:
-        """(k, 2): positions of the lane's centre in the local frame."""
+        """(k, 2): positions of the lane's center in the local frame."""
         x, y, _ = self._frame.to_local(stations, np.interp(stations, lane.s, lane.centre))
         return np.stack([x, y], axis=1)
 
@@ -104,9 +104,9 @@ def _moving(percept: PerceptionResult) -> Floats:
 
 
 def visible_ahead_m(percept: PerceptionResult, line: Floats, fastest_mps: float) -> float:
-    """Return the metres of a lane in which nobody is, as seen now.
+    """Return the meters of a lane in which nobody is, as seen now.
 
-    The line is the lane's centre (k, 2) in the local frame, from beside the ego on. `fastest_mps` is the highest speed
+    The line is the lane's center (k, 2) in the local frame, from beside the ego on. `fastest_mps` is the highest speed
     in it.
     """
     if len(line) < 2:
@@ -121,7 +121,7 @@ def visible_ahead_m(percept: PerceptionResult, line: Floats, fastest_mps: float)
 
 
 def free_length_m(seen: FreeSpace, blocked_m: Floats, course: Floats, from_m: float) -> float:
-    """Return the metres of a line (k, 2; vehicle frame) up to where the LiDAR found something tall that is nearer.
+    """Return the meters of a line (k, 2; vehicle frame) up to where the LiDAR found something tall that is nearer.
 
     `blocked_m` (AZIMUTHS,) says how near, by direction. Only beyond `from_m`. What lies in one bin of directions with
     something tall counts as behind it.

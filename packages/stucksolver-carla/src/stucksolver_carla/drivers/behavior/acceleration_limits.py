@@ -99,23 +99,23 @@ class AccelerationLimits:
         return toward_gap(speed, path.length - self._planner.where.s, 0.0, self.deceleration)
 
     def stop_line(self, distance: float, speed: float, gap: float | None = None) -> float:
-        """Stop before a line `distance` metres ahead of the front bumper, by `gap` metres or as the options say."""
+        """Stop before a line `distance` meters ahead of the front bumper, by `gap` meters or as the options say."""
         room = distance - (self._options.stop_line_gap_m if gap is None else gap)
         return toward_gap(speed, room, 0.0, self._profile.deceleration)
 
     def wait(self, distance: float, speed: float) -> float:
-        """Stop before the way of others `distance` metres ahead of the front bumper, hard if necessary."""
+        """Stop before the way of others `distance` meters ahead of the front bumper, hard if necessary."""
         hard = emergency(speed, distance, 0.0)
         return self.stop_line(distance, speed) if hard is None else hard
 
     def behind(self, gap: float, lead_speed: float, speed: float) -> float:
-        """Fall in behind a leader that is still on another way, `gap` metres ahead; it may still be abreast."""
+        """Fall in behind a leader that is still on another way, `gap` meters ahead; it may still be abreast."""
         profile = self._profile
         room = gap - wanted_gap(profile, profile.braking_distance_m, lead_speed)
         return toward_gap(speed, room, lead_speed, profile.deceleration, profile.speed_decrease_kmh * KMH)
 
     def slow_to(self, target_mps: float, distance: float, speed: float) -> float:
-        """Slow down to that speed at `distance` metres ahead of the front bumper."""
+        """Slow down to that speed at `distance` meters ahead of the front bumper."""
         deceleration = self._profile.deceleration
         target = math.sqrt(target_mps * target_mps + 2.0 * deceleration * max(distance, 0.0))
         return _SPEED_GAIN * (target - speed) - deceleration * speed / target
@@ -152,7 +152,7 @@ class AccelerationLimits:
     def halt(self, hazard: Hazard, speed: float) -> float:
         """Halt before somebody or something that stands or crosses with less room than wanted; infinity otherwise.
 
-        `hazard` brakes ever less as the speed falls, over the last metre: after a late stop, or when someone steps out
+        `hazard` brakes ever less as the speed falls, over the last meter: after a late stop, or when someone steps out
         close ahead, the ego would creep up to them.
         """
         close = self._room_m(hazard) < 0.0 and hazard.speed < STANDING_MPS

@@ -1,4 +1,4 @@
-"""A rule-based driver after the published behaviour of CARLA's BehaviorAgent that can also follow a given path."""
+"""A rule-based driver after the published behavior of CARLA's BehaviorAgent that can also follow a given path."""
 
 from __future__ import annotations
 
@@ -116,12 +116,12 @@ class BehaviorDriver:
 
     @property
     def lateral_error_m(self) -> float:
-        """Offset of the ego's centre from the line it drives at the last step (m, right positive)."""
+        """Offset of the ego's center from the line it drives at the last step (m, right positive)."""
         return self._planner.where.lateral
 
     @property
     def path_left_m(self) -> float:
-        """Length of the line that is still ahead of the ego's centre (m); 0 without a line."""
+        """Length of the line that is still ahead of the ego's center (m); 0 without a line."""
         path = self._planner.path
         return 0.0 if path is None else max(path.length - self._planner.where.s, 0.0)
 
@@ -164,7 +164,7 @@ class BehaviorDriver:
         self._give_way = self._giving_way(met)
 
     def done(self) -> bool:
-        """True once the ego's centre is within two metres of the end of its route."""
+        """True once the ego's center is within two meters of the end of its route."""
         return self._planner.arrived
 
     def follow(self, path: Sequence[DrivePoint], reverse: bool = False, ignore: Collection[int] = frozenset()) -> None:

@@ -1,6 +1,6 @@
 """Where the ways of others meet the route at junctions: computed once per route, from the lane graph.
 
-CARLA's world frame, metres, radians.
+CARLA's world frame, meters, radians.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import carla
 
 MEETS_M = 2.2
-"""Closer centre lines cannot be driven at once: two cars' half widths and a hand's breadth."""
+"""Closer center lines cannot be driven at once: two cars' half widths and a hand's breadth."""
 UPSTREAM_M = 90.0
 DOWNSTREAM_M = 40.0
 FASTEST_LATERAL_MPS2 = 6.0
@@ -37,7 +37,7 @@ _FROM_THE_RIGHT_RAD = math.radians(30.0)
 
 @dataclass(frozen=True, eq=False)
 class ConflictPath:
-    """A way through a junction that crosses or joins the route; samples about a metre apart, upstream first."""
+    """A way through a junction that crosses or joins the route; samples about a meter apart, upstream first."""
 
     x: Array
     y: Array
@@ -264,7 +264,7 @@ def _turn(yaw: Array) -> str:
 
 
 def _bend_mps(yaw: Array) -> float:
-    """Return the speed at which the sharpest bend within some metres of a line needs `FASTEST_LATERAL_MPS2`."""
+    """Return the speed at which the sharpest bend within some meters of a line needs `FASTEST_LATERAL_MPS2`."""
     over = min(_BEND_OVER, len(yaw) - 1)
     sharpest = float(np.abs(yaw[over:] - yaw[:-over]).max()) / over if over else 0.0
     return math.sqrt(FASTEST_LATERAL_MPS2 / max(sharpest, 1e-3))

@@ -1,6 +1,6 @@
 """The others on ways that meet the route: who drives along a way, at what pace, and who will come by it.
 
-CARLA's world frame, metres, radians, seconds.
+CARLA's world frame, meters, radians, seconds.
 """
 
 from __future__ import annotations

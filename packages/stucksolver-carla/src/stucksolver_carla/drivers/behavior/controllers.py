@@ -3,7 +3,7 @@
 Limits are those of `LocalPlanner` and `VehiclePIDController` (CARLA PythonAPI agents package, MIT): throttle 0.75,
 steer 0.8, at most 0.1 of steer a tick, brake 0.5 except in emergencies. The published control laws swing out late at
 low speed and jerk the pedals, so other laws are used here: curvature feed-forward with critically damped feedback of
-the body's centre for steering, and acceleration with a PI term for the pedals.
+the body's center for steering, and acceleration with a PI term for the pedals.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ class Pedals(NamedTuple):
 
 
 class SteerController:
-    """Keeps the body's centre on a path and learns from the yaw rate how far the wheels really turn."""
+    """Keeps the body's center on a path and learns from the yaw rate how far the wheels really turn."""
 
     MIN_REACH_M = 1.8
     REACH_S = 0.5
-    """The centre returns to the path over about this much travel; the larger of the two counts."""
+    """The center returns to the path over about this much travel; the larger of the two counts."""
     MAX_APPROACH_RAD = 0.45
     _STEADY_STEP = 0.02
 
@@ -49,16 +49,16 @@ class SteerController:
             self._map.observe(self._steer, speed, yaw_rate, self._model.wheelbase)
 
     def step(self, path: Path, where: Projection, speed: float, limit: float = MAX_STEER) -> float:
-        """The steer input in [-limit, limit], right positive, for the body's centre at `where` on `path`."""
+        """The steer input in [-limit, limit], right positive, for the body's center at `where` on `path`."""
         # No preview: the course already leads the heading by the slip of the present steering.
         course = where.heading + self._model.slip(self._map.angle(self._steer))
         curvature = self._wanted_curvature(path, where, course, speed)
         return self._turn_to(self._map.steer(self._model.steer_angle_for(curvature)), limit)
 
     def step_backwards(self, path: Path, where: Projection, speed: float, limit: float = MAX_STEER) -> float:
-        """The same for the rear axle at `where`, its heading flipped, on a path driven backwards.
+        """The same for the rear axle at `where`, its heading flipped, on a path driven backward.
 
-        The rear axle leads then and moves where the body points; the centre's slip would respond in the wrong
+        The rear axle leads then and moves where the body points; the center's slip would respond in the wrong
         direction.
         """
         curvature = self._wanted_curvature(path, where, where.heading, speed)

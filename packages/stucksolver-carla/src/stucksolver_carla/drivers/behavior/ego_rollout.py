@@ -1,6 +1,6 @@
 """The ego's own drive if it goes now, and whom of the others it would meet.
 
-CARLA's world frame, metres, radians, seconds.
+CARLA's world frame, meters, radians, seconds.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _MARGIN_M = 0.3
 
 
 class Margin(NamedTuple):
-    """What is kept free before and behind the others, in metres and in seconds of their drive."""
+    """What is kept free before and behind the others, in meters and in seconds of their drive."""
 
     before_m: float
     before_s: float
@@ -74,7 +74,7 @@ class EgoRollout:
         joined_s: float = JOINED_S,
         followers: bool = True,
     ) -> None:
-        """`slips`: in a bend the body points less far round than its centre moves, which matters on a tight one.
+        """`slips`: in a bend the body points less far round than its center moves, which matters on a tight one.
         `joined_s`: see `JOINED_S`. `followers`: who follows on the common way counts as a leader, too, which it does if
         the ego has joined with little room.
         """
@@ -161,7 +161,7 @@ def predict_drive(
     pull: Callable[[float], float] | None = None,
     horizon_s: float = HORIZON_S,
 ) -> Array:
-    """Return the arc lengths of the ego's centre over the horizon if only the line's bounds hold it back (m).
+    """Return the arc lengths of the ego's center over the horizon if only the line's bounds hold it back (m).
 
     `pull` gives the highest acceleration of the vehicle at a speed (m/s²), where the profile's is not reached.
     """

@@ -66,7 +66,7 @@ class FlowAccelerationLimits(AccelerationLimits):
     def wait(self, distance: float, speed: float) -> float:
         """See `AccelerationLimits`; with less room than wanted, no creeping.
 
-        A start that is given up would otherwise end a metre further on, with the nose in the way of those who come.
+        A start that is given up would otherwise end a meter further on, with the nose in the way of those who come.
         """
         usual = super().wait(distance, speed)
         return min(usual, -HALTS_MPS2) if distance < self._options.stop_line_gap_m and speed > STANDS_MPS else usual
@@ -133,7 +133,7 @@ class PacedAccelerationLimits(FlowAccelerationLimits):
 def rear_flow_speed_mps(bodies: RouteObjects, s_m: float, d_m: float, speed_mps: float, half_length_m: float) -> float:
     """Return the speed of traffic behind an ego in its lane, now or soon (m/s); 0 without any.
 
-    An ego that kept to its own pace until the traffic is close, and fell back to it afterwards, would be hit.
+    An ego that kept to its own pace until the traffic is close, and fell back to it afterward, would be hit.
     """
     gap = s_m - half_length_m - bodies.s - bodies.along
     near = np.maximum(FOLLOWS_S * bodies.vs, COMES_S * np.maximum(bodies.vs - speed_mps, 0.0)) + FOLLOWS_M

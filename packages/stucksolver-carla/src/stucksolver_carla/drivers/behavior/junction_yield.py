@@ -1,7 +1,7 @@
 """Gives way where others cross or join the route: wait before the junction for a gap, then go through.
 
 The drives of the ego and of the others along their routes are predicted in steps. If the boxes come too near, the ego
-waits. It never stops where the ways meet. CARLA's world frame, metres, radians, seconds.
+waits. It never stops where the ways meet. CARLA's world frame, meters, radians, seconds.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _LOOKS_M = 20.0
 _LOOKS_S = 4.0
 CREEPS_MPS = 1.0
 """An ego by sensors may creep up to the others' way: it sets off for a gap, sees that there is none, and knows its own
-place to some decimetres only. If it is slower than this (m/s) ...
+place to some decimeters only. If it is slower than this (m/s) ...
 """
 NOSE_M = 1.0
 """... and no further in that way than this (m), it still waits. If it gives up no further than this past the line
@@ -149,7 +149,7 @@ class JunctionYield:
         self._going = None
 
     def look(self, line: Path, s: float, motion: EgoSpeeds, around: NearbyObjects, dt_s: float) -> YieldDecision:
-        """Decide whether the ego must wait, with its centre at arc length `s` of the route's `line`.
+        """Decide whether the ego must wait, with its center at arc length `s` of the route's `line`.
 
         `dt_s` is the time since the last look (s).
         """
@@ -192,7 +192,7 @@ class JunctionYield:
         return YieldDecision(None, found.passing, look_m, found.leader)
 
     def _forget(self, s: float) -> None:
-        """Drop the junctions that an ego with its centre at `s` has left."""
+        """Drop the junctions that an ego with its center at `s` has left."""
         while self._due and s - self._model.half_length > self._due[0].last_s:
             self._due.pop(0)
             self._going, self._waited_s, self._habits = None, 0.0, TurnStatistics(self.shown_m)
@@ -221,7 +221,7 @@ class JunctionYield:
         return EgoRollout(line, gone, self._model, followers=not self._sensed)
 
     def _must_go(self, speed: float, room: float) -> bool:
-        """True if the ego can no longer stop before the others' way, `room` metres ahead; see `NOSE_M`."""
+        """True if the ego can no longer stop before the others' way, `room` meters ahead; see `NOSE_M`."""
         creeps = (self._sensed or self.waits_with_its_nose_in) and speed < CREEPS_MPS and room > -NOSE_M
         return not creeps and not can_stop(speed, room, _HARD_MPS2)
 

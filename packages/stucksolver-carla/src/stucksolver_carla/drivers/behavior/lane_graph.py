@@ -1,6 +1,6 @@
-"""The road network of a `carla.Map` as a directed graph of lane samples about a metre apart.
+"""The road network of a `carla.Map` as a directed graph of lane samples about a meter apart.
 
-Follows the published behaviour of `GlobalRoutePlanner` (CARLA PythonAPI agents package, MIT): lanes come from
+Follows the published behavior of `GlobalRoutePlanner` (CARLA PythonAPI agents package, MIT): lanes come from
 `Map.get_topology`, and a lane change is an edge wherever the lane markings permit one. Here every second sample is a
 node, so a change may happen anywhere along a lane and always takes some length.
 """
@@ -23,7 +23,7 @@ NODE_STRIDE = 2
 LANE_CHANGE_LENGTH_M = 10
 LANE_CHANGE_COST_M = 15.0
 LATE_CHANGE_COST = 0.02
-"""Added for each metre of lane driven before the change: of two equal routes the one with the earlier change wins."""
+"""Added for each meter of lane driven before the change: of two equal routes the one with the earlier change wins."""
 _MIN_CHANGE_LENGTH_M = 3
 _CACHED_MAPS = 4
 _SEED_SPACING_M = 50.0
@@ -37,7 +37,7 @@ def lane_key(waypoint: carla.Waypoint) -> LaneKey:
 
 
 class LaneGraph:
-    """Lane samples of one map, and the edges between them; CARLA's world frame, metres."""
+    """Lane samples of one map, and the edges between them; CARLA's world frame, meters."""
 
     def __init__(self, carla_map: carla.Map) -> None:
         self.samples: list[Any] = []

@@ -1,6 +1,6 @@
 """The ego's line moved aside for a while: in its lane to give room, or in the lane that it has not left yet.
 
-Arc lengths along the route's line and offsets from it in metres, right positive.
+Arc lengths along the route's line and offsets from it in meters, right positive.
 """
 
 from __future__ import annotations

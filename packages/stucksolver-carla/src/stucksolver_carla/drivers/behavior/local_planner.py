@@ -59,7 +59,7 @@ class LocalPlanner:
 
     @property
     def arrived(self) -> bool:
-        """True within two metres of the route's end."""
+        """True within two meters of the route's end."""
         return self._route_line is not None and self._route_s >= self._route_line.length - ARRIVED_M
 
     def set_route(self, route: Sequence[RoutePoint], pose: PlanarPose, speed: float) -> None:
@@ -96,7 +96,7 @@ class LocalPlanner:
         self._where = here
 
     def way_back(self, pose: PlanarPose, length: float) -> Path:
-        """Return the route from here on, joined from beside it within `length` metres, no faster than the turn
+        """Return the route from here on, joined from beside it within `length` meters, no faster than the turn
         allows.
         """
         assert self._route_line is not None

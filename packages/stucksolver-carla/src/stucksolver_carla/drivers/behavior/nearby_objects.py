@@ -43,7 +43,7 @@ class ActorBox(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class NearbyObjects:
-    """Oriented boxes of the actors within range; CARLA's world frame, metres, radians, m/s; equal lengths."""
+    """Oriented boxes of the actors within range; CARLA's world frame, meters, radians, m/s; equal lengths."""
 
     actor_id: tuple[int, ...]
     is_walker: np.ndarray[Any, np.dtype[np.bool_]]
@@ -153,7 +153,7 @@ def body_of(actor: carla.Actor) -> ActorBox | None:
 
 
 def _row(body: ActorBox, actor: carla.ActorSnapshot) -> tuple[float, float, float, float, float, float, float]:
-    """x, y, yaw, bottom, top, vx, vy of the box's centre."""
+    """x, y, yaw, bottom, top, vx, vy of the box's center."""
     transform, velocity = actor.get_transform(), actor.get_velocity()
     place, yaw = transform.location, math.radians(transform.rotation.yaw)
     cos, sin = math.cos(yaw), math.sin(yaw)

@@ -1,4 +1,4 @@
-"""Options of a driver that do not change its behaviour profile."""
+"""Options of a driver that do not change its behavior profile."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class DriverOptions:
-    """Margins and switches; lengths in metres."""
+    """Margins and switches; lengths in meters."""
 
     ignore_traffic_lights: bool = False
     follow_obeys_lights: bool = True

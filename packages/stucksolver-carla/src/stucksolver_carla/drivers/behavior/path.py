@@ -1,6 +1,6 @@
 """A line to drive along: arc length, heading, curvature and speed bounds of a sampled polyline.
 
-CARLA's world frame (x east, y south, metres), yaw in radians growing clockwise; lateral offsets and curvature
+CARLA's world frame (x east, y south, meters), yaw in radians growing clockwise; lateral offsets and curvature
 are positive to the right.
 """
 
@@ -23,7 +23,7 @@ _MIN_STEP_M = 0.02
 
 
 class PlanarPose(NamedTuple):
-    """A place and heading in CARLA's world frame; metres and radians."""
+    """A place and heading in CARLA's world frame; meters and radians."""
 
     x: float
     y: float
@@ -48,14 +48,14 @@ class Projection(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """Samples of a line every quarter metre; the arrays are of equal length."""
+    """Samples of a line every quarter meter; the arrays are of equal length."""
 
     s: Array
     x: Array
     y: Array
     z: Array
     yaw: Array
-    """Unwrapped: neighbours never differ by a full turn."""
+    """Unwrapped: neighbors never differ by a full turn."""
     curvature: Array
     speed: Array
     """Upper bound on speed at each sample (m/s)."""
@@ -85,7 +85,7 @@ class Path:
         """Find the nearest point of the path, from a little behind `near_s` to `window_m` ahead of it.
 
         Points whose heading differs by more than 90 degrees are taken only if there are no others, so that a path that
-        passes twice is not entered backwards.
+        passes twice is not entered backward.
         """
         lo, hi = 0, len(self.s)
         if near_s is not None:
@@ -133,7 +133,7 @@ def limited_speed(s: Array, bound: Array, deceleration: float) -> Array:
 
 
 def _rounded(s: Array, values: Array) -> Array:
-    """Round the corners of a polyline: a mean over a metre, with both ends kept."""
+    """Round the corners of a polyline: a mean over a meter, with both ends kept."""
     reach = min(max(round(_HEADING_BASE_M / max(float(s[1]), 1e-6)), 1), (len(values) - 1) // 2)
     if reach < 1:
         return values

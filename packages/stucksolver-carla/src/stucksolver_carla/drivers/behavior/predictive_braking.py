@@ -1,7 +1,7 @@
 """How hard to brake for traffic that will be where the ego will be: several drives are rolled out against it.
 
 Standing bodies and leaders in the path are the driver's own concern. Here it is traffic that enters the path from the
-side, and traffic into whose lane the path leads. CARLA's world frame, metres, radians, seconds.
+side, and traffic into whose lane the path leads. CARLA's world frame, meters, radians, seconds.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ SETS_OFF_MPS = 1.0
 SLOW_MPS = 6.0
 """Whoever is faster at the roadside has not just set off (m/s)."""
 ENTERS_SLOPE = 0.04
-"""Metres towards the ego's way per metre along it at which a vehicle is pulling out."""
+"""Meters toward the ego's way per meter along it at which a vehicle is pulling out."""
 
 
 def allowed_acceleration(
@@ -102,7 +102,7 @@ def entering(bodies: RouteObjects, where: Projection, model: VehicleModel, passi
     """Return vehicles ahead beside the ego's way that pull out into it, as if they were in it already.
 
     `passing_mps`: the ego's speed (m/s), if those do not count whom it will have passed by then. By sensors, whoever is
-    passed seems to drift towards the ego now and then, and to brake hard for them would be worse.
+    passed seems to drift toward the ego now and then, and to brake hard for them would be worse.
     """
     nears_mps = -np.sign(bodies.d - where.lateral) * bodies.vd
     towards = nears_mps > ENTERS_SLOPE * np.abs(bodies.vs)
@@ -133,7 +133,7 @@ def _beside(bodies: RouteObjects, where: Projection, model: VehicleModel, which:
 
 
 def _concern_us(bodies: RouteObjects, where: Projection, model: VehicleModel) -> Flags:
-    """True for those that move, are near, do not come towards us, and neither follow nor lead us in the lane."""
+    """True for those that move, are near, do not come toward us, and neither follow nor lead us in the lane."""
     along = bodies.s - where.s
     near = (np.abs(along) < NEAR_M) & (bodies.speed > _MOVES_MPS) & ~bodies.is_walker
     comes = (bodies.vs < _COMES_MPS) & (np.abs(bodies.vd) < -bodies.vs)

@@ -1,4 +1,4 @@
-"""The driver's behaviour: the published profiles, and the acceleration that each object ahead allows.
+"""The driver's behavior: the published profiles, and the acceleration that each object ahead allows.
 
 Profiles and order of concerns (light, walker, vehicle, junction, cruise) are those of `BehaviorAgent` and
 `behavior_types` (CARLA PythonAPI agents package, MIT). BehaviorAgent switches between full targets. Here each concern
@@ -23,7 +23,7 @@ _LEADER_BRAKING_MPS2 = 20.0
 
 @dataclass(frozen=True)
 class DriverProfile:
-    """One published behaviour. The first six values are BehaviorAgent's; the others make them smooth."""
+    """One published behavior. The first six values are BehaviorAgent's; the others make them smooth."""
 
     max_speed_kmh: float
     speed_limit_margin_kmh: float
@@ -93,7 +93,7 @@ def toward_speed(speed: float, target: float, profile: DriverProfile) -> float:
 
 
 def toward_gap(speed: float, room: float, lead_speed: float, deceleration: float, fall_back: float = 2.8) -> float:
-    """Return the acceleration (m/s²) that ends `room` metres ahead at `lead_speed`, braking with about `deceleration`.
+    """Return the acceleration (m/s²) that ends `room` meters ahead at `lead_speed`, braking with about `deceleration`.
 
     The target falls with the square root of the room and, near the end, in proportion to it, without a step in between.
     With negative room the target is below the leader's speed by at most `fall_back` (m/s).
@@ -111,7 +111,7 @@ def toward_gap(speed: float, room: float, lead_speed: float, deceleration: float
 
 
 def emergency(speed: float, gap: float, lead_speed: float) -> float | None:
-    """Return hard braking (m/s², negative) if comfort no longer keeps a metre of distance; None if it does."""
+    """Return hard braking (m/s², negative) if comfort no longer keeps a meter of distance; None if it does."""
     if speed <= lead_speed or speed < STANDING_MPS:
         return None
     needed = (speed * speed - lead_speed * lead_speed) / (2.0 * max(gap - _EMERGENCY_CLEARANCE_M, 0.1))

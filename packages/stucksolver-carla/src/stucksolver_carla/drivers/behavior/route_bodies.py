@@ -1,6 +1,6 @@
 """Bodies around the ego in the route's frame: position and speed along it and across it.
 
-Arc lengths in metres along the route's line, offsets in metres from it, right positive.
+Arc lengths in meters along the route's line, offsets in meters from it, right positive.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Lane changes of the route: begun in a gap, postponed without one, early if the lane is busy.
 
-Arc lengths along the route's line in metres; `e` is an offset from the lane that is left, right positive.
+Arc lengths along the route's line in meters; `e` is an offset from the lane that is left, right positive.
 """
 
 from __future__ import annotations
@@ -271,7 +271,7 @@ class _Lane:
         return not bool((abreast & near).any())
 
     def _driven(self, t: Array, pace: float) -> Array:
-        """Return the metres driven: towards the pace, at first held back by a leader in the old lane."""
+        """Return the meters driven: toward the pace, at first held back by a leader in the old lane."""
         here, bodies = self._here, self._here.bodies
         v = here.speed_mps + np.clip(pace - here.speed_mps, -SLOWER_MPS2 * t, FASTER_MPS2 * t)
         leads = (np.abs(self._e) < _IN_LANE_M) & (bodies.s > here.s_m) & (bodies.s < here.s_m + _LEADER_M)

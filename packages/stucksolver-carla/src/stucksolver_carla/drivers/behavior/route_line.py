@@ -1,4 +1,4 @@
-"""From lane-centre points to the driven line: lane changes and returns to the route made smooth."""
+"""From lane-center points to the driven line: lane changes and returns to the route made smooth."""
 
 from __future__ import annotations
 
@@ -58,18 +58,18 @@ def route_path(route: Sequence[RoutePoint]) -> Path:
 
 
 def change_length(route: Sequence[RoutePoint], k: int) -> float:
-    """Return the metres available for the lane change at point `k`; points lie about a metre apart."""
+    """Return the meters available for the lane change at point `k`; points lie about a meter apart."""
     end = next((j for j in range(k, len(route)) if route[j].waypoint.is_junction), len(route))
     return min(max(end - k - 1.0, _MIN_LANE_CHANGE_M), LANE_CHANGE_M)
 
 
 def rejoining_length(lateral: float, speed: float) -> float:
-    """Return the metres over which the ego returns from `lateral` metres beside its route at `speed` (m/s)."""
+    """Return the meters over which the ego returns from `lateral` meters beside its route at `speed` (m/s)."""
     return max(_MIN_REJOIN_M, _REJOIN_PER_M * abs(lateral), _REJOIN_S * speed)
 
 
 def rejoining_path(path: Path, s: float, lateral: float, length: float) -> Path:
-    """The rest of `path` from arc length `s`, reached within `length` metres from `lateral` metres beside it."""
+    """The rest of `path` from arc length `s`, reached within `length` meters from `lateral` meters beside it."""
     rest = path.s >= min(s, path.length - 1.0)
     offset = lateral * (1.0 - smooth_step((path.s[rest] - s) / length))
     return beside(path, rest, offset, path.speed[rest])

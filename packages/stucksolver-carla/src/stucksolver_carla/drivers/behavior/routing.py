@@ -1,4 +1,4 @@
-"""Shortest legal routes on a `carla.Map`, as points a metre apart with the command that applies at each."""
+"""Shortest legal routes on a `carla.Map`, as points a meter apart with the command that applies at each."""
 
 from __future__ import annotations
 

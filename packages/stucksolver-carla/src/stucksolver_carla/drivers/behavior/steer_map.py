@@ -8,7 +8,7 @@ import numpy as np
 
 _KNOTS = np.array([0.05, 0.25, 0.6])
 _FIRST_SHARES = np.array([0.9, 0.8, 0.6])
-"""Steering angle of the equivalent bicycle over input times wheel lock: a wheel that turns far slides outwards."""
+"""Steering angle of the equivalent bicycle over input times wheel lock: a wheel that turns far slides outward."""
 _LEARNING_RATE = 0.04
 _PLAUSIBLE = (0.3, 1.3)
 _MIN_SPEED_MPS = 1.5
@@ -16,7 +16,7 @@ _MIN_STEER = 0.02
 
 
 class SteerMap:
-    """Steering angle (rad) of the equivalent bicycle for each steer input in [-1, 1], learnt while driving."""
+    """Steering angle (rad) of the equivalent bicycle for each steer input in [-1, 1], learned while driving."""
 
     def __init__(self, wheel_lock: float) -> None:
         self._wheel_lock = wheel_lock

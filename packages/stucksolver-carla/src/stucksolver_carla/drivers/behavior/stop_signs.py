@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 NEAR_M = 4.0
 BOX_FACTOR = 1.2
-"""A sign counts for a vehicle whose centre is this near to its trigger box, on a lane that leads into that box.
+"""A sign counts for a vehicle whose center is this near to its trigger box, on a lane that leads into that box.
 The box is enlarged by this factor along the world's axes (`RunningStopTest` of CARLA's scenario_runner).
 """
 _SAME_LEVEL_M = 4.0

@@ -1,6 +1,6 @@
 """Finds what lies in the way: the ego's body swept along its path, tested against the boxes around it.
 
-`BehaviorAgent` measures between centres and asks which lane a vehicle is on. Here the gap is the travel left until the
+`BehaviorAgent` measures between centers and asks which lane a vehicle is on. Here the gap is the travel left until the
 bumper touches, and a body beside the path is no hazard however near.
 """
 
@@ -45,7 +45,7 @@ class Hazard(NamedTuple):
 
 
 class SweptPath(NamedTuple):
-    """Poses of the ego's body along the path ahead, the present one first; metres and radians."""
+    """Poses of the ego's body along the path ahead, the present one first; meters and radians."""
 
     travel: Array
     x: Array
@@ -57,7 +57,7 @@ class SweptPath(NamedTuple):
 def sweep(
     path: Path, where: Projection, pose: PlanarPose, model: VehicleModel, reach: float, length: float, side: int = 1
 ) -> SweptPath:
-    """Return the body's poses over the next `length` metres; the present offset fades over about `reach`.
+    """Return the body's poses over the next `length` meters; the present offset fades over about `reach`.
 
     `side` is 1 for driving ahead and -1 for backing up; `pose` is then the flipped one.
     """
@@ -67,7 +67,7 @@ def sweep(
     x, y, yaw = path.at(s)
     offset = where.lateral * (1.0 + travel / reach) * np.exp(-travel / reach)
     x, y = x - offset * np.sin(yaw), y + offset * np.cos(yaw)
-    # In a bend the body's centre does not move in the direction in which the body points.
+    # In a bend the body's center does not move in the direction in which the body points.
     curvature = np.interp(s, path.s, path.curvature)
     slip = side * np.arcsin(np.clip(model.rear_axle * curvature, -0.8, 0.8))
     yaw = yaw - slip + (where.heading + slip[0]) * np.exp(-travel / reach)
@@ -83,7 +83,7 @@ def nearest_hazards(
     walker_margin: float,
     doubt_m: float = 0.0,
 ) -> list[Hazard]:
-    """Return every body that the sweep meets, nearest first, with `margin` metres beside the ego.
+    """Return every body that the sweep meets, nearest first, with `margin` meters beside the ego.
 
     `doubt_m` is how far bodies may be from where they are taken to be (m).
     """

@@ -16,7 +16,7 @@ _DEFAULT_LOCK_DEG = 70.0
 
 @dataclass(frozen=True)
 class VehicleModel:
-    """A bicycle with a box around it; lengths in metres, angles in radians."""
+    """A bicycle with a box around it; lengths in meters, angles in radians."""
 
     half_length: float
     half_width: float
@@ -26,15 +26,15 @@ class VehicleModel:
 
     @property
     def rear_axle(self) -> float:
-        """Distance of the rear axle behind the body's centre."""
+        """Distance of the rear axle behind the body's center."""
         return self.wheelbase / 2.0
 
     def slip(self, steer_angle: float) -> float:
-        """Angle (rad) between the motion of the body's centre and the body's heading."""
+        """Angle (rad) between the motion of the body's center and the body's heading."""
         return math.atan(self.rear_axle / self.wheelbase * math.tan(steer_angle))
 
     def steer_angle_for(self, curvature: float) -> float:
-        """Steering angle (rad) that moves the body's centre on a circle of `curvature` (1/m)."""
+        """Steering angle (rad) that moves the body's center on a circle of `curvature` (1/m)."""
         sine = min(max(self.rear_axle * curvature, -0.8), 0.8)
         return math.atan(self.wheelbase / self.rear_axle * math.tan(math.asin(sine)))
 
@@ -53,7 +53,7 @@ def vehicle_model(vehicle: carla.Vehicle) -> VehicleModel:
 
 
 def _wheelbase(wheels: Any, length: float) -> float:
-    """Distance between front and rear wheel; wheel positions are world centimetres, if filled in."""
+    """Distance between front and rear wheel; wheel positions are world centimeters, if filled in."""
     if len(wheels) >= 4:
         front, rear = wheels[0].position, wheels[2].position
         base = math.dist((front.x, front.y, front.z), (rear.x, rear.y, rear.z)) / 100.0

@@ -18,7 +18,7 @@ from stucksolver_carla.drivers.planner.pass_planner import TWO_WHEELER_M
 RIDES_MPS = 2.0
 """Whoever is slower is about to stop, or can."""
 MEETS_M = 1.7
-"""Distance between the centre lines at which bodies touch: half widths of a car and a bicycle, and 0.3 m."""
+"""Distance between the center lines at which bodies touch: half widths of a car and a bicycle, and 0.3 m."""
 REACH_M = 60.0
 """Riders farther than this from the route are not looked at: 5 s at 12 m/s."""
 _BEFORE_M, _AFTER_M = 1.0, 8.0

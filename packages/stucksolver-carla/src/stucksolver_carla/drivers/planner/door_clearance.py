@@ -28,7 +28,7 @@ AFTER_M = 2.0
 OVER_S = 2.0
 """Seconds of our drive over which the ego moves aside."""
 OVER_M = 10.0
-"""The same, at least, in metres."""
+"""The same, at least, in meters."""
 _STANDS_MPS = 0.2
 _STRADDLES_M = 0.4
 
@@ -42,7 +42,7 @@ class Berths:
     def look(
         self, bodies: RouteObjects, s_m: float, speed_mps: float, sides: AdjacentLaneWidths, model: VehicleModel
     ) -> list[LateralShift]:
-        """Return the shifts wanted now, for the ego with its centre at `s_m` at that speed."""
+        """Return the shifts wanted now, for the ego with its center at `s_m` at that speed."""
         parked = parked_beside(bodies, s_m, model)
         ids = bodies.actor_id
         self._kept = {

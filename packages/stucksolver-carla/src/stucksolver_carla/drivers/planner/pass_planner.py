@@ -60,7 +60,7 @@ _DOORS_COST_S = 1.0
 
 @dataclass(frozen=True)
 class PassCandidate:
-    """A way beside the route's line and back: offset (right positive) and arc lengths of the ego's centre (m)."""
+    """A way beside the route's line and back: offset (right positive) and arc lengths of the ego's center (m)."""
 
     offset_m: float
     begins_m: float
@@ -101,7 +101,7 @@ class PassContext(NamedTuple):
 
 
 class PassRollout(NamedTuple):
-    """A simulated pass: times (s), arc lengths and offsets of the ego's centre (m)."""
+    """A simulated pass: times (s), arc lengths and offsets of the ego's center (m)."""
 
     t: Array
     s: Array
@@ -143,7 +143,7 @@ def proposals(here: PassContext, group: Flags) -> Iterator[PassCandidate]:
 
 
 def _lane_middles(here: PassContext, s_m: float, side: int, least_m: float) -> Iterator[float]:
-    """Yield the centre of a lane of our direction on that side, if it is far enough away."""
+    """Yield the center of a lane of our direction on that side, if it is far enough away."""
     room = here.sides.room(s_m - 1.0, s_m + 1.0)
     width = room.left_same if side < 0 else room.right_same
     if width > 0.0 and room.half + width / 2.0 > least_m:

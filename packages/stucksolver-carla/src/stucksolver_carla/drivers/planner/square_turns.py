@@ -31,10 +31,10 @@ the junction, nothing is paved beyond that arc.
 _OPPOSED_COS = math.cos(math.radians(150.0))
 _ARC_STEP_M = 0.5
 _CHECKED_EVERY = 4
-"""Every so many samples of the line, a metre apart, it is checked that the body stays on the road."""
+"""Every so many samples of the line, a meter apart, it is checked that the body stays on the road."""
 
 Drivable = Callable[[float, float, float], bool]
-"""True if a place of CARLA's world frame (x, y, z in metres) is on a driving lane."""
+"""True if a place of CARLA's world frame (x, y, z in meters) is on a driving lane."""
 
 
 class SquareTurn(NamedTuple):
@@ -44,7 +44,7 @@ class SquareTurn(NamedTuple):
     first_m: float
     """Where it leaves the old line (m)."""
     last_m: float
-    """Where it joins the old line again, in metres of the old line."""
+    """Where it joins the old line again, in meters of the old line."""
     longer_m: float
     """By how much it is longer (m)."""
 
@@ -71,7 +71,7 @@ def with_square_turn(
 ) -> SquareTurn | None:
     """Return the route's `line` with its left turn at a junction made square.
 
-    None if it does not turn left there, if the lanes' own arc is as tight, or if the body, `half_width` metres to
+    None if it does not turn left there, if the lanes' own arc is as tight, or if the body, `half_width` meters to
     either side, would leave the driving lanes.
     """
     bends = line.curvature < -_STRAIGHT_PER_M

@@ -24,7 +24,7 @@ from stucksolver_carla.drivers.planner.flow_merge import FlowMergeYield
 from stucksolver_carla.drivers.planner.square_turns import stream_ways
 
 CROSSES = PaceFactors(2.0, 1.65)
-"""How to cross: up to 4 m/s² ahead, and some 6 m/s² sideways, what tyres hold on a wet road (0.6 g)."""
+"""How to cross: up to 4 m/s² ahead, and some 6 m/s² sideways, what tires hold on a wet road (0.6 g)."""
 TO_CROSS = Margin(0.5, 0.08, 0.5, 0.05)
 """Kept free before and behind the others: at constant speed they and the ego are foretold to within a tenth of a
 second.
