@@ -13,7 +13,7 @@ from stucksolver.plan import CONTINUE, Directive
 from stucksolver.scene import Scene, Surroundings
 from stucksolver.solver import StuckSolver
 from stucksolver_bridge import AgentDriver
-from stucksolver_bridge.agent_driver import filled
+from stucksolver_bridge.agent_driver import densified_route
 from stucksolver_carla.drivers.behavior import BehaviorDriver, RoutePoint
 from stucksolver_carla.perception_interface import EgoPerception
 from stucksolver_carla.stack import CarlaStack
@@ -99,7 +99,7 @@ class AttachedAgent:
         """As the agent's own method."""
         self.driver.release()
         if isinstance(self.driver, BehaviorDriver):
-            self.driver.set_route([RoutePoint(*point) for point in filled(plan)])
+            self.driver.set_route([RoutePoint(*point) for point in densified_route(plan)])
         else:
             self.agent.set_global_plan(plan, stop_waypoint_creation, clean_queue)
         self._take_plan()

@@ -64,7 +64,7 @@ class FakeDriver:
 def helped(town, monkeypatch):
     facts = SimpleNamespace(opening=lambda *_: {}, tick=dict, give=None)
     monkeypatch.setattr(recovery_client, "SolverProcess", FakeSolver)
-    monkeypatch.setattr(recovery_client, "Facts", lambda *_: facts)
+    monkeypatch.setattr(recovery_client, "WorldData", lambda *_: facts)
     return recovery_client.RecoveryClient(FakeDriver(), town, carla, {}, "python")
 
 

@@ -75,7 +75,7 @@ class Driver:
 @pytest.fixture
 def made(tmp_path, monkeypatch):
     facts = SimpleNamespace(opening=lambda *_: {}, tick=lambda: {"time": 1.0}, give=None)
-    monkeypatch.setattr(recovery_client, "Facts", lambda *_: facts)
+    monkeypatch.setattr(recovery_client, "WorldData", lambda *_: facts)
     started = []
 
     def make(clock, answers, end, **options):
@@ -104,7 +104,7 @@ def test_a_path_is_stopped_on_in_silence_and_then_the_driver_drives_itself(made,
     one = made(LIVE, [DRIVE], end, tick_s=20.0)
     steps(one, 1)
     assert one._driver.told == ["follow"]
-    one.solver._conversation._wait_s = 0.001
+    one.solver._exchange._wait_s = 0.001
     steps(one, EXPIRES_TICKS - 1)
     assert one._driver.told == ["follow"], "good for so long"
     steps(one, 1)
@@ -122,7 +122,7 @@ def test_run_step_answers_to_other_ticks_renew_no_lease(made, end, capfd):
     one = made(LIVE, [DRIVE], end, tick_s=20.0)
     steps(one, 1)
     assert one._driver.told == ["follow"]
-    one.solver._conversation._wait_s = 0.01
+    one.solver._exchange._wait_s = 0.01
     steps(one, EXPIRES_TICKS)
     assert one._driver.told == ["follow", ("hold", None)], "at the latest when the order has expired"
     steps(one, 60)
@@ -144,7 +144,7 @@ def test_run_step_doubled_answers_are_used_once_and_silence_expires(made):
     one = made(LIVE, [DRIVE], "doubles", tick_s=20.0)
     steps(one, 31)
     assert one._driver.told == ["follow"] and one.solver.alive
-    one.solver._conversation._wait_s = 0.01
+    one.solver._exchange._wait_s = 0.01
     steps(one, EXPIRES_TICKS + 1)
     assert one._driver.told == ["follow", ("hold", None)]
 
@@ -173,7 +173,7 @@ def test_a_solver_that_is_gone_is_not_waited_for(made, clock, end, capfd):
 def test_past_the_commit_point_the_path_is_finished(made, end):
     one = made(LIVE, [COMMITTED], end, tick_s=20.0)
     steps(one, 1)
-    one.solver._conversation._wait_s = 0.001 if end == "silent" else 10.0
+    one.solver._exchange._wait_s = 0.001 if end == "silent" else 10.0
     while one._driver.path_left_m > 5.0:
         steps(one, 1)
         assert one._driver.told == ["follow"]
@@ -201,7 +201,7 @@ def test_a_safe_stop_is_kept_when_the_solver_is_gone(made):
 def test_where_the_world_waits_a_limit_ends_the_run_with_one_error(made, end):
     one = made(LOCKSTEP, [DRIVE], end)
     steps(one, 1)
-    one.solver._conversation._limit_s = 0.3  # from here on: a busy machine may need longer for a good answer
+    one.solver._exchange._limit_s = 0.3  # from here on: a busy machine may need longer for a good answer
     with pytest.raises(SolverError, match=r"kept the world waiting: no answer within 0\.3 s.*answer_limit_s"):
         one.run_step()
     assert not one.solver.alive and one.fault
@@ -255,7 +255,7 @@ class Says:
 @pytest.fixture
 def told_by(monkeypatch):
     facts = SimpleNamespace(opening=lambda *_: {}, tick=lambda: {"time": 1.0}, give=None)
-    monkeypatch.setattr(recovery_client, "Facts", lambda *_: facts)
+    monkeypatch.setattr(recovery_client, "WorldData", lambda *_: facts)
     monkeypatch.setattr(recovery_client, "SolverProcess", Says)
 
     def make(*answers):
@@ -271,7 +271,7 @@ def test_nonsense_is_stood_still_at_and_said_once(told_by, answer, capsys):
     one = told_by(DRIVE, answer, answer, answer)
     steps(one, 4)
     assert one._driver.told == ["follow", ("hold", None)]
-    assert capsys.readouterr().err.count("stands still") == 1
+    assert capsys.readouterr().err.count("the vehicle stops") == 1
     steps(one, 100)
     assert one._driver.told[-1] == ("hold", None) and one._vehicle.speed == 0.0, "for as long as nothing else is said"
     assert one.solver.ticks[-1]["again"], "it is asked to say it again"
