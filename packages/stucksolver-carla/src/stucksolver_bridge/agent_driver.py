@@ -265,7 +265,7 @@ class AgentDriver:
         """Return the agent's control toward the path. Its controllers get one point of the path."""
         x, y, yaw = line.at(self._s + LOOK_AHEAD_M + LOOK_AHEAD_S * speed)
         # The point is shifted to the other side by the ego's offset, because the controller alone corrects it too late.
-        off = line.beside(here.x, here.y, self._s)
+        off = line.lateral_m(here.x, here.y, self._s)
         x, y = x + off * math.sin(yaw), y - off * math.cos(yaw)
         place = self._carla.Location(x=x, y=y, z=here.z)
         target = Target(self._carla.Transform(place, self._carla.Rotation(yaw=math.degrees(yaw))))

@@ -140,7 +140,7 @@ def test_a_watcher_changes_nothing_and_sees_it_all(server: SimulatorServer, ride
     def look_on() -> None:
         try:
             while not over.is_set():
-                watching.look()
+                watching.step()
         except RuntimeError as error:
             errors.append(error)
 
@@ -176,7 +176,7 @@ def test_the_command_shows_the_state_and_ends_cleanly_on_ctrl_c(server: Simulato
         watch.kill()
     assert watch.returncode == 0, err
     assert "m/s" in first
-    assert "times stuck" in out
+    assert "interventions" in out
     assert "Traceback" not in err
 
 
@@ -191,7 +191,7 @@ def test_a_watch_of_so_many_seconds_writes_the_end_of_its_record(
     watch = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     out, err = while_ticking(ride, lambda: watch.communicate(timeout=200))
     assert watch.returncode == 0, err
-    assert "1 times stuck" in out
+    assert "1 interventions" in out
     (file,) = tmp_path.glob("*.jsonl")
     report = replay(file)
     assert report.matches and report.ended == RUN_ENDED
@@ -200,5 +200,5 @@ def test_a_watch_of_so_many_seconds_writes_the_end_of_its_record(
 def test_a_car_that_is_not_there_is_named_with_those_that_are(server: SimulatorServer, ride: Ride) -> None:
     ride.place()
     world = carla.Client(server.host, server.port).get_world()
-    with pytest.raises(VehicleNotFoundError, match=r"no vehicle has the role 'villain'; there are: hero, scenario"):
+    with pytest.raises(VehicleNotFoundError, match=r"no vehicle has the role 'villain'; roles: hero, scenario"):
         while_ticking(ride, lambda: VehicleObserver(world, "villain", profile("default"), None, lambda event: None))

@@ -209,7 +209,7 @@ def test_an_order_that_cannot_be_performed_is_stood_still_at_and_said_once(stage
     stage.drive(car, stack, 3.0)
     stage.drive(car, stack, 3.0, unfit()[name])
     assert speed_of(car) < 0.1
-    assert capsys.readouterr().err.count("stands still") == 1
+    assert capsys.readouterr().err.count("the vehicle stops") == 1
     stage.drive(car, stack, 3.0, CONTINUE)
     assert speed_of(car) > 1.0
 

@@ -62,7 +62,7 @@ def test_a_driver_by_sensors_drives_over_loose_dirt_and_brakes_for_the_rest() ->
     tracks = (thing("debris", 1.4, 1.1, 0.15, 1), thing("debris", 0.6, 0.5, 0.35, 2), thing("car", 4.5, 1.9, 1.5, 3))
     read: Any = PerceivedBoxes.__new__(PerceivedBoxes)
     read._eyes, read._range_m = SimpleNamespace(percept=None, now_s=0.0), 60.0
-    read._near, read._far = SimpleNamespace(told=lambda _: tracks), SimpleNamespace(told=lambda _: ())
+    read._near, read._far = SimpleNamespace(told=lambda _: tracks), SimpleNamespace(reported_tracks=lambda _: ())
     read._posts = KnownPosts([])
     assert read.read(0.0, 0.0).actor_id == (2, 3)
 

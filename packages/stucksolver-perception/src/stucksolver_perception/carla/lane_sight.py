@@ -23,7 +23,7 @@ from stucksolver.scene import LaneSight
 from stucksolver.scene.frenet import Lane, RoadFrame
 from stucksolver.scene.objects import TrackedObject
 from stucksolver.scene.surroundings import EgoState
-from stucksolver_carla.stack.line_of_sight import may_stand_in
+from stucksolver_carla.stack.line_of_sight import is_sight_lane
 from stucksolver_perception.cycle_data import PerceptionResult
 from stucksolver_perception.free_space import AZIMUTHS, FreeSpace, footprints
 from stucksolver_perception.measurements import Floats
@@ -67,7 +67,7 @@ class SensorLaneSight:
         found = []
         known = _moving(percept)
         for lane in self._frame.lanes:
-            if not may_stand_in(lane.strip) or not lane.start_m - 2.0 <= ego_s <= lane.end_m + 2.0:
+            if not is_sight_lane(lane.strip) or not lane.start_m - 2.0 <= ego_s <= lane.end_m + 2.0:
                 continue
             ahead = self._line(lane, np.arange(ego_s, min(lane.end_m, ego_s + RANGE_M), STEP_M))
             behind = self._line(lane, np.arange(ego_s, max(lane.start_m, ego_s - RANGE_M), -STEP_M))

@@ -89,12 +89,12 @@ class PerceivedTracker:
     @property
     def pushes(self) -> bool:
         """True if the ego pushed something at the last look."""
-        return bool(self._pushing.now)
+        return bool(self._pushing.pushed_ids)
 
     def watch(self, ego: EgoFootprint, now_s: float) -> NearbyObjects:
         """Look around and note what the ego pushes."""
         seen = bodies(self._near.told(self._eyes.percept), now_s)
-        self._pushed = self._pushing.look(ego, seen)
+        self._pushed = self._pushing.update(ego, seen)
         return seen
 
     def update(self, ego: EgoFootprint, now_s: float) -> tuple[TrackedObject, ...]:
