@@ -9,7 +9,7 @@ from planner_stage import RIGHT, LitWorld
 
 from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import make_path
-from stucksolver_carla.drivers.behavior.route_bodies import on_route
+from stucksolver_carla.drivers.behavior.route_bodies import objects_on_route
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 from stucksolver_carla.drivers.planner import PlannerDriver
 from stucksolver_carla.drivers.planner.adjacent_lane_widths import AdjacentLaneWidths
@@ -17,10 +17,10 @@ from stucksolver_carla.drivers.planner.blockers import Blockers
 from stucksolver_carla.drivers.planner.pass_planner import (
     PassContext,
     cost_s,
-    group_of,
     is_clear,
+    objects_to_pass,
+    pass_candidates,
     pass_path,
-    proposals,
     rollout,
 )
 
@@ -52,15 +52,15 @@ def bodies(*rows):
 def situation(*rows, s=50.0, speed=0.0, left_same=0.0, left_oncoming=3.5, right_same=0.0):
     widths = np.tile([1.75, left_same, left_oncoming, right_same], (400, 1))
     sides = AdjacentLaneWidths(np.arange(0.0, 400.0), widths)
-    return PassContext(s, 0.0, speed, 13.0, on_route(LINE, s, bodies(*rows)), sides, MODEL)
+    return PassContext(s, 0.0, speed, 13.0, objects_on_route(LINE, s, bodies(*rows)), sides, MODEL)
 
 
 def ways(here, first=0):
-    return list(proposals(here, group_of(here, first, 1.7)))
+    return list(pass_candidates(here, objects_to_pass(here, first, 1.7)))
 
 
 def test_bodies_are_where_they_are_along_and_beside_the_route() -> None:
-    found = on_route(LINE, 50.0, bodies((80.0, -3.5, 2.4, 0.9, -8.0, 0.5)))
+    found = objects_on_route(LINE, 50.0, bodies((80.0, -3.5, 2.4, 0.9, -8.0, 0.5)))
     assert found.s[0] == pytest.approx(80.0, abs=1e-6)
     assert found.d[0] == pytest.approx(-3.5, abs=1e-6)
     assert (found.vs[0], found.vd[0]) == pytest.approx((-8.0, 0.5))
@@ -114,8 +114,8 @@ def test_who_comes_up_from_behind_in_the_lane_beside_is_let_past() -> None:
 def test_what_stands_close_behind_is_passed_with_it_and_what_is_farther_is_not() -> None:
     close = situation((65.0, 0.0, 2.4, 0.9, 0.0, 0.0), (78.0, 0.0, 2.4, 0.9, 0.0, 0.0))
     far = situation((65.0, 0.0, 2.4, 0.9, 0.0, 0.0), (85.0, 0.0, 2.4, 0.9, 0.0, 0.0))
-    assert group_of(close, 0, 1.7).sum() == 2
-    assert group_of(far, 0, 1.7).sum() == 1
+    assert objects_to_pass(close, 0, 1.7).sum() == 2
+    assert objects_to_pass(far, 0, 1.7).sum() == 1
 
 
 def test_a_parked_vehicle_is_passed_beyond_its_door_where_there_is_room_and_a_bicycle_is_not_taken_for_one() -> None:
@@ -157,8 +157,8 @@ def test_what_is_slow_for_a_reason_of_its_own_is_passed_and_a_queue_is_not(
 ) -> None:
     here, blockers = situation(row), Blockers()
     here = here._replace(sides=AdjacentLaneWidths(np.arange(0.0, 400.0), np.tile([1.75, 0.0, 3.5, 0.0], (400, 1))))
-    blockers.see(here.bodies, 100.0)
-    found = blockers.first(here, 100.0 + stood_s, line_m, hazard)
+    blockers.observe(here.bodies, 100.0)
+    found = blockers.first_blocker(here, 100.0 + stood_s, line_m, hazard)
     assert (found == 0) == is_worth
 
 
@@ -175,14 +175,14 @@ def passing_driver(here):
 def test_who_comes_and_will_be_past_before_it_swings_out_is_no_obstacle_where_it_is_now(far_m, is_past) -> None:
     here = situation((75.0, 0.0, 2.4, 0.9, 0.0, 0.0), (far_m, -3.5, 2.4, 0.9, -12.0, 0.0))
     _, driver = passing_driver(here)
-    driver._heed_no_oncoming(here)
-    assert driver._out_of_the_way == (frozenset({1}) if is_past else frozenset())
+    driver._clear_oncoming(here)
+    assert driver._cleared_ids == (frozenset({1}) if is_past else frozenset())
 
 
 def test_it_sets_off_although_somebody_proven_to_be_past_in_time_is_in_its_path_now() -> None:
     world, driver = passing_driver(situation((75.0, 0.0, 2.4, 0.9, 0.0, 0.0)))
     comes = world.add("vehicle.a.b", 30.0, RIGHT, np.pi, speed=8.0)
-    driver._decide = lambda *_: None
+    driver._choose_line = lambda *_: None
     brakes = driver.run_step().throttle
-    driver._out_of_the_way = frozenset({comes.id})
+    driver._cleared_ids = frozenset({comes.id})
     assert driver.run_step().throttle > brakes + 0.2

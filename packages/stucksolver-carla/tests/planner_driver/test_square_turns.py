@@ -20,7 +20,7 @@ from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import limited_speed, make_path
 from stucksolver_carla.drivers.behavior.route_line import curve_speed
 from stucksolver_carla.drivers.planner import PlannerDriver, unprotected_turn
-from stucksolver_carla.drivers.planner.square_turns import RADIUS_M, stream_ways, with_square_turn
+from stucksolver_carla.drivers.planner.square_turns import RADIUS_M, oncoming_paths, with_square_turn
 from stucksolver_carla.drivers.planner.unprotected_turn import UnprotectedTurnYield
 
 WIDE_M = 20.0
@@ -85,7 +85,7 @@ def watch():
 
 
 def look(gives_way, front, speed, around):
-    return gives_way.look(SQUARE, front - MODEL.half_length, EgoSpeeds(speed, 12.0), around, 0.05)
+    return gives_way.decide(SQUARE, front - MODEL.half_length, EgoSpeeds(speed, 12.0), around, 0.05)
 
 
 def test_a_square_turn_is_shorter_in_the_way_of_the_stream_and_ends_where_the_wide_one_does() -> None:
@@ -100,7 +100,7 @@ def test_places_beyond_the_turn_move_by_as_much_as_the_line_is_longer() -> None:
     line = wide_turn()
     found = with_square_turn(line, met_on(line), 1.0, anywhere)
     assert found is not None
-    assert found.moved(np.array([10.0, line.length])) == pytest.approx([10.0, found.line.length])
+    assert found.arc_lengths_on_new(np.array([10.0, line.length])) == pytest.approx([10.0, found.line.length])
 
 
 def test_where_the_road_ends_at_the_junction_the_square_turn_joins_the_lanes_own_arc() -> None:
@@ -130,7 +130,7 @@ def test_a_straight_drive_and_a_right_turn_stay_as_they_are() -> None:
 def test_only_straight_oncoming_traffic_with_the_right_of_way_is_a_stream() -> None:
     way = oncoming(SQUARE)
     others = (replace(way, straight=False), replace(way, joins=True), replace(way, goes_first=False))
-    assert stream_ways(SQUARE, JunctionConflicts(WAIT_S, (way, *others))) == [way]
+    assert oncoming_paths(SQUARE, JunctionConflicts(WAIT_S, (way, *others))) == [way]
 
 
 def sets_off(spacing_m):
@@ -162,7 +162,7 @@ def test_one_that_has_set_off_gives_up_before_the_stream_if_somebody_comes_after
     gives_way = watch()
     assert look(gives_way, WAIT_S - 1.0, 0.0, cars()).wait_m is None
     assert look(gives_way, WAIT_S + 1.0, 3.0, cars(*np.arange(50.0, 130.0, 11.0))).wait_m is not None
-    assert not gives_way.going
+    assert not gives_way.has_started
 
 
 def test_it_stops_before_the_way_of_whoever_comes_ahead_of_the_stream() -> None:
@@ -183,8 +183,8 @@ def test_it_stops_before_the_way_of_whoever_comes_ahead_of_the_stream() -> None:
 def test_it_crosses_faster_than_it_turns_elsewhere() -> None:
     gives_way = watch()
     look(gives_way, WAIT_S - 1.0, 0.0, cars())
-    assert gives_way.pace is unprotected_turn.CROSSES
-    assert unprotected_turn.CROSSES.bends > USUAL.bends
+    assert gives_way.pace is unprotected_turn.CROSSING_PACE
+    assert unprotected_turn.CROSSING_PACE.bends > USUAL.bends
 
 
 def joining_watch(front):
@@ -200,7 +200,7 @@ def joining_watch(front):
     gives_way = UnprotectedTurnYield([JunctionConflicts(WAIT_S, (way,))], PROFILE, MODEL, line, WAIT_S)
     ahead = replace(cars(120.0), yaw=np.zeros(1), vx=np.full(1, 14.0), y=np.zeros(1))
     for place, speed in ((WAIT_S - 1.0, 0.0), (front, 8.0)):
-        gives_way.look(line, place - MODEL.half_length, EgoSpeeds(speed, 8.0), ahead, 0.05)
+        gives_way.decide(line, place - MODEL.half_length, EgoSpeeds(speed, 8.0), ahead, 0.05)
     return gives_way
 
 
@@ -221,6 +221,6 @@ def test_it_chooses_another_way_into_a_stream_before_the_junction_only(ahead_m, 
     driver.set_destination(world.map.get_waypoint(carla.Location(150.0, RIGHT, 0.0)).transform.location)
     line, front = driver._planner.route_line, driver._planner.route_s + driver._model.half_length
     waits_at = JunctionConflicts(front + ahead_m, (replace(oncoming(SQUARE), joins=True),)), 30.0
-    driver._give_way = SimpleNamespace(waits_at=waits_at)
-    driver._presses_on(line, driver._sides, driver._motion())
-    assert (driver._stream_s is not None) == presses
+    driver._yield = SimpleNamespace(waits_at=waits_at)
+    driver._switch_line_for_flow(line, driver._sides, driver._motion())
+    assert (driver._flow_wait_s is not None) == presses
