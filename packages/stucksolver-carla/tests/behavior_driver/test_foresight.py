@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stucksolver_carla.drivers.behavior.path import Projection
-from stucksolver_carla.drivers.behavior.predictive_braking import ACROSS_NOISE_MPS, entering
+from stucksolver_carla.drivers.behavior.predictive_braking import ACROSS_NOISE_MPS, vehicles_pulling_out
 from stucksolver_carla.drivers.behavior.route_bodies import RouteObjects
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 
@@ -28,7 +28,7 @@ def found(gap_m, nears_mps, speed_mps, passing_mps=0.0):
         vs=speed_mps * ones,
         vd=nears_mps * ones,
     )
-    return bool(entering(body, HERE, CAR, passing_mps))
+    return bool(vehicles_pulling_out(body, HERE, CAR, passing_mps))
 
 
 @pytest.mark.parametrize(("gap_m", "nears_mps"), [(1.0, 0.6), (1.0, 0.4), (8.0, 0.4)])

@@ -17,7 +17,7 @@ from stucksolver_carla.drivers.behavior.junction_yield import (
     EgoSpeeds,
     JunctionYield,
 )
-from stucksolver_carla.drivers.behavior.lane_speed_prior import KNOWN_S, NEW_S, PACE_S, LaneSpeedPrior
+from stucksolver_carla.drivers.behavior.lane_speed_prior import MEMORY_S, NEW_TRACK_S, PACE_S, LaneSpeedPrior
 from stucksolver_carla.drivers.behavior.nearby_objects import FIRST_FAR_ID, NearbyObjects
 from stucksolver_carla.drivers.behavior.path import make_path
 from stucksolver_carla.drivers.behavior.profiles import PROFILES
@@ -85,7 +85,7 @@ def comers(*places):
 
 def look(around, s=AT_THE_LINE, speed=0.0, one=None, watch=None):
     watch = watch or JunctionYield([JunctionConflicts(WAIT_S, (one or way(),))], PROFILES["normal"], CAR)
-    return watch.look(LINE, s, EgoSpeeds(speed, TOP_MPS), around, DT_S)
+    return watch.decide(LINE, s, EgoSpeeds(speed, TOP_MPS), around, DT_S)
 
 
 def test_with_nobody_about_it_goes():
@@ -156,25 +156,25 @@ def test_turn_statistics_unused_path_is_not_expected_far_away():
     """A path that no vehicle has taken so far is not expected of far vehicles."""
     one, other, habits = way(), way(joins=True), TurnStatistics()
     far, near = (vehicles_on_path(one, comers((away, 8.0)))[0] for away in (40.0, 12.0))
-    assert habits.expect(one, far)
+    assert habits.may_take(one, far)
     for actor in vehicles_on_path(other, comers((-1.0, 8.0), (-1.0, 8.0))):
-        habits.see([(other, actor)])
-    assert not habits.expect(one, far) and habits.expect(one, near) and habits.expect(other, far)
+        habits.observe([(other, actor)])
+    assert not habits.may_take(one, far) and habits.may_take(one, near) and habits.may_take(other, far)
 
 
 def test_yield_before_turn_slows_down_to_look():
     """Before a turn where others have priority, the ego slows down to look."""
     bend = make_path(S, np.zeros(200), np.where(np.abs(S - MEET_S) < 10.0, 5.5, 13.0))
     watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR)
-    verdict = watch.look(bend, 50.0, EgoSpeeds(10.0, TOP_MPS), comers(), DT_S)
+    verdict = watch.decide(bend, 50.0, EgoSpeeds(10.0, TOP_MPS), comers(), DT_S)
     assert verdict.look_m == pytest.approx(WAIT_S - 50.0 - CAR.half_length)
     fast = make_path(S, np.zeros(200), np.full(200, 13.0))
     watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR)
-    assert watch.look(fast, 50.0, EgoSpeeds(10.0, TOP_MPS), comers(), DT_S).look_m is None
+    assert watch.decide(fast, 50.0, EgoSpeeds(10.0, TOP_MPS), comers(), DT_S).look_m is None
 
 
 def sensed():
-    return JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
+    return JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensor_mode=True)
 
 
 def test_flow_speed_averages_noise_but_keeps_other_speeds():
@@ -217,14 +217,14 @@ def test_lane_speed_prior_raises_speed_of_new_vehicle():
         return [(one, other._replace(actor_id=actor_id)) for other in vehicles_on_path(one, comers((60.0, speed)))]
 
     for k in range(20):
-        assert paces.of(seen(9.0, 1), DT_S * k)[0][1].speed == 9.0
-        paces.of(seen(9.0, 1) + seen(36.0, FIRST_FAR_ID), DT_S * k)
+        assert paces.with_prior_speed(seen(9.0, 1), DT_S * k)[0][1].speed == 9.0
+        paces.with_prior_speed(seen(9.0, 1) + seen(36.0, FIRST_FAR_ID), DT_S * k)
     now_s = DT_S * 20
-    assert paces.of(seen(5.0, 2), now_s)[0][1].speed == 9.0
-    assert paces.of(seen(12.0, 3), now_s + DT_S)[0][1].speed == 12.0
-    paces.of(seen(5.0, 4), now_s)
-    assert paces.of(seen(5.0, 4), now_s + NEW_S)[0][1].speed == 5.0, "by now it is measured"
-    assert paces.of(seen(4.0, 5), now_s + NEW_S + PACE_S)[0][1].speed == 4.0, "that was long ago"
+    assert paces.with_prior_speed(seen(5.0, 2), now_s)[0][1].speed == 9.0
+    assert paces.with_prior_speed(seen(12.0, 3), now_s + DT_S)[0][1].speed == 12.0
+    paces.with_prior_speed(seen(5.0, 4), now_s)
+    assert paces.with_prior_speed(seen(5.0, 4), now_s + NEW_TRACK_S)[0][1].speed == 5.0, "by now it is measured"
+    assert paces.with_prior_speed(seen(4.0, 5), now_s + NEW_TRACK_S + PACE_S)[0][1].speed == 4.0, "that was long ago"
 
 
 @pytest.mark.parametrize(("others", "speed"), [(1, 36.0), (2, 11.0)], ids=["one drove there", "two did"])
@@ -241,34 +241,34 @@ def test_lane_speed_prior_caps_speed_of_camera_tracks(others, speed):
         ]
 
     for k in range(20):
-        paces.of(seen(9.0, *range(others)), DT_S * k)
+        paces.with_prior_speed(seen(9.0, *range(others)), DT_S * k)
     now_s = DT_S * 20
-    assert paces.of(seen(36.0, FIRST_FAR_ID), now_s)[0][1].speed == speed
-    assert paces.of(seen(36.0, FIRST_FAR_ID), now_s + KNOWN_S)[0][1].speed == 36.0, "that was long ago"
+    assert paces.with_prior_speed(seen(36.0, FIRST_FAR_ID), now_s)[0][1].speed == speed
+    assert paces.with_prior_speed(seen(36.0, FIRST_FAR_ID), now_s + MEMORY_S)[0][1].speed == 36.0, "that was long ago"
 
 
 @pytest.mark.parametrize(("next_m", "goes_on"), [(90.0, True), (20.0, False)], ids=["a gap behind it", "another one"])
 def test_yield_sensor_mode_going_ego_lets_passing_vehicle_pass(next_m, goes_on):
     """In sensor mode, an ego that has set off lets a passing vehicle pass and goes on."""
-    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
-    while watch.look(LINE, AT_THE_LINE, EgoSpeeds(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
+    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensor_mode=True)
+    while watch.decide(LINE, AT_THE_LINE, EgoSpeeds(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
         pass
     here = MEET_S - 2.0 - CAR.half_length - 1.2
     for _ in range(round(SETTLED_S / DT_S) + 1):
-        found = watch.look(LINE, here, EgoSpeeds(2.0, TOP_MPS), comers((2.0, 6.0), (next_m, 9.0)), DT_S)
+        found = watch.decide(LINE, here, EgoSpeeds(2.0, TOP_MPS), comers((2.0, 6.0), (next_m, 9.0)), DT_S)
     assert found.wait_m is not None
-    assert watch.going is goes_on
+    assert watch.has_started is goes_on
 
 
 @pytest.mark.parametrize(("first_id", "gives_up"), [(1, True), (FIRST_FAR_ID, False)], ids=["LiDAR", "camera only"])
 def test_yield_sensor_mode_going_ego_stops_only_for_lidar_tracks(first_id, gives_up):
     """In sensor mode, an ego that has set off stops only for vehicles that the LiDAR measures."""
-    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensed=True)
-    while watch.look(LINE, AT_THE_LINE, EgoSpeeds(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
+    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR, sensor_mode=True)
+    while watch.decide(LINE, AT_THE_LINE, EgoSpeeds(0.0, TOP_MPS), comers(), DT_S).wait_m is not None:
         pass
     comes = replace(comers((20.0, 8.0)), actor_id=(first_id,))
     for _ in range(round(SETTLED_S / DT_S) + 1):
-        found = watch.look(LINE, AT_THE_LINE, EgoSpeeds(0.5, TOP_MPS), comes, DT_S)
+        found = watch.decide(LINE, AT_THE_LINE, EgoSpeeds(0.5, TOP_MPS), comes, DT_S)
     assert (found.wait_m is not None) is gives_up
 
 
@@ -276,11 +276,11 @@ def test_turn_statistics_ignore_camera_only_tracks():
     """The position of a vehicle that only the camera tracks says nothing about its path."""
     turning = way(joins=True)
     for first_id, taken in ((1, True), (FIRST_FAR_ID, False)):
-        watch = JunctionYield([JunctionConflicts(WAIT_S, (way(), turning))], PROFILES["normal"], CAR, sensed=True)
+        watch = JunctionYield([JunctionConflicts(WAIT_S, (way(), turning))], PROFILES["normal"], CAR, sensor_mode=True)
         for k in range(3):
             bodies = comers((-1.0, 8.0))
             look(replace(bodies, actor_id=(first_id + k,)), watch=watch, s=AT_THE_LINE - 5.0, speed=5.0)
-        assert bool(watch._habits._took) is taken
+        assert bool(watch._turn_statistics._observed_turns) is taken
     assert FIRST_FAR_ID == FIRST_ID
 
 
@@ -289,10 +289,10 @@ def least_lead_m(sensed):
     ramp = make_path(S, np.zeros(200), np.full(200, 4.0))
     for away_m in np.arange(90.0, 40.0, -1.0):
         watch = JunctionYield(
-            [JunctionConflicts(WAIT_S - 30.0, (way(joins=True),))], PROFILES["normal"], CAR, sensed=sensed
+            [JunctionConflicts(WAIT_S - 30.0, (way(joins=True),))], PROFILES["normal"], CAR, sensor_mode=sensed
         )
         s = WAIT_S - 30.5 - CAR.half_length
-        if watch.look(ramp, s, EgoSpeeds(4.0, TOP_MPS), comers((away_m, 7.0)), DT_S).wait_m is not None:
+        if watch.decide(ramp, s, EgoSpeeds(4.0, TOP_MPS), comers((away_m, 7.0)), DT_S).wait_m is not None:
             return away_m + 1.0
     raise AssertionError("it never waits")
 
@@ -325,7 +325,7 @@ def test_yield_sensor_mode_follower_on_common_path_is_no_lead():
     follower = replace(here, x=here.x + 3.0, y=np.zeros(1), yaw=np.zeros(1), vx=np.full(1, 10.0), vy=np.zeros(1))
     joining, s = JunctionConflicts(WAIT_S, (way(joins=True),)), MEET_S + 9.5
     told = [
-        look(follower, s=s, speed=9.0, watch=JunctionYield([joining], PROFILES["normal"], CAR, sensed=item))
+        look(follower, s=s, speed=9.0, watch=JunctionYield([joining], PROFILES["normal"], CAR, sensor_mode=item))
         for item in (True, False)
     ]
     assert told[0].leader is None and told[0].wait_m is None
@@ -340,7 +340,7 @@ def test_yield_sensor_mode_noisy_tick_does_not_stop_going():
         (JunctionYield([JunctionConflicts(WAIT_S, (way(),))], PROFILES["normal"], CAR), 0),
     ):
         look(comers(), watch=watch, speed=2.0)
-        assert watch.going
+        assert watch.has_started
         goes = [look(comers((21.0, 8.0)), watch=watch, speed=2.0).wait_m is None for _ in range(10)]
         assert goes == [True] * looks + [False] * (10 - looks)
 
@@ -354,7 +354,7 @@ def test_yield_sensor_mode_new_vehicle_needs_measured_speed():
             look(passing, watch=watch, s=AT_THE_LINE - 20.0, speed=8.0)
         if going:
             look(comers(), watch=watch, speed=2.0)
-        assert watch.going is going
+        assert watch.has_started is going
         new = replace(comers((60.0, 8.0)), actor_id=(51,))
         waits = [look(new, watch=watch, speed=2.0).wait_m is not None for _ in range(5)]
         assert waits == [not going] * 5
@@ -385,10 +385,10 @@ def test_yield_sensor_mode_early_ego_keeps_its_gap():
         look(comers((70.0, 10.0)), watch=watch, s=near)
     for _ in range(5):
         assert look(comers((4.5, 10.0), (60.0, 10.0)), watch=watch, s=near, speed=0.3).wait_m == pytest.approx(1.0)
-        assert watch.going
+        assert watch.has_started
     for _ in range(5):
         look(comers((4.5, 10.0), (20.0, 10.0)), watch=watch, s=near, speed=0.3)
-    assert not watch.going, "before the second one the gap is too short"
+    assert not watch.has_started, "before the second one the gap is too short"
 
 
 def _settles(watch, away_m):

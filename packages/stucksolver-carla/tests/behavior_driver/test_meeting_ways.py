@@ -12,7 +12,7 @@ import pytest
 
 from carlette.maps import DEMO_TOWN
 from stucksolver_carla.drivers.behavior import RouteError, trace_route
-from stucksolver_carla.drivers.behavior.conflict_paths import MEETS_M, meetings
+from stucksolver_carla.drivers.behavior.conflict_paths import CONFLICT_M, junction_conflicts
 from stucksolver_carla.drivers.behavior.lane_graph import lane_graph
 from stucksolver_carla.drivers.behavior.route_line import route_path
 
@@ -29,7 +29,7 @@ def junctions():
         except RouteError:
             continue
         line = route_path(route)
-        found.append((route, line, meetings(route, line, lane_graph(town), [], [])))
+        found.append((route, line, junction_conflicts(route, line, lane_graph(town), [], [])))
     return found
 
 
@@ -47,7 +47,7 @@ def test_conflict_path_meets_route_at_its_stated_place():
     for line, _, way in all_ways():
         i = int(np.argmin(np.abs(way.s - way.meets_s)))
         away = np.hypot(line.x - way.x[i], line.y - way.y[i])
-        assert away.min() < MEETS_M + 0.5
+        assert away.min() < CONFLICT_M + 0.5
         assert way.route_meets_s <= way.route_parts_s and way.inside_s - 1.0 <= way.meets_s <= way.parts_s
 
 
@@ -78,7 +78,7 @@ def test_left_turn_yields_to_through_traffic():
 def test_after_a_stop_sign_all_others_go_first():
     route, line, found = next(junction for junction in junctions() if junction[2])
     town = carla.Map("demo", DEMO_TOWN.read_text(encoding="utf-8"))
-    signed = meetings(route, line, lane_graph(town), [], [meeting.wait_s for meeting in found])
+    signed = junction_conflicts(route, line, lane_graph(town), [], [meeting.wait_s for meeting in found])
     assert all(way.goes_first for meeting in signed for way in meeting.ways)
 
 

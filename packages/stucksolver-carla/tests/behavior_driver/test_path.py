@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from stucksolver_carla.drivers.behavior import DrivePoint
 from stucksolver_carla.drivers.behavior.path import PlanarPose, limited_speed, make_path
-from stucksolver_carla.drivers.behavior.route_line import given_path, rejoining_length, rejoining_path
+from stucksolver_carla.drivers.behavior.route_line import path_from_points, rejoining_length, rejoining_path
 
 RADII = st.floats(6.0, 200.0) | st.floats(-200.0, -6.0)
 LARGE_RADII = st.floats(9.0, 200.0) | st.floats(-200.0, -9.0)
@@ -80,4 +80,4 @@ def test_path_passing_place_twice_is_followed_in_order():
 )
 def test_given_path_not_drivable_is_rejected_with_reason(points, told):
     with pytest.raises(ValueError, match=told):
-        given_path(points, 0.0)
+        path_from_points(points, 0.0)

@@ -11,7 +11,7 @@ from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import PlanarPose, make_path
 from stucksolver_carla.drivers.behavior.pull_out import (
     GAP_S,
-    LEAST_GAP_S,
+    MIN_GAP_S,
     accepted_gap_s,
     find_pull_out_path,
     is_traffic_approaching,
@@ -92,7 +92,7 @@ def test_at_speed_only_who_is_quicker_is_waited_for():
 
 def test_whoever_has_waited_long_takes_a_smaller_gap():
     gaps = [accepted_gap_s(waited) for waited in (0.0, 5.0, 15.0, 60.0)]
-    assert gaps[0] == GAP_S and gaps[-1] == LEAST_GAP_S and gaps == sorted(gaps, reverse=True)
+    assert gaps[0] == GAP_S and gaps[-1] == MIN_GAP_S and gaps == sorted(gaps, reverse=True)
     close = cars((AT_M - 2.45 - 2.3 - 15.0, 0.0, 9.0))
     assert is_traffic_approaching(LANE, AT_M, 0.0, close, CAR, gaps[0])
     assert not is_traffic_approaching(LANE, AT_M, 0.0, close, CAR, gaps[-1])

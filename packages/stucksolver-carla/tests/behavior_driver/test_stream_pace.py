@@ -12,7 +12,7 @@ from behavior_driver.test_give_way import AT_THE_LINE, CAR, DT_S, LINE, WAIT_S, 
 from stucksolver_carla.drivers.behavior import BehaviorDriver, DriverOptions
 from stucksolver_carla.drivers.behavior.acceleration_limits import USUAL, AccelerationLimits
 from stucksolver_carla.drivers.behavior.conflict_paths import JunctionConflicts
-from stucksolver_carla.drivers.behavior.flow_speed import LOST_S, PacedAccelerationLimits
+from stucksolver_carla.drivers.behavior.flow_speed import TRACK_LOSS_S, PacedAccelerationLimits
 from stucksolver_carla.drivers.behavior.junction_yield import EgoSpeeds, JunctionYield
 from stucksolver_carla.drivers.behavior.local_planner import LocalPlanner
 from stucksolver_carla.drivers.behavior.profiles import PROFILES
@@ -54,8 +54,8 @@ def test_otherwise_it_keeps_to_its_limit(behind_mps, sensed):
 @pytest.mark.parametrize(("pace", "sensed", "flow"), [(16.0, True, 16.0), (8.5, True, 0.0), (16.0, False, 0.0)])
 def test_yield_sensor_mode_much_faster_flow_sets_speed(pace, sensed, flow):
     """In sensor mode, a flow that is much faster than the limit is joined at its speed."""
-    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(joins=True),))], PROFILES["normal"], CAR, sensed=sensed)
-    watch.look(LINE, AT_THE_LINE, EgoSpeeds(0.0, LIMITED_MPS), comers((10.0, pace)), DT_S)
+    watch = JunctionYield([JunctionConflicts(WAIT_S, (way(joins=True),))], PROFILES["normal"], CAR, sensor_mode=sensed)
+    watch.decide(LINE, AT_THE_LINE, EgoSpeeds(0.0, LIMITED_MPS), comers((10.0, pace)), DT_S)
     assert watch.flow_mps == flow
 
 
@@ -97,7 +97,7 @@ def test_hazard_near_or_braking_lead_in_flow_slows_ego(gap_m, seen_mps):
     assert in_a_stream().hazard(Hazard(1, gap_m, seen_mps, False), 12.8) < -1.0
 
 
-@pytest.mark.parametrize(("later_s", "kept"), [(LOST_S / 2, True), (LOST_S + 0.1, False)])
+@pytest.mark.parametrize(("later_s", "kept"), [(TRACK_LOSS_S / 2, True), (TRACK_LOSS_S + 0.1, False)])
 def test_a_follower_may_be_lost_for_a_moment(later_s, kept):
     concerns = in_a_stream(later_s=later_s)
     assert (concerns.hazard(Hazard(1, 9.0, 13.0, False), 12.8) >= 0.0) is kept

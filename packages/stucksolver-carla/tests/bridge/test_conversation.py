@@ -248,7 +248,7 @@ def test_an_other_side_that_takes_nothing_holds_no_tick_up(other, clock):
 @pytest.mark.parametrize("need", ["password", 7, None, ["scene"], {}])
 def test_what_it_cannot_have_is_a_fault(other, clock, need):
     other.later = [(clock.now_s + 1e-3, framed({"need": need, "number": 1}))]
-    with pytest.raises(WireError, match="asks for"):
+    with pytest.raises(WireError, match="requests"):
         live(other).step({}, str)
 
 

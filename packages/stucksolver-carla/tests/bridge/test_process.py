@@ -93,7 +93,7 @@ def test_step_status_field_wrong_is_one_event_over_the_link(solver, field, value
 @pytest.mark.parametrize("status", [None, {"time_s": 0.0, "wheels": 4}], ids=str)
 def test_step_without_status_ends_solver_with_one_line(solver, status, capfd):
     assert solver.step({"status": status}, lambda what: None) is None
-    assert not solver.alive and "cannot be used" in solver.fault
+    assert not solver.alive and "invalid status" in solver.fault
     said = capfd.readouterr().err
     assert said.count("drives by itself") == 1 and "Traceback" not in said
 

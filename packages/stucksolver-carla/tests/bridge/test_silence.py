@@ -105,7 +105,7 @@ def test_silence_stops_on_path_then_driver_takes_over(made, end):
     one = made(LIVE, [DRIVE], end, tick_s=20.0)
     steps(one, 1)
     assert one._driver.told == ["follow"]
-    one.solver._conversation._wait_s = 0.001
+    one.solver._exchange._wait_s = 0.001
     steps(one, EXPIRES_TICKS - 1)
     assert one._driver.told == ["follow"], "good for so long"
     steps(one, 1)
@@ -123,7 +123,7 @@ def test_run_step_answers_to_other_ticks_renew_no_lease(made, end, capfd):
     one = made(LIVE, [DRIVE], end, tick_s=20.0)
     steps(one, 1)
     assert one._driver.told == ["follow"]
-    one.solver._conversation._wait_s = 0.01
+    one.solver._exchange._wait_s = 0.01
     steps(one, EXPIRES_TICKS)
     assert one._driver.told == ["follow", ("hold", None)], "at the latest when the order has expired"
     steps(one, 60)
@@ -145,7 +145,7 @@ def test_run_step_doubled_answers_are_used_once_and_silence_expires(made):
     one = made(LIVE, [DRIVE], "doubles", tick_s=20.0)
     steps(one, 31)
     assert one._driver.told == ["follow"] and one.solver.alive
-    one.solver._conversation._wait_s = 0.01
+    one.solver._exchange._wait_s = 0.01
     steps(one, EXPIRES_TICKS + 1)
     assert one._driver.told == ["follow", ("hold", None)]
 
@@ -174,7 +174,7 @@ def test_a_solver_that_is_gone_is_not_waited_for(made, clock, end, capfd):
 def test_past_the_commit_point_the_path_is_finished(made, end):
     one = made(LIVE, [COMMITTED], end, tick_s=20.0)
     steps(one, 1)
-    one.solver._conversation._wait_s = 0.001 if end == "silent" else 10.0
+    one.solver._exchange._wait_s = 0.001 if end == "silent" else 10.0
     while one._driver.path_left_m > 5.0:
         steps(one, 1)
         assert one._driver.told == ["follow"]
@@ -204,7 +204,7 @@ def test_silence_in_lockstep_ends_run_with_one_error(made, end):
     """Where the world waits, a time limit ends the run with one error."""
     one = made(LOCKSTEP, [DRIVE], end)
     steps(one, 1)
-    one.solver._conversation._limit_s = 0.3  # from here on: a busy machine may need longer for a good answer
+    one.solver._exchange._limit_s = 0.3  # from here on: a busy machine may need longer for a good answer
     with pytest.raises(SolverError, match=r"kept the world waiting: no answer within 0\.3 s.*answer_limit_s"):
         one.run_step()
     assert not one.solver.alive and one.fault
@@ -275,7 +275,7 @@ def test_nonsense_is_stood_still_at_and_said_once(told_by, answer, capsys):
     one = told_by(DRIVE, answer, answer, answer)
     steps(one, 4)
     assert one._driver.told == ["follow", ("hold", None)]
-    assert capsys.readouterr().err.count("stands still") == 1
+    assert capsys.readouterr().err.count("the vehicle stops") == 1
     steps(one, 100)
     assert one._driver.told[-1] == ("hold", None) and one._vehicle.speed == 0.0, "for as long as nothing else is said"
     assert one.solver.ticks[-1]["again"], "it is asked to say it again"

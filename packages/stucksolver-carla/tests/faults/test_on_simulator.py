@@ -142,7 +142,7 @@ def test_a_watcher_changes_nothing_and_sees_it_all(server: SimulatorServer, ride
     def look_on() -> None:
         try:
             while not over.is_set():
-                watching.look()
+                watching.step()
         except RuntimeError as error:
             errors.append(error)
 
@@ -179,7 +179,7 @@ def test_watch_command_shows_state_and_ends_on_ctrl_c(server: SimulatorServer, r
         watch.kill()
     assert watch.returncode == 0, err
     assert "m/s" in first
-    assert "times stuck" in out
+    assert "interventions" in out
     assert "Traceback" not in err
 
 
@@ -193,7 +193,7 @@ def test_watch_command_with_time_limit_writes_record_end(server: SimulatorServer
     watch = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     out, err = while_ticking(ride, lambda: watch.communicate(timeout=200))
     assert watch.returncode == 0, err
-    assert "1 times stuck" in out
+    assert "1 interventions" in out
     (file,) = tmp_path.glob("*.jsonl")
     report = replay(file)
     assert report.matches and report.ended == RUN_ENDED
@@ -203,5 +203,5 @@ def test_observer_unknown_role_is_rejected_with_known_roles(server: SimulatorSer
     """A car that does not exist is reported with the existing ones."""
     ride.place()
     world = carla.Client(server.host, server.port).get_world()
-    with pytest.raises(VehicleNotFoundError, match=r"no vehicle has the role 'villain'; there are: hero, scenario"):
+    with pytest.raises(VehicleNotFoundError, match=r"no vehicle has the role 'villain'; roles: hero, scenario"):
         while_ticking(ride, lambda: VehicleObserver(world, "villain", profile("default"), None, lambda event: None))

@@ -9,7 +9,7 @@ from planner_stage import RIGHT, LitWorld
 
 from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import make_path
-from stucksolver_carla.drivers.behavior.route_bodies import on_route
+from stucksolver_carla.drivers.behavior.route_bodies import objects_on_route
 from stucksolver_carla.drivers.behavior.vehicle_model import VehicleModel
 from stucksolver_carla.drivers.planner import PlannerDriver
 from stucksolver_carla.drivers.planner.adjacent_lane_widths import AdjacentLaneWidths
@@ -17,10 +17,10 @@ from stucksolver_carla.drivers.planner.blockers import Blockers
 from stucksolver_carla.drivers.planner.pass_planner import (
     PassContext,
     cost_s,
-    group_of,
     is_clear,
+    objects_to_pass,
+    pass_candidates,
     pass_path,
-    proposals,
     rollout,
 )
 
@@ -52,15 +52,15 @@ def bodies(*rows):
 def situation(*rows, s=50.0, speed=0.0, left_same=0.0, left_oncoming=3.5, right_same=0.0):
     widths = np.tile([1.75, left_same, left_oncoming, right_same], (400, 1))
     sides = AdjacentLaneWidths(np.arange(0.0, 400.0), widths)
-    return PassContext(s, 0.0, speed, 13.0, on_route(LINE, s, bodies(*rows)), sides, MODEL)
+    return PassContext(s, 0.0, speed, 13.0, objects_on_route(LINE, s, bodies(*rows)), sides, MODEL)
 
 
 def ways(here, first=0):
-    return list(proposals(here, group_of(here, first, 1.7)))
+    return list(pass_candidates(here, objects_to_pass(here, first, 1.7)))
 
 
 def test_bodies_are_where_they_are_along_and_beside_the_route() -> None:
-    found = on_route(LINE, 50.0, bodies((80.0, -3.5, 2.4, 0.9, -8.0, 0.5)))
+    found = objects_on_route(LINE, 50.0, bodies((80.0, -3.5, 2.4, 0.9, -8.0, 0.5)))
     assert found.s[0] == pytest.approx(80.0, abs=1e-6)
     assert found.d[0] == pytest.approx(-3.5, abs=1e-6)
     assert (found.vs[0], found.vd[0]) == pytest.approx((-8.0, 0.5))
@@ -116,8 +116,8 @@ def test_group_includes_close_vehicle_and_excludes_far_vehicle() -> None:
     """A vehicle close behind the passed one is passed with it; a farther one is not."""
     close = situation((65.0, 0.0, 2.4, 0.9, 0.0, 0.0), (78.0, 0.0, 2.4, 0.9, 0.0, 0.0))
     far = situation((65.0, 0.0, 2.4, 0.9, 0.0, 0.0), (85.0, 0.0, 2.4, 0.9, 0.0, 0.0))
-    assert group_of(close, 0, 1.7).sum() == 2
-    assert group_of(far, 0, 1.7).sum() == 1
+    assert objects_to_pass(close, 0, 1.7).sum() == 2
+    assert objects_to_pass(far, 0, 1.7).sum() == 1
 
 
 def test_pass_parked_car_keeps_door_clearance_and_bicycle_none() -> None:
@@ -160,8 +160,8 @@ def test_blocker_stopped_for_own_reason_is_passed_and_queue_not(row, stood_s, ha
     """A vehicle that is slow for a reason of its own is passed; a queue is not."""
     here, blockers = situation(row), Blockers()
     here = here._replace(sides=AdjacentLaneWidths(np.arange(0.0, 400.0), np.tile([1.75, 0.0, 3.5, 0.0], (400, 1))))
-    blockers.see(here.bodies, 100.0)
-    found = blockers.first(here, 100.0 + stood_s, line_m, hazard)
+    blockers.observe(here.bodies, 100.0)
+    found = blockers.first_blocker(here, 100.0 + stood_s, line_m, hazard)
     assert (found == 0) == is_worth
 
 
@@ -179,15 +179,15 @@ def test_oncoming_vehicle_past_before_swing_out_is_no_obstacle(far_m, is_past) -
     """An oncoming vehicle that will be past before the ego swings out is no obstacle where it is now."""
     here = situation((75.0, 0.0, 2.4, 0.9, 0.0, 0.0), (far_m, -3.5, 2.4, 0.9, -12.0, 0.0))
     _, driver = passing_driver(here)
-    driver._heed_no_oncoming(here)
-    assert driver._out_of_the_way == (frozenset({1}) if is_past else frozenset())
+    driver._clear_oncoming(here)
+    assert driver._cleared_ids == (frozenset({1}) if is_past else frozenset())
 
 
 def test_planner_sets_off_despite_vehicle_proven_past_in_time() -> None:
     """The ego sets off although a vehicle that is proven to be past in time is in its path now."""
     world, driver = passing_driver(situation((75.0, 0.0, 2.4, 0.9, 0.0, 0.0)))
     comes = world.add("vehicle.a.b", 30.0, RIGHT, np.pi, speed=8.0)
-    driver._decide = lambda *_: None
+    driver._choose_line = lambda *_: None
     brakes = driver.run_step().throttle
-    driver._out_of_the_way = frozenset({comes.id})
+    driver._cleared_ids = frozenset({comes.id})
     assert driver.run_step().throttle > brakes + 0.2

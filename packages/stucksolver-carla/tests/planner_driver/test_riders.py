@@ -58,5 +58,5 @@ def test_ego_waits_before_junction_for_close_cyclists() -> None:
     for first in np.arange(0.0, 8.0, 0.5):
         gives_way = watch()
         train = riders(*np.arange(first + 60.0, 140.0, 8.0))
-        found = gives_way.look(SQUARE, WAIT_S - 1.0 - MODEL.half_length, EgoSpeeds(0.0, 12.0), train, 0.05)
+        found = gives_way.decide(SQUARE, WAIT_S - 1.0 - MODEL.half_length, EgoSpeeds(0.0, 12.0), train, 0.05)
         assert found.wait_m is not None

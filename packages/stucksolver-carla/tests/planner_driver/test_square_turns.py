@@ -20,7 +20,7 @@ from stucksolver_carla.drivers.behavior.nearby_objects import NearbyObjects
 from stucksolver_carla.drivers.behavior.path import limited_speed, make_path
 from stucksolver_carla.drivers.behavior.route_line import curve_speed
 from stucksolver_carla.drivers.planner import PlannerDriver, unprotected_turn
-from stucksolver_carla.drivers.planner.square_turns import RADIUS_M, stream_ways, with_square_turn
+from stucksolver_carla.drivers.planner.square_turns import RADIUS_M, oncoming_paths, with_square_turn
 from stucksolver_carla.drivers.planner.unprotected_turn import UnprotectedTurnYield
 
 WIDE_M = 20.0
@@ -85,7 +85,7 @@ def watch():
 
 
 def look(gives_way, front, speed, around):
-    return gives_way.look(SQUARE, front - MODEL.half_length, EgoSpeeds(speed, 12.0), around, 0.05)
+    return gives_way.decide(SQUARE, front - MODEL.half_length, EgoSpeeds(speed, 12.0), around, 0.05)
 
 
 def test_square_turn_has_shorter_conflict_and_same_end() -> None:
@@ -102,7 +102,7 @@ def test_square_turn_moves_later_places_by_added_length() -> None:
     line = wide_turn()
     found = with_square_turn(line, met_on(line), 1.0, anywhere)
     assert found is not None
-    assert found.moved(np.array([10.0, line.length])) == pytest.approx([10.0, found.line.length])
+    assert found.arc_lengths_on_new(np.array([10.0, line.length])) == pytest.approx([10.0, found.line.length])
 
 
 def test_square_turn_at_road_end_joins_lane_arc() -> None:
@@ -136,7 +136,7 @@ def test_stream_ways_are_oncoming_through_traffic_with_priority() -> None:
     """Only straight oncoming traffic with the right of way is a traffic flow."""
     way = oncoming(SQUARE)
     others = (replace(way, straight=False), replace(way, joins=True), replace(way, goes_first=False))
-    assert stream_ways(SQUARE, JunctionConflicts(WAIT_S, (way, *others))) == [way]
+    assert oncoming_paths(SQUARE, JunctionConflicts(WAIT_S, (way, *others))) == [way]
 
 
 def sets_off(spacing_m):
@@ -170,7 +170,7 @@ def test_turn_yield_started_ego_stops_before_late_flow() -> None:
     gives_way = watch()
     assert look(gives_way, WAIT_S - 1.0, 0.0, cars()).wait_m is None
     assert look(gives_way, WAIT_S + 1.0, 3.0, cars(*np.arange(50.0, 130.0, 11.0))).wait_m is not None
-    assert not gives_way.going
+    assert not gives_way.has_started
 
 
 def test_turn_yield_stops_before_other_conflict_path() -> None:
@@ -192,8 +192,8 @@ def test_turn_yield_stops_before_other_conflict_path() -> None:
 def test_it_crosses_faster_than_it_turns_elsewhere() -> None:
     gives_way = watch()
     look(gives_way, WAIT_S - 1.0, 0.0, cars())
-    assert gives_way.pace is unprotected_turn.CROSSES
-    assert unprotected_turn.CROSSES.bends > USUAL.bends
+    assert gives_way.pace is unprotected_turn.CROSSING_PACE
+    assert unprotected_turn.CROSSING_PACE.bends > USUAL.bends
 
 
 def joining_watch(front):
@@ -209,7 +209,7 @@ def joining_watch(front):
     gives_way = UnprotectedTurnYield([JunctionConflicts(WAIT_S, (way,))], PROFILE, MODEL, line, WAIT_S)
     ahead = replace(cars(120.0), yaw=np.zeros(1), vx=np.full(1, 14.0), y=np.zeros(1))
     for place, speed in ((WAIT_S - 1.0, 0.0), (front, 8.0)):
-        gives_way.look(line, place - MODEL.half_length, EgoSpeeds(speed, 8.0), ahead, 0.05)
+        gives_way.decide(line, place - MODEL.half_length, EgoSpeeds(speed, 8.0), ahead, 0.05)
     return gives_way
 
 
@@ -232,6 +232,6 @@ def test_planner_changes_entry_path_only_before_junction(ahead_m, presses) -> No
     driver.set_destination(world.map.get_waypoint(carla.Location(150.0, RIGHT, 0.0)).transform.location)
     line, front = driver._planner.route_line, driver._planner.route_s + driver._model.half_length
     waits_at = JunctionConflicts(front + ahead_m, (replace(oncoming(SQUARE), joins=True),)), 30.0
-    driver._give_way = SimpleNamespace(waits_at=waits_at)
-    driver._presses_on(line, driver._sides, driver._motion())
-    assert (driver._stream_s is not None) == presses
+    driver._yield = SimpleNamespace(waits_at=waits_at)
+    driver._switch_line_for_flow(line, driver._sides, driver._motion())
+    assert (driver._flow_wait_s is not None) == presses

@@ -57,7 +57,7 @@ def way(meets_s, parts_s, joins=False):
 
 def gone(meeting, met, front, speed):
     found = PredictedConflict(met, frozenset(), None)
-    return FlowMergeYield([meeting], PROFILE, MODEL)._gone(meeting, found, front, speed)
+    return FlowMergeYield([meeting], PROFILE, MODEL)._committed_decision(meeting, found, front, speed)
 
 
 @pytest.mark.parametrize(("flow_mps", "faster"), [(0.0, False), (5.0, False), (12.0, True)])
@@ -98,9 +98,9 @@ def test_yield_past_line_stops_before_path_not_entered() -> None:
 
 def test_one_that_has_crept_up_to_the_others_still_waits() -> None:
     watch = FlowMergeYield([], PROFILE, MODEL)
-    assert not watch._must_go(0.3, -0.5)
-    assert watch._must_go(4.0, -0.5)
-    assert watch._must_go(0.3, -3.0)
+    assert not watch._cannot_wait(0.3, -0.5)
+    assert watch._cannot_wait(4.0, -0.5)
+    assert watch._cannot_wait(0.3, -3.0)
 
 
 def test_nobody_sets_the_pace_on_an_empty_road() -> None:

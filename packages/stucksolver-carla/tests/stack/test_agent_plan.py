@@ -152,7 +152,7 @@ def test_where_the_lane_ends_there_is_nothing_to_add(stage):
     planner = driver.agent.get_local_planner()
     driver.set_plan([(last, RoadOption.LANEFOLLOW)] * 2)
     carla_map = SimpleNamespace(get_waypoint=lambda _location: last)
-    driver._keeper = PlanExtender(planner, car, carla_map, RoadOption.LANEFOLLOW)
+    driver._plan_extender = PlanExtender(planner, car, carla_map, RoadOption.LANEFOLLOW)
     drive(stage, car, driver, 10.0)
     assert plan_of(planner) == []
     assert car.get_velocity().length() < 0.2

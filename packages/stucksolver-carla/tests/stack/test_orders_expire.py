@@ -215,7 +215,7 @@ def test_directive_not_performable_stops_and_is_reported_once(stage, capsys, nam
     stage.drive(car, stack, 3.0)
     stage.drive(car, stack, 3.0, unfit()[name])
     assert speed_of(car) < 0.1
-    assert capsys.readouterr().err.count("stands still") == 1
+    assert capsys.readouterr().err.count("the vehicle stops") == 1
     stage.drive(car, stack, 3.0, CONTINUE)
     assert speed_of(car) > 1.0
 

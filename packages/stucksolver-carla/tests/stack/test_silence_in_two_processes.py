@@ -114,7 +114,7 @@ def killed(stage, car, recovery, at_mps, stops):
     """
 
     def due():
-        stands_well = not recovery._lease.no_stop_at(*recovery._place())
+        stands_well = not recovery._lease.no_stop_at(*recovery._path_position())
         return drives_a_path(recovery) and speed_of(car) > at_mps and stands_well is stops
 
     came = run(stage, car, recovery, 120.0, due)
